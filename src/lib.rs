@@ -302,6 +302,8 @@ pub mod optimize;
 pub mod plan;
 #[doc(hidden)]
 pub mod propagate;
+#[doc(hidden)]
+pub mod sequence;
 #[cfg(test)]
 mod testing;
 #[doc(hidden)]

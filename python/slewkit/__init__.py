@@ -50,6 +50,7 @@ from ._flown import Flights, closed_loop
 from ._plan import Plan, load
 from ._problem import Problem
 from ._simulation import Body, Simulation, simulate
+from ._slew_table import SlewTable
 from ._slewkit import __version__
 
 __all__ = [
@@ -71,6 +72,7 @@ __all__ = [
     "Progress",
     "Simulation",
     "SlewError",
+    "SlewTable",
     "SpecError",
     "SpecWarning",
     "Verification",

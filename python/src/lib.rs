@@ -50,6 +50,7 @@ mod planned;
 mod program;
 mod simulated;
 mod studied;
+mod table;
 mod text;
 mod watch;
 
@@ -70,6 +71,8 @@ mod _slewkit {
     use crate::simulated::{simulate, simulation_report};
     #[pymodule_export]
     use crate::studied::{compare, compare_integrators, is_plan, verify, verify_attitudes};
+    #[pymodule_export]
+    use crate::table::Table;
     #[pymodule_export]
     use crate::text::to_toml;
 

@@ -16,6 +16,7 @@ pub mod identity;
 mod rounding;
 pub mod scenery;
 pub mod spec;
+pub mod table;
 
 /// The reader of what [`exchange`] writes, for tests.
 #[cfg(feature = "parquet")]

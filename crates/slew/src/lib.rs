@@ -37,6 +37,7 @@ mod simulate;
 mod sky;
 mod spec_file;
 mod summary;
+mod table;
 mod texts;
 mod verify;
 
@@ -99,6 +100,8 @@ enum Command {
     MonteCarlo(batch::monte_carlo::Args),
     /// Join the results of the shards of a batch
     Merge(batch::merge::Args),
+    /// Tabulate the times, or efforts, of all turns of a spacecraft from rest to rest
+    Table(table::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
@@ -141,6 +144,7 @@ impl Command {
             Self::Check(args) => args.report.common(),
             Self::Sky(args) => args.report.common(),
             Self::Verify(args) => args.report.common(),
+            Self::Table(args) => args.output.common(),
             Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
             Self::Plot(args) => args.common(),
@@ -172,6 +176,7 @@ impl Command {
             Self::Sweep(args) => batch::sweep::run(&args, console),
             Self::MonteCarlo(args) => batch::monte_carlo::run(&args, console),
             Self::Merge(args) => batch::merge::run(&args, console),
+            Self::Table(args) => table::run(&args, console),
             Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),

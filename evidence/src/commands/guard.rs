@@ -13,7 +13,7 @@
 //!   `minimum_fuel`, `public_set` to `minimum_time`).
 //!
 //! A case is a row: cost, verdict, seconds of the processor. A case that exceeds the budget is
-//! stopped: `no answer in 20 s`. An answer is a plan that is solved and verified, or a proof that
+//! stopped: `no answer in 60 s`. An answer is a plan that is solved and verified, or a proof that
 //! no plan exists. `new` has an answer and the table does not. `lost` has no answer and the table
 //! does, or its answer is another. `better` and `worse` cost less and more by more than TOLERANCE
 //! (1e-7), relative. Times depend on the machine and on its other work: they are reported for each
@@ -41,7 +41,7 @@ use std::{env, fs, thread};
 use toml::de::DeTable;
 
 /// The processor time that a case may take [s].
-const BUDGET: f64 = 20.0;
+const BUDGET: f64 = 60.0;
 
 /// Cases that are planned at a time.
 const WORKERS: usize = 2;

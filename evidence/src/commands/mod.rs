@@ -8,6 +8,7 @@ mod constrained_robustness;
 mod damaged;
 mod dearer;
 mod durations;
+mod dwells;
 mod ends;
 mod everyday;
 mod false_files;
@@ -30,14 +31,17 @@ mod memory;
 mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
+mod orders;
 mod passes;
 mod replan;
 mod robustness;
 mod rolls;
 mod same_answers;
 mod signals;
+mod size;
 mod spins;
 mod stretches;
+mod table;
 mod throughput;
 mod tiny_grids;
 mod unequal_moments;
@@ -88,6 +92,7 @@ pub const COMMANDS: &[Command] = commands! {
     damaged
     dearer
     durations
+    dwells
     ends
     everyday
     false_files
@@ -110,14 +115,17 @@ pub const COMMANDS: &[Command] = commands! {
     metamorphic
     minimum_fuel
     minimum_time
+    orders
     passes
     replan
     robustness
     rolls
     same_answers
     signals
+    size
     spins
     stretches
+    table
     throughput
     tiny_grids
     unequal_moments

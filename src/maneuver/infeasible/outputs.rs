@@ -19,13 +19,13 @@ struct Generator {
 
 /// The set of all outputs.
 #[derive(Clone, Debug)]
-pub(super) struct Outputs {
+pub(crate) struct Outputs {
     generators: Vec<Generator>,
 }
 
 impl Outputs {
     /// Builds the set for inputs along `axes` with the bounds `limits`; a limit may be infinite.
-    pub(super) fn new(axes: &[Vector3], limits: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn new(axes: &[Vector3], limits: impl IntoIterator<Item = f64>) -> Self {
         let mut generators: Vec<Generator> = vec![];
         for (axis, limit) in axes.iter().zip(limits) {
             let size = axis.norm() * limit;
@@ -47,7 +47,7 @@ impl Outputs {
     /// to the generators a corner is a cell: a sign for each generator. Every cell has an edge,
     /// along the product of two generators, at which the signs of all generators except those
     /// normal to it are its own.
-    pub(super) fn largest(&self) -> f64 {
+    pub(crate) fn largest(&self) -> f64 {
         let all = &self.generators;
         if all.len() == 1 || all.iter().any(|generator| generator.size == f64::INFINITY) {
             return all.iter().map(|generator| generator.size).sum();

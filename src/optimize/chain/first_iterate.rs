@@ -10,9 +10,9 @@ use crate::optimize::chain::model::{state, step};
 use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 
-/// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within
-/// their limits allow: what they cannot give is left as defects of the momenta. Once somebody asks to stop the inputs that are left
-/// are zero.
+/// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration,
+/// as far as inputs within their limits allow: what they cannot give is left as defects of the
+/// momenta. Once somebody asks to stop the inputs that are left are zero.
 pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64, watch: &Watch) -> Iterate {
     let states = states_along(model, poses, stretch);
     let mut stopped = false;
@@ -24,8 +24,8 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f6
     Iterate { states, inputs }
 }
 
-/// The states of a body that follows `poses` (one per node, scaled) in `stretch` times the stated duration; wheels, where there
-/// are any, take up what its momentum lacks.
+/// The states of a body that follows `poses` (one per node, scaled) in `stretch` times the stated
+/// duration; wheels, where there are any, take up what its momentum lacks.
 pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<ChainState> {
     let j_d = &model.dynamics.j_d;
     let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());

@@ -62,15 +62,16 @@ impl Chain {
         Self { model, rows }
     }
 
-    /// The cost of a candidate in the user's unit, without the effort where that is a share beside another.
+    /// The cost of a candidate in the user's unit, without the effort where that is a share beside
+    /// another.
     pub fn price(&self, candidate: &Candidate) -> f64 {
         let (iterate, model) = (iterate(candidate), &self.model);
         let cost = if model.effort_power == 0 { iterate.price(model) } else { iterate.cost(model) };
         cost / model.cost_scale
     }
 
-    /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that states the duration found.
-    /// Multipliers are derivatives of the user's cost.
+    /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that
+    /// states the duration found. Multipliers are derivatives of the user's cost.
     pub fn of_given_duration(&self, found: Attempt, planned: &Problem) -> Attempt {
         let Attempt { mut candidate, .. } = found;
         let model = &self.model;
@@ -111,14 +112,6 @@ impl Chain {
             return first_iterate::along(&self.model, &self.rows, &poses, stretch, watch);
         }
         iterate(candidate)
-    }
-
-    /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
-    pub fn opened(&self, path: &Candidate) -> Candidate {
-        let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
-        let Iterate { states, inputs } =
-            first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0, &Watch::NONE);
-        Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
     }
 }
 

@@ -129,8 +129,8 @@ fn problems() -> Vec<Problem> {
     all.into_iter().map(limited).collect()
 }
 
-/// Their chains on steps of equal length, on steps of which the longest is five times the shortest, and those that seek
-/// the duration.
+/// Their chains on steps of equal length, on steps of which the longest is five times the shortest,
+/// and those that seek the duration.
 pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
     problems().into_iter().flat_map(|problem| {
         let grid = graded(problem.scheme, problem.steps);
@@ -342,7 +342,8 @@ pub(crate) fn straight(model: &Model) -> Vec<Pose> {
     (0..=model.steps).map(pose).collect()
 }
 
-/// Once somebody asks to stop, the states of a first iterate stay and its inputs are not sought any more.
+/// Once somebody asks to stop, the states of a first iterate stay and its inputs are not sought any
+/// more.
 #[test]
 fn a_stop_leaves_a_first_iterate_without_inputs() {
     let problem = reference_slew(None);

@@ -5,13 +5,13 @@
 //! subject to  A x + s = b,   s ∈ K = K_1 × K_2 × …
 //! ```
 //!
-//! **Sign of the duals.** `L = ½xᵀPx + qᵀx + zᵀ(Ax + s − b)`: stationarity reads `Px + q + Aᵀz = 0`, `z ∈ K*`, and
-//! `∂cost/∂b = −z`. A row `x = 3` under cost `½x²` has `z = −3`. A costate of dynamics written as a row of
-//! `A x = b` is `−z`; the dual of an inequality is ≥ 0.
+//! **Sign of the duals.** `L = ½xᵀPx + qᵀx + zᵀ(Ax + s − b)`: stationarity reads
+//! `Px + q + Aᵀz = 0`, `z ∈ K*`, and `∂cost/∂b = −z`. A row `x = 3` under cost `½x²` has `z = −3`.
+//! A costate of dynamics written as a row of `A x = b` is `−z`; the dual of an inequality is ≥ 0.
 //!
-//! The solver takes any numbers: a NaN in `b` comes back as "solved", an index outside `A` as a panic, a
-//! non-convex `P` as a solution that is none. So every number, pattern and pivot is checked here before it is handed
-//! over, and no `x` leaves without a status that says what it is.
+//! The solver takes any numbers: a NaN in `b` comes back as "solved", an index outside `A` as a
+//! panic, a non-convex `P` as a solution that is none. So every number, pattern and pivot is
+//! checked here before it is handed over, and no `x` leaves without a status that says what it is.
 
 use super::sparse::{Sparse, SparseParts};
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
@@ -29,8 +29,8 @@ pub(crate) enum Cone {
     Nonnegative(usize),
     /// `s_0 ≥ |(s_1, …)|`: the bound comes first; at least two rows.
     SecondOrder(usize),
-    /// A positive semidefinite `n×n` matrix: `n(n+1)/2` rows, the upper triangle column by column with its
-    /// off-diagonal entries times √2.
+    /// A positive semidefinite `n×n` matrix: `n(n+1)/2` rows, the upper triangle column by column
+    /// with its off-diagonal entries times √2.
     #[cfg(feature = "sdp")]
     Semidefinite(usize),
 }
@@ -81,8 +81,9 @@ pub(crate) struct ConeSettings {
     pub max_iterations: u32,
     /// Wall clock of one solve \[s\]. Default: none.
     pub time_limit: f64,
-    /// Static regularisation of the linear systems, mended by iterative refinement. Default 1e-8, the solver's own; a
-    /// larger one carries semidefinite programs with solutions of rank one to the end, a smaller one does not.
+    /// Static regularisation of the linear systems, mended by iterative refinement. Default 1e-8,
+    /// the solver's own; a larger one carries semidefinite programs with solutions of rank one to
+    /// the end, a smaller one does not.
     pub regularization: f64,
 }
 
@@ -95,7 +96,8 @@ impl Default for ConeSettings {
 /// Data that the solver must not see.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(crate) enum ConeError {
-    /// A number is NaN or infinite, or an entry of `b` so large that the solver takes it for infinity.
+    /// A number is NaN or infinite, or an entry of `b` so large that the solver takes it for
+    /// infinity.
     #[error("entry {index} of {part} is {value}: must be finite{}", if *.part == "b" { " and below 1e20" } else { "" })]
     Value { part: &'static str, index: usize, value: f64 },
     /// Sizes or patterns do not agree.
@@ -156,14 +158,15 @@ pub(crate) enum Answer {
     Solved(Optimum),
     /// To a reduced accuracy (5e-5): good for a step, never for a proof.
     AlmostSolved(Optimum),
-    /// No `x` of sensible size meets the constraints: a dual direction `z ∈ K*`, length m, with `Aᵀz ≈ 0` and
-    /// `bᵀz < 0`. Its large entries are the rows that contradict each other.
+    /// No `x` of sensible size meets the constraints: a dual direction `z ∈ K*`, length m, with
+    /// `Aᵀz ≈ 0` and `bᵀz < 0`. Its large entries are the rows that contradict each other.
     Infeasible(Vec<f64>),
     /// No answer.
     Failed {
         /// Why.
         reason: Reason,
-        /// The last dual iterate where there is a finite one. Good for a bound that corrects it, and for nothing else.
+        /// The last dual iterate where there is a finite one. Good for a bound that corrects it,
+        /// and for nothing else.
         z: Option<Vec<f64>>,
     },
 }
@@ -178,10 +181,12 @@ impl Answer {
     }
 }
 
-/// A cone program in the solver, to be solved again and again with other numbers in the same places.
+/// A cone program in the solver, to be solved again and again with other numbers in the same
+/// places.
 ///
-/// No warm start: each solve is cold. What an update saves is the symbolic factorisation. The scaling of the first
-/// data is kept, so after a change of the data by orders of magnitude make a new one.
+/// No warm start: each solve is cold. What an update saves is the symbolic factorisation. The
+/// scaling of the first data is kept, so after a change of the data by orders of magnitude make a
+/// new one.
 pub(crate) struct ConeSolver {
     solver: DefaultSolver<f64>,
     program: Program,
@@ -364,7 +369,8 @@ impl ConeSettings {
     }
 }
 
-/// Whether `P` is positive semidefinite: `P + ε max|P| I` has a factorisation `L D Lᵀ` with `D > 0`.
+/// Whether `P` is positive semidefinite: `P + ε max|P| I` has a factorisation `L D Lᵀ` with
+/// `D > 0`.
 struct Convexity {
     /// `None` while no entry exists.
     factor: Option<QDLDLFactorisation<f64>>,

@@ -1,13 +1,15 @@
-//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver, with what
-//! it keeps to itself.
+//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver,
+//! with what it keeps to itself.
 //!
-//! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros, and so does the solver
-//! where `input_sparse_dropzeros` is off: an entry that is zero today has its place in the pattern tomorrow.
+//! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros, and
+//! so does the solver where `input_sparse_dropzeros` is off: an entry that is zero today has its
+//! place in the pattern tomorrow.
 //!
 //! # Why no sparse matrix of our own?
 //!
-//! The cone solver's keeps explicit zeros and sums duplicates in the order given, which is all that a fixed pattern needs.
-//! Its products and the place of an entry are not public; those few lines are ours (`convex/sparse.rs`).
+//! The cone solver's keeps explicit zeros and sums duplicates in the order given, which is all that
+//! a fixed pattern needs. Its products and the place of an entry are not public; those few lines
+//! are ours (`convex/sparse.rs`).
 
 /// A matrix in compressed sparse columns: sorted rows, no duplicates.
 pub(crate) type Sparse = clarabel::algebra::CscMatrix<f64>;

@@ -1,33 +1,37 @@
-//! The motion beside a plan, to first order: `A_k`, `B_k`, the curvature `H_k` of the Lagrangian, and what the inputs can still give.
+//! The motion beside a plan, to first order: `A_k`, `B_k`, the curvature `H_k` of the Lagrangian,
+//! and what the inputs can still give.
 //!
 //! ```text
 //! z_k = [log(R*_kᵀ R_k); Π_k − Π*_k]          z_{k+1} = A_k z_k + B_k δτ_k + E_k p          δλ_{k−1} = A_kᵀ δλ_k + H_k z_k
 //! ```
 //!
-//! A step is a kick of weight `w₀`, a drift and a kick of weight `w₁`, so that with the drift's `D = [[Fᵀ, B], [0, C]]`
-//! (`step::drift`) and `K_i = [[I, 0], [w_i ∂M/∂R, I]]`
+//! A step is a kick of weight `w₀`, a drift and a kick of weight `w₁`, so that with the drift's
+//! `D = [[Fᵀ, B], [0, C]]` (`step::drift`) and `K_i = [[I, 0], [w_i ∂M/∂R, I]]`
 //!
 //! ```text
 //! A = K₁ D K₀ ,     B = K₁ D [0; w₀ I] + [0; w₁ I] ,     H = w₀ K_qq + K₀ᵀ (H_free + Dᵀ w₁ K_qq D) K₀
 //! ```
 //!
-//! What a torque in the first kick adds to the costates, and what the state adds to its optimum, stands in `linear_plan::stage`; bodies that
-//! translate and torques fixed in the reference frame in `linear_plan::posed`.
+//! What a torque in the first kick adds to the costates, and what the state adds to its optimum,
+//! stands in `linear_plan::stage`; bodies that translate and torques fixed in the reference frame
+//! in `linear_plan::posed`.
 //!
 //! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet flow of the motion that is
-//! flown, of second order in the step, and its `z` has the physical momenta at the nodes. [`Timing::AtNodes`]: `w₀ = 0`, and
-//! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
-//! full kick, and half a kick leads there from the physical start, and back at the end.
+//! flown, of second order in the step, and its `z` has the physical momenta at the nodes.
+//! [`Timing::AtNodes`]: `w₀ = 0`, and `w₁` the full kick at the node that the step leads to. It is
+//! the discrete problem itself, exactly; its momenta are those after a full kick, and half a kick
+//! leads there from the physical start, and back at the end.
 
 //!
-//! Reaction wheels store the reaction of what they give. Their momentum `μ`, body axes, is then a state of its own beside `z`:
+//! Reaction wheels store the reaction of what they give. Their momentum `μ`, body axes, is then a
+//! state of its own beside `z`:
 //!
 //! ```text
 //! z_{k+1} = A_k z_k + B_k δτ_k + M_k δμ_k ,     δμ_{k+1} = δμ_k − h δτ_k
 //! ```
 //!
-//! with the drift of a gyrostat (`step::gyrostat`) in place of that of a body: `ζ' = Fᵀζ + ξ`, `H' = FᵀH`, `H = Π + μ`,
-//! `ξ = ξ_H δH + ξ_μ δμ`.
+//! with the drift of a gyrostat (`step::gyrostat`) in place of that of a body: `ζ' = Fᵀζ + ξ`,
+//! `H' = FᵀH`, `H = Π + μ`, `ξ = ξ_H δH + ξ_μ δμ`.
 
 mod authority;
 mod linearise;
@@ -112,7 +116,8 @@ impl From<StepError> for Unlinearised {
 /// One step beside a plan, in the solver's units.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearStep {
-    /// Its matrices, for torques about the body axes; the authority is that of the inputs that are not at their limits.
+    /// Its matrices, for torques about the body axes; the authority is that of the inputs that are
+    /// not at their limits.
     pub stage: Stage<6, 3>,
     /// `W⁻¹Bᵀ` of these, m×3: of a scaled dual torque, in SI.
     pub to_inputs: DMatrix<f64>,
@@ -127,7 +132,8 @@ pub(crate) struct LinearStep {
     after: Matrix6,
     /// `M_k`, the answer to the momentum of wheels; zero where there are none.
     pub wheels: Matrix6x3,
-    /// Its matrices with what wheels store as states beside, where there are some: `δμ' = δμ − h δτ`.
+    /// Its matrices with what wheels store as states beside, where there are some:
+    /// `δμ' = δμ − h δτ`.
     pub with_wheels: Option<Box<Stage<9, 3>>>,
     /// `∂M/∂R` in the second kick.
     gradient: Matrix3,
@@ -172,7 +178,8 @@ pub struct LinearPlan {
 /// What an uncertain number of a maneuver multiplies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
-    /// The symmetric `δJ` per unit, body axes; the moments of a field are taken to be those of the nominal body.
+    /// The symmetric `δJ` per unit, body axes; the moments of a field are taken to be those of the
+    /// nominal body.
     Inertia(Matrix3),
     /// Part by which input `i` gives more than it should.
     InputScale(usize),
@@ -232,7 +239,8 @@ impl LinearPlan {
         if fits { Ok(()) } else { Err(Unlinearised::Trajectory) }
     }
 
-    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over the steps.
+    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over
+    /// the steps.
     ///
     /// # Errors
     /// As [`LinearPlan::new`].
@@ -297,7 +305,8 @@ impl LinearPlan {
         Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
     }
 
-    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s.
+    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and
+    /// N·m·s.
     pub fn h(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].stage.h;
         Matrix6::from_fn(|row, column| {
@@ -323,7 +332,8 @@ impl LinearPlan {
         kick(&(-self.outer[1].weight * self.outer[1].gradient))
     }
 
-    /// What of a torque in the first half kick comes before the first `z` (0), or in the last kick after the end (1), scaled.
+    /// What of a torque in the first half kick comes before the first `z` (0), or in the last kick
+    /// after the end (1), scaled.
     pub(crate) fn half_kick(&self, end: usize) -> f64 {
         self.outer[end].weight
     }
@@ -376,13 +386,15 @@ impl LinearPlan {
         }
     }
 
-    /// What one unit of a parameter adds in the half kick before the first `z` (0), or in that after the end (1), scaled.
+    /// What one unit of a parameter adds in the half kick before the first `z` (0), or in that
+    /// after the end (1), scaled.
     pub(crate) fn outer_disturbance(&self, end: usize, parameter: &Parameter) -> Vector6 {
         let HalfKick { weight, applied, .. } = &self.outer[end];
         momenta(&(*weight * self.torque_error(applied, parameter)))
     }
 
-    /// What a change of the inertia alone does to a drift: `[ξ; S(Π') ξ]`, `ξ = −(1/h) B vee(F δJ_d − δJ_d Fᵀ)`.
+    /// What a change of the inertia alone does to a drift: `[ξ; S(Π') ξ]`,
+    /// `ξ = −(1/h) B vee(F δJ_d − δJ_d Fᵀ)`.
     fn turned(&self, step: &LinearStep, delta: &Matrix3) -> Vector6 {
         let delta = delta / self.units.inertia;
         let delta_d = Matrix3::from_diagonal_element(0.5 * delta.trace()) - delta;
@@ -406,8 +418,9 @@ impl LinearPlan {
         }
     }
 
-    /// `C_k` of a parameter: what one unit of it (SI) adds to the measured `z` at a node, scaled. Who measures multiplies the rate
-    /// by the nominal inertia; beside torques at nodes, half of the kick that was commanded is added, whatever was given.
+    /// `C_k` of a parameter: what one unit of it (SI) adds to the measured `z` at a node, scaled.
+    /// Who measures multiplies the rate by the nominal inertia; beside torques at nodes, half of
+    /// the kick that was commanded is added, whatever was given.
     pub(crate) fn measured(&self, node: usize, parameter: &Parameter) -> Vector6 {
         let rate = self.nodes[node].1;
         let (half, applied, gradient) = match (self.timing, node) {

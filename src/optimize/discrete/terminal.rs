@@ -1,15 +1,18 @@
-//! The terminal condition, in scaled units: what must hold at the end, of the state and of the costate.
+//! The terminal condition, in scaled units: what must hold at the end, of the state and of the
+//! costate.
 //!
-//! As many equations `e(y_N, μ) = 0` as the state has components, with the costate `μ` of the physical state at the
-//! end, between the halves of the last kick for Lie–Verlet. Where the whole state is given:
+//! As many equations `e(y_N, μ) = 0` as the state has components, with the costate `μ` of the
+//! physical state at the end, between the halves of the last kick for Lie–Verlet. Where the whole
+//! state is given:
 //!
 //! ```text
 //! e = [x − x_d; γ − γ_d; log(R_dᵀR); Π − Π_d] ,     D_z e = blockdiag(I, I, J_r⁻¹(log R_dᵀR), I) ,     D_μ e = 0
 //! ```
 //!
-//! Newton needs no `J_r⁻¹`: a direction that solves `D d = −e` with `D = I` solves it with `D_z e` as well, since
-//! `J_r(φ) φ = φ`. A component that is left free exchanges its equation for one of transversality, `μ·v = 0` for
-//! the motions v that it allows: a variant of its own here. Where any attitude will do, `e = [x − x_d; γ − γ_d; μ^R; Π − Π_d]`.
+//! Newton needs no `J_r⁻¹`: a direction that solves `D d = −e` with `D = I` solves it with `D_z e`
+//! as well, since `J_r(φ) φ = φ`. A component that is left free exchanges its equation for one of
+//! transversality, `μ·v = 0` for the motions v that it allows: a variant of its own here. Where any
+//! attitude will do, `e = [x − x_d; γ − γ_d; μ^R; Π − Π_d]`.
 
 use crate::maneuver::problem::EndCondition;
 use crate::optimize::discrete::step::{Costate, Point, Sensitivity};
@@ -61,7 +64,8 @@ impl TerminalCondition {
         }
     }
 
-    /// `D_z e Z + D_μ e Λ` for columns of the derivatives of state and costate, with `J_r⁻¹` taken for `I`.
+    /// `D_z e Z + D_μ e Λ` for columns of the derivatives of state and costate, with `J_r⁻¹` taken
+    /// for `I`.
     pub fn slope<const N: usize>(&self, columns: &Sensitivity<N>) -> SMatrix<f64, N, N> {
         match self {
             Self::State(_) => columns.state(),

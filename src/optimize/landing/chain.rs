@@ -17,9 +17,9 @@ pub(crate) struct Landed {
 
 /// Lands a plan of the chain where `aim` says.
 ///
-/// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
-/// aimed, after a miss of such a size: `None` where either cannot. `chain` is left aimed at what
-/// the plan that is returned was solved for.
+/// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on
+/// the chain that is aimed, after a miss of such a size: `None` where either cannot. `chain` is
+/// left aimed at what the plan that is returned was solved for.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,

@@ -1,23 +1,27 @@
-//! Landing: the discrete target is shifted by what the true motion misses, until that meets the end of the maneuver.
+//! Landing: the discrete target is shifted by what the true motion misses, until that meets the end
+//! of the maneuver.
 //!
-//! The inputs of a plan are held over its steps. Under them the true motion ends `O(h²)` beside the discrete one
-//! (`O(h)` for Lie–Euler), which meets its target to round-off. The defect correction
+//! The inputs of a plan are held over its steps. Under them the true motion ends `O(h²)` beside the
+//! discrete one (`O(h)` for Lie–Euler), which meets its target to round-off. The defect correction
 //!
 //! ```text
 //! d_0 = end ,     d_{i+1} = d_i ⊕ (end ⊖ Φ(u(d_i)))
 //! ```
 //!
-//! with the inputs `u(d)` of the discrete optimum for the target d and the end Φ of the true motion under them
-//! ([`crate::flight`]) has the plan wanted as its fixed point, and contracts by the relative difference of the two
-//! sensitivities, `O(h²)`. It remains an extremal of the discrete problem, of the shifted target. Constraints on rates and
-//! pointing are drawn in by what the true motion exceeds them, in the same loop.
+//! with the inputs `u(d)` of the discrete optimum for the target d and the end Φ of the true motion
+//! under them ([`crate::flight`]) has the plan wanted as its fixed point, and contracts by the
+//! relative difference of the two sensitivities, `O(h²)`. It remains an extremal of the discrete
+//! problem, of the shifted target. Constraints on rates and pointing are drawn in by what the true
+//! motion exceeds them, in the same loop.
 //!
-//! A plan of least time to a target that moves ends where that is when the plan arrives. Its `end` is that of the plan's own duration
-//! ([`Problem::end_after`]), and what is aimed at that of the root of how late the plan is, by the slope that the search has seen; of the
-//! discrete motion too, where plans are not to land.
+//! A plan of least time to a target that moves ends where that is when the plan arrives. Its `end`
+//! is that of the plan's own duration ([`Problem::end_after`]), and what is aimed at that of the
+//! root of how late the plan is, by the slope that the search has seen; of the discrete motion too,
+//! where plans are not to land.
 //!
-//! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the first costate
-//! (`shooting`), the chain its own method from near the plan (`chain`), arcs Newton on costates and lengths (`search::switching`).
+//! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the
+//! first costate (`shooting`), the chain its own method from near the plan (`chain`), arcs Newton
+//! on costates and lengths (`search::switching`).
 
 mod chain;
 mod shooting;
@@ -33,24 +37,26 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Landing, Trajectory};
 
-/// A miss that is none, scaled: radians, and rates over a radian in the duration. Far below what a witness is asked for, far
-/// above round-off.
+/// A miss that is none, scaled: radians, and rates over a radian in the duration. Far below what a
+/// witness is asked for, far above round-off.
 pub(crate) const LANDED: f64 = 1e-9;
 
-/// Most corrections. Where one does not take away half of the miss more steps are needed, and no more corrections.
+/// Most corrections. Where one does not take away half of the miss more steps are needed, and no
+/// more corrections.
 pub(crate) const MOST_CORRECTIONS: usize = 16;
 const SHRUNK: f64 = 0.5;
 
-/// By how much more than what the true motion exceeds a constraint is drawn in, and what it must keep \[rad, or a part of the
-/// limit\]: the pieces between which extrema are looked for are rotations about one axis to some 1e-8.
+/// By how much more than what the true motion exceeds a constraint is drawn in, and what it must
+/// keep \[rad, or a part of the limit\]: the pieces between which extrema are looked for are
+/// rotations about one axis to some 1e-8.
 const ROOM: f64 = 1e-7;
 
-/// What a plan that lands misses or exceeds at most, scaled: far below what it is asked for, and far above what two flows
-/// of the same motion differ by.
+/// What a plan that lands misses or exceeds at most, scaled: far below what it is asked for, and
+/// far above what two flows of the same motion differ by.
 pub(crate) const MET: f64 = 1e-6;
 
-/// What the true motion of a plan misses at the end or exceeds on its way, the larger, scaled; not finite where it cannot be
-/// followed.
+/// What the true motion of a plan misses at the end or exceeds on its way, the larger, scaled; not
+/// finite where it cannot be followed.
 pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
     let Some(duration) = plan.time.last().copied() else { return f64::NAN };
     let mut aim = Aim::of(problem);
@@ -72,7 +78,8 @@ pub(crate) struct Aim<'a> {
     least: f64,
     /// The end that the discrete problem has.
     pub target: State,
-    /// When the end that is aimed at is that of the maneuver \[s\], where it moves on with the duration.
+    /// When the end that is aimed at is that of the maneuver \[s\], where it moves on with the
+    /// duration.
     time: f64,
     /// By how much each constraint is drawn in.
     pub drawn_in: Vec<f64>,
@@ -109,7 +116,8 @@ impl<'a> Aim<'a> {
         }
     }
 
-    /// Of the motion that `settings` ask to be at the end of a maneuver; `None` where it is there already.
+    /// Of the motion that `settings` ask to be at the end of a maneuver; `None` where it is there
+    /// already.
     pub fn asked(problem: &'a Problem, settings: &Settings) -> Option<Self> {
         let aim = Self::of(problem);
         match settings.target {
@@ -180,7 +188,8 @@ impl<'a> Aim<'a> {
             self.best = left;
             return Next::Landed;
         }
-        // The first correction to what moves tells how late the plan is, and only the next ones make up for it.
+        // The first correction to what moves tells how late the plan is, and only the next ones
+        // make up for it.
         let told = 1 + usize::from(self.problem.met().is_some());
         let stuck = left.is_nan() || self.misses.len() > told && left > SHRUNK * self.best;
         if stuck || self.misses.len() > MOST_CORRECTIONS {
@@ -212,8 +221,8 @@ impl<'a> Aim<'a> {
         target.velocity += end.velocity - flown.velocity;
     }
 
-    /// The maneuver to the end that is aimed at, with its constraints drawn in; `None` where they leave nothing or the ends do not hold
-    /// them.
+    /// The maneuver to the end that is aimed at, with its constraints drawn in; `None` where they
+    /// leave nothing or the ends do not hold them.
     pub fn drawn_in(&self) -> Option<Problem> {
         let mut problem = Problem { end: self.target, ..self.problem.clone() };
         for (Constraint { rule, .. }, by) in problem.constraints.iter_mut().zip(&self.drawn_in) {
@@ -227,7 +236,8 @@ impl<'a> Aim<'a> {
         usable.then_some(problem)
     }
 
-    /// Whether constraints are others than those of the maneuver: one is drawn in, or leads to the end that is aimed at.
+    /// Whether constraints are others than those of the maneuver: one is drawn in, or leads to the
+    /// end that is aimed at.
     pub fn changes_constraints(&self) -> bool {
         self.drawn_in.iter().any(|by| *by > 0.0) || self.problem.constraints.iter().any(is_held_on)
     }

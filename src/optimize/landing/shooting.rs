@@ -1,9 +1,11 @@
-//! Landing an extremal of the shooting: Newton on the first costate, towards the end of the true motion.
+//! Landing an extremal of the shooting: Newton on the first costate, towards the end of the true
+//! motion.
 //!
-//! Whatever `λ_{−1}` a sweep begins from, it is an extremal of the target that it comes to. So the corrections need no solve
-//! within: the costate moves by `−H e`, with the miss `e` of the true motion and the inverse `H` of the discrete sensitivity,
-//! which a coarser grid gives well enough, and the target is where the sweep ends in the end. A correction is one sweep and
-//! one flight. From the second on Broyden's update puts into `H` what the moves have shown.
+//! Whatever `λ_{−1}` a sweep begins from, it is an extremal of the target that it comes to. So the
+//! corrections need no solve within: the costate moves by `−H e`, with the miss `e` of the true
+//! motion and the inverse `H` of the discrete sensitivity, which a coarser grid gives well enough,
+//! and the target is where the sweep ends in the end. A correction is one sweep and one flight.
+//! From the second on Broyden's update puts into `H` what the moves have shown.
 
 use super::{Aim, LANDED, MOST_CORRECTIONS, SHRUNK, largest};
 use crate::flight::Held;
@@ -21,7 +23,8 @@ const DIFFERENCE: f64 = 1e-7;
 /// Shares of a step that are tried where a whole one leads away.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.1];
 
-/// An extremal under whose inputs the true motion comes as near to the end as corrections brought it.
+/// An extremal under whose inputs the true motion comes as near to the end as corrections brought
+/// it.
 pub(crate) struct LandedCostate<const N: usize> {
     pub costate: SVector<f64, N>,
     /// Its nodes, and its cost, scaled.
@@ -42,8 +45,8 @@ struct LandingTrial<const N: usize> {
     size: f64,
 }
 
-/// Lands the extremal that begins at `costate`; `None` where a sweep or a flight does not come to its end at once.
-/// `stopped` ends the corrections with the best so far.
+/// Lands the extremal that begins at `costate`; `None` where a sweep or a flight does not come to
+/// its end at once. `stopped` ends the corrections with the best so far.
 pub(crate) fn land_costate<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -63,7 +66,8 @@ pub(crate) fn land_costate<const N: usize>(
         let h = match inverse {
             Some(h) => h,
             None => {
-                // The miss bends where a limit is entered: what one derivative brought nearer, the next may bring home.
+                // The miss bends where a limit is entered: what one derivative brought nearer, the
+                // next may bring home.
                 let nearer = best.size < differenced;
                 let Some(slope) = slopes.next().or(nearer.then_some(Slope::True)) else { break };
                 if matches!(slope, Slope::True) {
@@ -105,7 +109,8 @@ pub(crate) fn land_costate<const N: usize>(
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
 }
 
-/// Whose derivative of the miss by the costate is taken, cheapest first: where steps of one lead nowhere, the next.
+/// Whose derivative of the miss by the costate is taken, cheapest first: where steps of one lead
+/// nowhere, the next.
 #[derive(Clone, Copy)]
 enum Slope {
     /// That of the discrete motion on a coarser grid.

@@ -1,7 +1,8 @@
 //! From any dual vector to a true lower bound.
 //!
-//! Every maneuver within the range has moments `|y_i| ≤ 1` and puts `s = b − A y` into the cones. So for **any** `z`,
-//! solved, almost solved or made up, with the part of the inequalities not negative,
+//! Every maneuver within the range has moments `|y_i| ≤ 1` and puts `s = b − A y` into the cones.
+//! So for **any** `z`, solved, almost solved or made up, with the part of the inequalities not
+//! negative,
 //!
 //! ```text
 //! cost = c_0 + qᵀy = c_0 + rᵀy − bᵀz + zᵀs ,    r = q + Aᵀz
@@ -24,8 +25,9 @@ pub(crate) struct Proved {
     pub claimed: f64,
 }
 
-/// The bound that `z` proves, with the cost (`with_cost`) or for a cost of zero: a positive one then says that no
-/// maneuver is in the range at all. `None` when `z` has a number that is not finite.
+/// The bound that `z` proves, with the cost (`with_cost`) or for a cost of zero: a positive one
+/// then says that no maneuver is in the range at all. `None` when `z` has a number that is not
+/// finite.
 pub(crate) fn prove(moments: &MomentProgram, z: &[f64], with_cost: bool) -> Option<Proved> {
     let program = &moments.program;
     if z.len() != program.bound.len() || !z.iter().all(|value| value.is_finite()) {
@@ -55,7 +57,8 @@ pub(crate) fn prove(moments: &MomentProgram, z: &[f64], with_cost: bool) -> Opti
 
     let products: f64 = program.matrix.entries().map(|(row, _, value)| (value * z[row]).abs()).sum();
     let bounds: f64 = program.bound.iter().zip(&z).map(|(b, z)| (b * z).abs()).sum();
-    // Relative error of a sum: that of its numbers, of about ten operations each, and one ulp per addition.
+    // Relative error of a sum: that of its numbers, of about ten operations each, and one ulp per
+    // addition.
     let round_off = (128.0 + z.len() as f64) * f64::EPSILON;
     loss += round_off * (products + bounds + cost * moments.cost_magnitude);
     let bound = claimed - loss;
@@ -80,8 +83,8 @@ pub(crate) fn unpacked(part: &[f64], n: usize) -> DMatrix<f64> {
 
 /// A number that no eigenvalue of the symmetric matrix is below.
 ///
-/// The computed one, lowered until `A − λI` has a Cholesky factor: then `A − λI` is positive semidefinite up to an
-/// error of `(n + 1) ε tr`, which is taken off too (Demmel; Rump 2006).
+/// The computed one, lowered until `A − λI` has a Cholesky factor: then `A − λI` is positive
+/// semidefinite up to an error of `(n + 1) ε tr`, which is taken off too (Demmel; Rump 2006).
 pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let n = matrix.nrows();
     let norm = matrix.norm();
@@ -128,7 +131,8 @@ mod tests {
     use crate::optimize::convex::cone::Program;
     use crate::optimize::convex::sparse::Sparse;
 
-    /// Minimise `2 − y` over the one moment `0 ≤ y ≤ 1`, of which the cone states `s = y`: the minimum is 1.
+    /// Minimise `2 − y` over the one moment `0 ≤ y ≤ 1`, of which the cone states `s = y`: the
+    /// minimum is 1.
     fn one_moment(cone: Cone) -> MomentProgram {
         MomentProgram {
             program: Program {
@@ -148,7 +152,8 @@ mod tests {
     #[test]
     fn each_way_to_claim_too_much_is_corrected() {
         for cone in [Cone::Nonnegative(1), Cone::Semidefinite(1)] {
-            // z = −1 leaves no residual and claims 2, by a multiplier of the wrong sign; z = 0 claims 2 by a residual.
+            // z = −1 leaves no residual and claims 2, by a multiplier of the wrong sign; z = 0
+            // claims 2 by a residual.
             for z in [-1.0, 0.0, -0.5, 3.0] {
                 let proof = prove(&one_moment(cone), &[z], true).unwrap();
                 assert!((proof.claimed - 2.0).abs() < 1e-15);

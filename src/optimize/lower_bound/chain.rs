@@ -1,14 +1,15 @@
 //! The maneuver of a free body as a chain of rotations with a quadratic cost.
 //!
-//! With `g_k = hΠ_k` the implicit equation reads `g_k = p(F_k) = vee(F_k J_d − J_d F_kᵀ)`, and after the drift the
-//! momentum is `F_kᵀ g_k = m(F_k) = vee(J_d F_k − F_kᵀ J_d)`: both linear in `F_k`. So is the torque `τ = B u`,
+//! With `g_k = hΠ_k` the implicit equation reads `g_k = p(F_k) = vee(F_k J_d − J_d F_kᵀ)`, and
+//! after the drift the momentum is `F_kᵀ g_k = m(F_k) = vee(J_d F_k − F_kᵀ J_d)`: both linear in
+//! `F_k`. So is the torque `τ = B u`,
 //!
 //! ```text
 //! h² τ_k = p(F_k) − m(F_{k−1})
 //! ```
 //!
-//! and the least effort of a torque is `½ τᵀ G τ`, `G = (B W⁻¹ Bᵀ)⁻¹`. The free steps `F_1 … F_M` of the chain and
-//! what closes it at the ends are
+//! and the least effort of a torque is `½ τᵀ G τ`, `G = (B W⁻¹ Bᵀ)⁻¹`. The free steps `F_1 … F_M`
+//! of the chain and what closes it at the ends are
 //!
 //! ```text
 //! Lie–Euler    M = N − 1   F_0 is fixed by Π_0;  a = m(F_0),  b = hΠ_d,  end factors 1
@@ -17,9 +18,10 @@
 //! cost = (1/2h³) [ e |p(F_1) − a|² + Σ |p(F_{k+1}) − m(F_k)|² + e |b − m(F_M)|² ]_G ,    F_1 F_2 ⋯ F_M = Q
 //! ```
 //!
-//! Rotations that stay variable: for two steps `F_1` alone, `F_2 = F_1ᵀ Q`. For more, all `F_k`, and the attitudes
-//! `R_k = F_1 ⋯ F_{k−1}` between them: `R_2 = F_1` and `R_M = Q F_Mᵀ` need no variable of their own. Cost and group
-//! never join more than the three rotations `R_k, F_k, F_{k+1}`: the cliques.
+//! Rotations that stay variable: for two steps `F_1` alone, `F_2 = F_1ᵀ Q`. For more, all `F_k`,
+//! and the attitudes `R_k = F_1 ⋯ F_{k−1}` between them: `R_2 = F_1` and `R_M = Q F_Mᵀ` need no
+//! variable of their own. Cost and group never join more than the three rotations
+//! `R_k, F_k, F_{k+1}`: the cliques.
 
 use super::polynomial::{
     Polynomial, PolynomialMatrix, Ring, constant_matrix, left_multiplied, transposed, vee_of_skew_part,
@@ -131,7 +133,8 @@ impl Chain {
             for j in 0..3 {
                 let product = self.ring.product(&difference[i], &difference[j]);
                 self.cost.add(&product, factor * weight[(i, j)]);
-                // Reduction multiplies the terms of degree four by at most (1 + 3)²; cancellation in a − b counted.
+                // Reduction multiplies the terms of degree four by at most (1 + 3)²; cancellation
+                // in a − b counted.
                 let size = |k: usize| a[k].magnitude() + b[k].magnitude();
                 self.cost_magnitude += 16.0 * (factor * weight[(i, j)]).abs() * size(i) * size(j);
             }

@@ -1,27 +1,32 @@
 //! Global lower bounds: what no maneuver of a free body can undercut, whichever way round.
 //!
-//! Shooting finds local minima. This module bounds the global one from below, by a moment relaxation of the discrete
-//! problem itself, in the same discretisation as the plan: [`lower_bound`]. For a free body everything is quadratic
-//! in the rotations of the steps (`src/bound/chain.rs`), and the polynomial problem relaxes to a
-//! semidefinite program (`src/bound/relaxation.rs`) whose dual solution is corrected into a proof
-//! (`src/bound/certificate.rs`): the number returned is a bound even where the solver was only "almost" done.
+//! Shooting finds local minima. This module bounds the global one from below, by a moment
+//! relaxation of the discrete problem itself, in the same discretisation as the plan:
+//! [`lower_bound`]. For a free body everything is quadratic in the rotations of the steps
+//! (`src/bound/chain.rs`), and the polynomial problem relaxes to a semidefinite program
+//! (`src/bound/relaxation.rs`) whose dual solution is corrected into a proof
+//! (`src/bound/certificate.rs`): the number returned is a bound even where the solver was only
+//! "almost" done.
 //!
 //! # What a bound covers
 //!
-//! The implicit equation of a step has solutions that no continuous motion follows. Without an angle range the
-//! bound holds for those too ([`Relaxation::Shor`]) and lies far below every physical maneuver. With `tr F_k ≥ 1 + 2 cos θ`,
-//! `θ ≤ 90°`, the branch is the physical one. Given the cost of a known maneuver, every cheaper one turns so little in a
-//! step that the range shrinks without any loss, and the bound gains; [`LowerBound::step_angles`] and
+//! The implicit equation of a step has solutions that no continuous motion follows. Without an
+//! angle range the bound holds for those too ([`Relaxation::Shor`]) and lies far below every
+//! physical maneuver. With `tr F_k ≥ 1 + 2 cos θ`, `θ ≤ 90°`, the branch is the physical one. Given
+//! the cost of a known maneuver, every cheaper one turns so little in a step that the range shrinks
+//! without any loss, and the bound gains; [`LowerBound::step_angles`] and
 //! [`LowerBound::coverage`] say what was covered.
 //!
 //! # How tight
 //!
-//! As tight as [`LowerBound::gap`] says. Where one rotation is free the localised relaxation was exact in every case
-//! of the reference and in nearly all random ones. On longer chains it mixes the short way with the long way where their
-//! costs are close and the steps wide: a gap of 10–20 % for a turn of 170° in 4 to 8 steps. On finer grids, given the
-//! known cost, the steps are narrow and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
-//! (`cargo run --release -p evidence --features sdp -- global_bound 16`). [`LowerBound::rank_one_defect`] near zero means
-//! that the relaxation has found one maneuver, not a mixture.
+//! As tight as [`LowerBound::gap`] says. Where one rotation is free the localised relaxation was
+//! exact in every case of the reference and in nearly all random ones. On longer chains it mixes
+//! the short way with the long way where their costs are close and the steps wide: a gap of 10–20 %
+//! for a turn of 170° in 4 to 8 steps. On finer grids, given the known cost, the steps are narrow
+//! and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
+//! (`cargo run --release -p evidence --features sdp -- global_bound 16`).
+//! [`LowerBound::rank_one_defect`] near zero means that the relaxation has found one maneuver, not
+//! a mixture.
 //!
 //! Needs the cargo feature `sdp`.
 
@@ -51,14 +56,16 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Relaxation {
-    /// Order 1 in the rotations, without an angle range: holds on every branch of the implicit equation.
+    /// Order 1 in the rotations, without an angle range: holds on every branch of the implicit
+    /// equation.
     Shor,
     /// The same with the angle range of each step.
     Branch,
     /// Order 1 with the angle range multiplied into the moments of each clique.
     #[default]
     Localized,
-    /// Order 2, localised. Only where one rotation is free: three steps of Lie–Euler, two of Lie–Verlet.
+    /// Order 2, localised. Only where one rotation is free: three steps of Lie–Euler, two of
+    /// Lie–Verlet.
     SecondOrder,
 }
 
@@ -67,11 +74,13 @@ pub enum Relaxation {
 pub struct BoundSettings {
     /// Which relaxation. Default: localised.
     pub relaxation: Relaxation,
-    /// Largest angle of one step that is covered \[rad\], in (0, π/2]. Default π/2: all of the physical branch. A smaller
-    /// one gives a higher bound for fewer maneuvers. Not used by [`Relaxation::Shor`].
+    /// Largest angle of one step that is covered \[rad\], in (0, π/2]. Default π/2: all of the
+    /// physical branch. A smaller one gives a higher bound for fewer maneuvers. Not used by
+    /// [`Relaxation::Shor`].
     pub max_step_angle: f64,
-    /// Cost of a maneuver that solves the problem, in the problem's unit of cost. Default: none. Given one, the range of
-    /// each step shrinks to what a cheaper maneuver can need, and the bound still covers all of the physical branch.
+    /// Cost of a maneuver that solves the problem, in the problem's unit of cost. Default: none.
+    /// Given one, the range of each step shrinks to what a cheaper maneuver can need, and the bound
+    /// still covers all of the physical branch.
     pub known_cost: Option<f64>,
     /// Tolerance of the cone solver. Default 1e-9.
     pub tolerance: f64,
@@ -122,8 +131,8 @@ pub enum SolverEnd {
 /// A proved lower bound of the discrete cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LowerBound {
-    /// No maneuver that is covered costs less; unit of [`crate::maneuver::solution::Solution::cost`]. Infinite when
-    /// it is proved that none exists.
+    /// No maneuver that is covered costs less; unit of
+    /// [`crate::maneuver::solution::Solution::cost`]. Infinite when it is proved that none exists.
     pub cost: f64,
     /// What the solver's dual vector claimed before it was corrected by its residuals.
     pub claimed: f64,
@@ -133,10 +142,11 @@ pub struct LowerBound {
     pub gap: Option<f64>,
     /// Which maneuvers the bound covers.
     pub coverage: Coverage,
-    /// Largest angle of each step that is covered \[rad\]; π where there is no limit. One number per step of the grid.
+    /// Largest angle of each step that is covered \[rad\]; π where there is no limit. One number
+    /// per step of the grid.
     pub step_angles: Vec<f64>,
-    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation is exact.
-    /// `None` where the solver gave no point.
+    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation
+    /// is exact. `None` where the solver gave no point.
     pub rank_one_defect: Option<f64>,
     /// Which relaxation.
     pub relaxation: Relaxation,
@@ -187,11 +197,13 @@ pub const MAX_STEPS: usize = 60;
 
 /// A lower bound of the cost of every maneuver that solves `problem` on its own grid and scheme.
 ///
-/// Covered are free bodies with torques along at least three independent axes, and single-axis turns about a principal
-/// axis. Limits and pointing constraints are left out: they can only make maneuvers costlier.
+/// Covered are free bodies with torques along at least three independent axes, and single-axis
+/// turns about a principal axis. Limits and pointing constraints are left out: they can only make
+/// maneuvers costlier.
 ///
 /// # Errors
-/// A [`BoundError`] when the problem is not covered, a setting is out of range, or the solver broke down.
+/// A [`BoundError`] when the problem is not covered, a setting is out of range, or the solver broke
+/// down.
 pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerBound, BoundError> {
     problem.check()?;
     settings.check()?;
@@ -244,7 +256,8 @@ pub fn covered(problem: &Problem) -> Result<(), BoundError> {
     Setup::new(problem, &BoundSettings::default()).map(|_| ())
 }
 
-/// Regularisations to try, the usually best first. Every dual vector proves something; the best proof counts.
+/// Regularisations to try, the usually best first. Every dual vector proves something; the best
+/// proof counts.
 const REGULARIZATIONS: [f64; 3] = [1e-7, 1e-6, 1e-8];
 
 /// A proof that loses no more than this share of what its dual vector claims is good enough.
@@ -485,7 +498,8 @@ impl Weight {
 }
 
 impl ChainData {
-    /// Turns the body axes so that the single axis of torque is z, when all of the maneuver is about it.
+    /// Turns the body axes so that the single axis of torque is z, when all of the maneuver is
+    /// about it.
     fn turn_to_z(&mut self, axis: &Vector3) -> Result<(), BoundError> {
         let other = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
         let x = (other - axis * axis.dot(&other)).normalize();

@@ -1,10 +1,11 @@
 //! Polynomials in the components of several unit quaternions, in normal form.
 //!
-//! Each rotation is written by its quaternion `(w, s x, s y, s z)`, with a scale `s` that makes `|x|, |y|, |z| ≤ 1`:
-//! for a rotation through at most `θ`, `s = sin(θ/2)`. The sphere `w² + s²(x² + y² + z²) = 1` is used up: wherever a
-//! power of `w` above the first appears it is replaced. So two polynomials are equal on the rotations exactly when
-//! their coefficients are, and no quadratic identity of the rotation group (`FᵀF = I`, `FFᵀ = I`, `c₁ × c₂ = c₃` of
-//! columns and rows) has to be stated: all of them have become `0 = 0`.
+//! Each rotation is written by its quaternion `(w, s x, s y, s z)`, with a scale `s` that makes
+//! `|x|, |y|, |z| ≤ 1`: for a rotation through at most `θ`, `s = sin(θ/2)`. The sphere
+//! `w² + s²(x² + y² + z²) = 1` is used up: wherever a power of `w` above the first appears it is
+//! replaced. So two polynomials are equal on the rotations exactly when their coefficients are, and
+//! no quadratic identity of the rotation group (`FᵀF = I`, `FFᵀ = I`, `c₁ × c₂ = c₃` of columns and
+//! rows) has to be stated: all of them have become `0 = 0`.
 //!
 //! A rotation matrix is quadratic in its quaternion,
 //!
@@ -12,12 +13,14 @@
 //! F = I − 2s²(|v|² I − v vᵀ) + 2 s w S(v),     v = (x, y, z)
 //! ```
 //!
-//! so what is quadratic in matrices has degree 4 here, and the moments of order 1 in `F` are those of degree 4.
+//! so what is quadratic in matrices has degree 4 here, and the moments of order 1 in `F` are those
+//! of degree 4.
 
 use crate::Matrix3;
 use std::collections::BTreeMap;
 
-/// Exponents of `(w, x, y, z)` of the rotations that occur, sorted by rotation; empty: the constant 1.
+/// Exponents of `(w, x, y, z)` of the rotations that occur, sorted by rotation; empty: the constant
+/// 1.
 pub(crate) type Monomial = Vec<(usize, [u8; 4])>;
 
 /// A polynomial in normal form: no power of any `w` above the first.
@@ -103,8 +106,8 @@ impl Ring {
         matrix(|i, j| sum(|k| (self.product(&a[i][k], &b[k][j]), 1.0)))
     }
 
-    /// All normal monomials of one rotation of degree `from`, and of every degree below it of the same parity, the
-    /// constant excepted: on the sphere they span the forms of degree `from`.
+    /// All normal monomials of one rotation of degree `from`, and of every degree below it of the
+    /// same parity, the constant excepted: on the sphere they span the forms of degree `from`.
     pub fn monomials(&self, id: usize, from: u8) -> Vec<Polynomial> {
         let mut out = Vec::new();
         let mut degree = if from.is_multiple_of(2) { 2 } else { 1 };
@@ -289,7 +292,8 @@ mod tests {
 
     #[test]
     fn nine_entries_have_fifty_five_products_and_thirty_five_moments() {
-        // The 55 products of (1, F) and the 20 identities between them leave 35: no identity is missing.
+        // The 55 products of (1, F) and the 20 identities between them leave 35: no identity is
+        // missing.
         let ring = Ring { scale: vec![1.0], axes: ALL };
         assert_eq!(1 + ring.monomials(0, 2).len(), 10);
         assert_eq!(1 + ring.monomials(0, 4).len(), 35);

@@ -1,16 +1,18 @@
 //! How far a step can turn in a maneuver that is no costlier than a known one.
 //!
-//! Let `t` be the time of torque before a step, `T − t` the time after it, `π` the spatial momentum at it and `π_0`,
-//! `π_d` those at the ends. Impulses add up in the spatial frame, and an impulse `a` in time `t` costs at least
-//! `½ g a²/t`, `g` the smallest eigenvalue of `G` (Cauchy–Schwarz). So a cost up to `U` needs
+//! Let `t` be the time of torque before a step, `T − t` the time after it, `π` the spatial momentum
+//! at it and `π_0`, `π_d` those at the ends. Impulses add up in the spatial frame, and an impulse
+//! `a` in time `t` costs at least `½ g a²/t`, `g` the smallest eigenvalue of `G` (Cauchy–Schwarz).
+//! So a cost up to `U` needs
 //!
 //! ```text
 //! |π − π_0|²/t + |π_d − π|²/(T − t) ≤ 2U/g
 //! ⇔  |π − c|² ≤ (t (T − t)/T) (2U/g − |π_d − π_0|²/T) ,     c = π_0 + (t/T)(π_d − π_0)
 //! ```
 //!
-//! and a step through `θ ≤ 90°` about the axis `e` has `|hΠ|² = sin²θ |Je|² + (1 − cos θ)² |e × Je|² ≥ (J_min sin θ)²`.
-//! `t` counts the first half kick of Lie–Verlet as half a step: its weight in the cost is half too.
+//! and a step through `θ ≤ 90°` about the axis `e` has
+//! `|hΠ|² = sin²θ |Je|² + (1 − cos θ)² |e × Je|² ≥ (J_min sin θ)²`. `t` counts the first half kick
+//! of Lie–Verlet as half a step: its weight in the cost is half too.
 
 use crate::Vector3;
 
@@ -57,7 +59,8 @@ mod tests {
             let momenta = [end(), end()];
             let between = random.vector3();
             for k in 1..steps {
-                // Equal torques before the step, equal ones after it: cost of Lie–Euler for a unit sphere.
+                // Equal torques before the step, equal ones after it: cost of Lie–Euler for a unit
+                // sphere.
                 let (before, after) = (k as f64 * h, (steps - k) as f64 * h);
                 let [a, b] = [between - momenta[0], momenta[1] - between];
                 let cost = 0.5 * (a.norm_squared() / before + b.norm_squared() / after);

@@ -1,7 +1,7 @@
 //! The moment relaxation: a semidefinite program whose minimum no maneuver undercuts.
 //!
-//! A maneuver gives every monomial a value, its moment `y`. The cost is linear in `y`, and so are these conditions,
-//! which every maneuver meets and every mixture of maneuvers too:
+//! A maneuver gives every monomial a value, its moment `y`. The cost is linear in `y`, and so are
+//! these conditions, which every maneuver meets and every mixture of maneuvers too:
 //!
 //! ```text
 //! Σ y[v vᵀ] ⪰ 0                   v: 1 and the entries of the rotations of a clique          (Shor, order 1)
@@ -11,8 +11,8 @@
 //! y[(q⊗r)(q⊗r)ᵀ] ⪰ 0              pairs of quaternions                                       (localised)
 //! ```
 //!
-//! Order 2 takes all products of two entries for `v` and of a quaternion and an entry for `q`; it is built where one
-//! rotation is free.
+//! Order 2 takes all products of two entries for `v` and of a quaternion and an entry for `q`; it
+//! is built where one rotation is free.
 
 use super::Relaxation;
 use super::chain::Chain;

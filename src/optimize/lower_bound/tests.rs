@@ -25,8 +25,8 @@ fn planned(problem: &Problem) -> Solution {
     search::solve(problem, &Settings::discrete(), None, &mut Silent).unwrap()
 }
 
-/// A turn from rest to rest in three steps of Lie–Euler with h = 1, so that the values of the reference are twice the
-/// cost.
+/// A turn from rest to rest in three steps of Lie–Euler with h = 1, so that the values of the
+/// reference are twice the cost.
 fn three_steps(inertia: Inertia, rotation: Vector3) -> Problem {
     let body = Body { inertia, mass: None };
     let end = State::at_rest(lie::exp(&rotation));
@@ -287,8 +287,8 @@ fn a_perturbed_dual_vector_still_proves_a_bound() {
     }
     // Without the correction some of these would have been false.
     assert!(misled > 10, "{misled}");
-    // Two attacks that leave one correction alone to answer. The constant's own entry touches no residual; a scaled
-    // vector keeps every block positive.
+    // Two attacks that leave one correction alone to answer. The constant's own entry touches no
+    // residual; a scaled vector keeps every block positive.
     let place = moments.program.cones.iter().take_while(|cone| !matches!(cone, Cone::Semidefinite(_)));
     let constant = place.map(|cone| cone.rows()).sum::<usize>();
     let mut raised = z.clone();

@@ -1,6 +1,8 @@
-//! Continuation: from a solution of one problem by way of neighbours, each solved from the one before, to that of another.
+//! Continuation: from a solution of one problem by way of neighbours, each solved from the one
+//! before, to that of another.
 //!
-//! How far the parameter goes at once adapts: less where a neighbour is not found, more where it is found easily.
+//! How far the parameter goes at once adapts: less where a neighbour is not found, more where it is
+//! found easily.
 
 /// How far a continuation goes at once, in the measure of its parameter.
 pub(crate) struct Pace {
@@ -61,8 +63,8 @@ pub(crate) fn follow<T>(
 mod tests {
     use super::*;
 
-    /// Claim: where steps of one length are the longest that succeed, a continuation finds that length and arrives; where none do it
-    /// ends where it is.
+    /// Claim: where steps of one length are the longest that succeed, a continuation finds that
+    /// length and arrives; where none do it ends where it is.
     #[test]
     fn steps_adapt_to_what_succeeds() {
         let pace = Pace { first: 0.5, least: 0.01, most: 0.5, longer: 2.0, shorter: 0.5 };

@@ -129,8 +129,8 @@ impl Attempt {
         }
     }
 
-    /// Returns the share of the cost that the optimum nearby has: what the barrier term adds to it is left
-    /// out, to first order. No optimum costs less than nothing.
+    /// Returns the share of the cost that the optimum nearby has: what the barrier term adds to it
+    /// is left out, to first order. No optimum costs less than nothing.
     pub fn share_of_optimum(&self) -> f64 {
         1.0 - self.barrier.map_or(0.0, |[.., excess]| excess.min(1.0))
     }

@@ -26,8 +26,9 @@ impl Bound {
     }
 }
 
-/// How unknowns follow from those that are free, `x = x₀ + G y`: the rows of the bounds that act, in reduced echelon form. Their entries
-/// are 0 and ±1, so that times that hang on others do so to the last bit.
+/// How unknowns follow from those that are free, `x = x₀ + G y`: the rows of the bounds that act,
+/// in reduced echelon form. Their entries are 0 and ±1, so that times that hang on others do so to
+/// the last bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Ties {
     unknowns: usize,

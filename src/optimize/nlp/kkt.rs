@@ -4,9 +4,10 @@
 //! min f(x)  with  c(x) = 0 ,      L = f + λ·c ,      r = [ c ; ∂L/∂x ] ,      K = ∂r/∂(λ, x)
 //! ```
 //!
-//! `λ` need not be multipliers of `c` as it stands: of a motion they are costates at the start, and `∂²L/∂x∂λ` is `(∂c/∂x)ᵀ` times what
-//! carries them to the end. Where inputs follow the costates, `∂c/∂λ` is not zero. Bounds that act, as other conditions that are linear in
-//! the unknowns, tie them together: with `x = x₀ + G y` the conditions in `y` are `Tᵀr`, `TᵀKT`, `T = diag(1, G)`.
+//! `λ` need not be multipliers of `c` as it stands: of a motion they are costates at the start, and
+//! `∂²L/∂x∂λ` is `(∂c/∂x)ᵀ` times what carries them to the end. Where inputs follow the costates,
+//! `∂c/∂λ` is not zero. Bounds that act, as other conditions that are linear in the unknowns, tie
+//! them together: with `x = x₀ + G y` the conditions in `y` are `Tᵀr`, `TᵀKT`, `T = diag(1, G)`.
 
 use crate::numerics::least_squares::shortest;
 use crate::numerics::matrix_inertia::MatrixInertia;
@@ -58,7 +59,8 @@ impl KktSystem {
         }
     }
 
-    /// Puts a condition in place of one that vanishes with it, by its value and how it answers to `λ`, `x` and 1, for `x = x₀ + G y`.
+    /// Puts a condition in place of one that vanishes with it, by its value and how it answers to
+    /// `λ`, `x` and 1, for `x = x₀ + G y`.
     pub fn replace(&mut self, row: usize, value: f64, answer: &DVector<f64>, g: &DMatrix<f64>) {
         let (m, x) = (self.conditions, answer.rows(self.conditions, g.nrows()));
         (self.residual[row], self.carried[row]) = (value, value + answer[m + g.nrows()]);
@@ -97,12 +99,14 @@ impl KktSystem {
         self.jacobian.view((self.conditions, self.conditions), (count, count))
     }
 
-    /// Returns how far the conditions are from being met; of steps that meet `c = 0` alone this alone.
+    /// Returns how far the conditions are from being met; of steps that meet `c = 0` alone this
+    /// alone.
     pub fn merit(&self, steps: NewtonSteps) -> f64 {
         if steps == NewtonSteps::Feasible { self.constraints().norm() } else { self.residual.norm() }
     }
 
-    /// Returns a step of Newton in `λ` and `x`. Singular values below the part `none` of the largest count as zero.
+    /// Returns a step of Newton in `λ` and `x`. Singular values below the part `none` of the
+    /// largest count as zero.
     pub fn newton_step(&self, steps: NewtonSteps, none: f64) -> Option<DVector<f64>> {
         let right = -&self.carried;
         match steps {
@@ -118,8 +122,8 @@ impl KktSystem {
         }
     }
 
-    /// Returns whether `f` falls along some `x` that keeps `c = 0`, to second order: the point is then no minimum. Pivots below the part
-    /// `none` of the largest entry count as zero.
+    /// Returns whether `f` falls along some `x` that keeps `c = 0`, to second order: the point is
+    /// then no minimum. Pivots below the part `none` of the largest entry count as zero.
     pub fn falls(&self, none: f64) -> bool {
         let (m, n) = (self.conditions, self.unknowns());
         let mut matrix = DMatrix::zeros(n + m, n + m);

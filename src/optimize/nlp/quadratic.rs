@@ -1,23 +1,27 @@
-//! Small dense quadratic programs: by exchange of the bounds that act, and by the cone solver where that does not come to an end.
+//! Small dense quadratic programs: by exchange of the bounds that act, and by the cone solver where
+//! that does not come to an end.
 //!
 //! ```text
 //! min ½ pᵀHp + gᵀp    with  Jp = c ,   p_b − p_a ≥ ℓ  for every bound (a, b, ℓ)
 //! ```
 //!
-//! A bound is of a difference or, where `a` or `b` is absent, of one unknown. `H` is positive definite.
+//! A bound is of a difference or, where `a` or `b` is absent, of one unknown. `H` is positive
+//! definite.
 //!
-//! Hintermüller, Ito, Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, 2002.
+//! Hintermüller, Ito, Kunisch, *The primal-dual active set strategy as a semismooth Newton method*,
+//! 2002.
 
 use super::bounds::Bound;
 use crate::optimize::convex::cone::{Cone, ConeSettings, ConeSolver, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
 
-/// Most exchanges of bounds before the cone solver is used: what takes more goes round in circles as a rule.
+/// Most exchanges of bounds before the cone solver is used: what takes more goes round in circles
+/// as a rule.
 const EXCHANGES: usize = 12;
 
-/// Residual of the equations at the bounds that act, by which others may be violated too, relative: smaller, round-off exchanges bounds;
-/// larger, times stand beside their bounds.
+/// Residual of the equations at the bounds that act, by which others may be violated too, relative:
+/// smaller, round-off exchanges bounds; larger, times stand beside their bounds.
 const EXACT: f64 = 1e-11;
 
 /// A program.
@@ -42,8 +46,8 @@ pub(crate) struct QuadraticOptimum {
 }
 
 impl Quadratic<'_> {
-    /// Begun from a guess of the bounds that act, as of the program before it. `None` where the bounds and the equations leave nothing, or a
-    /// number is not finite.
+    /// Begun from a guess of the bounds that act, as of the program before it. `None` where the
+    /// bounds and the equations leave nothing, or a number is not finite.
     pub fn solve(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         self.exchanged(guess).or_else(|| {
             let mut solver = ConeSolver::new(self.program(), &ConeSettings::default()).ok()?;
@@ -65,7 +69,8 @@ impl Quadratic<'_> {
         })
     }
 
-    /// Bounds are exchanged, those that pull for those that are violated, until none are; `None` where that does not come to an end.
+    /// Bounds are exchanged, those that pull for those that are violated, until none are; `None`
+    /// where that does not come to an end.
     fn exchanged(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         let mut acting = guess.to_vec();
         for _ in 0..EXCHANGES {
@@ -114,7 +119,8 @@ impl Quadratic<'_> {
         }
     }
 
-    /// The optimum with these bounds met and no others, its pull and the multipliers of bounds; `None` where round-off leaves none.
+    /// The optimum with these bounds met and no others, its pull and the multipliers of bounds;
+    /// `None` where round-off leaves none.
     fn at_bounds(&self, acting: &[bool]) -> Option<(DVector<f64>, DVector<f64>, Vec<f64>)> {
         let n = self.gradient.len();
         let met: Vec<usize> = (0..acting.len()).filter(|index| acting[*index]).collect();

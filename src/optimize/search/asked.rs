@@ -2,17 +2,17 @@
 //!
 //! # When does a saddle stand, and when the wrong way round?
 //!
-//! A plan by `best`, `shortest` or `long` that has a conjugate point on the requested grid is descended from there, up to
-//! three times in a row; only where that finds nothing lower does the saddle stand, and the summary, the status and
-//! `second_order` in the plan file say so. `shortest` and `long` are each the cheapest of their sense: from rest to rest,
-//! where a body can do all, that is what Newton meets first, elsewhere starts of that sense are descended from as for `best`.
-//! `as_given` is taken as written, saddle or not, since a lower plan of its class may turn less; only where torques about an
-//! axis are missing does a rotation of less than half a turn, from rest to rest, mean no more than `shortest`. A plan that
-//! goes round in the other class of rotations than was asked for is not solved: the solution says which way the nearest one
-//! goes. Classes are told on the double cover, against the motion without inputs.
+//! A plan by `best`, `shortest` or `long` that has a conjugate point on the requested grid is
+//! descended from there, up to three times in a row; only where that finds nothing lower does the
+//! saddle stand, and the summary, the status and `second_order` in the plan file say so. `shortest`
+//! and `long` are each the cheapest of their sense: from rest to rest, where a body can do all,
+//! that is what Newton meets first, elsewhere starts of that sense are descended from as for
+//! `best`. `as_given` is taken as written, saddle or not, since a lower plan of its class may turn
+//! less; only where torques about an axis are missing does a rotation of less than half a turn,
+//! from rest to rest, mean no more than `shortest`. A plan that goes round in the other class of
+//! rotations than was asked for is not solved: the solution says which way the nearest one goes.
+//! Classes are told on the double cover, against the motion without inputs.
 
-use super::ladder::Search;
-use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
@@ -23,18 +23,20 @@ use crate::optimize::chain::model::Model;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::ladder::Search;
+use crate::optimize::search::way::{Follower, Way};
 use std::f64::consts::TAU;
 
 /// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.
 const NEAR: f64 = 0.2;
-/// How much farther from a rotation that is given all paths of the other class are than those of its own: more turns than a
-/// path has.
+/// How much farther from a rotation that is given all paths of the other class are than those of
+/// its own: more turns than a path has.
 const OTHER_CLASS: f64 = 1e6;
 /// A path that is farther from the one asked for goes another way round.
 pub(super) const ASTRAY: f64 = 1.0;
 
-/// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation that is given
-/// is taken as written: that may be a saddle. So may be what is not to be tested.
+/// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation
+/// that is given is taken as written: that may be a saddle. So may be what is not to be tested.
 pub(super) fn satisfies<const N: usize>(search: &Search<N>, solution: &Solution) -> bool {
     let untested = !search.context.settings.test_second_order;
     let minimal = untested || solution.optimality.conjugate_points == Some(0);
@@ -69,7 +71,8 @@ pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: 
     solution
 }
 
-/// A solution that counts as converged only where it goes the way that was asked for, and ends where it should.
+/// A solution that counts as converged only where it goes the way that was asked for, and ends
+/// where it should.
 pub(super) fn held_to_all<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     held_to(search.context.settings.tolerance, held_to_its_way(search, solution))
 }
@@ -114,7 +117,8 @@ pub(super) fn astray<const N: usize>(search: &Search<N>, found: &Attempt) -> f64
         Path::Best => 0.0,
         Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
         Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-        // In full turns, to a thousandth; a path of the other class is another way whatever it turns by.
+        // In full turns, to a thousandth; a path of the other class is another way whatever it
+        // turns by.
         Path::AsGiven(rotation) => {
             let way = way();
             let other = asked_sense(search).is_some_and(|sense| sense != way.sense);
@@ -133,8 +137,8 @@ pub(super) fn ranked<const N: usize>(search: &Search<N>, found: Vec<Attempt>) ->
     keyed.into_iter().map(|(_, found)| found).collect()
 }
 
-/// A solution that counts as converged only where its terminal error, replayed from the start, is within the
-/// tolerance.
+/// A solution that counts as converged only where its terminal error, replayed from the start, is
+/// within the tolerance.
 pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     let met = solution.terminal.largest() <= tolerance;
     if solution.outcome == Outcome::Converged && !met {
@@ -144,7 +148,8 @@ pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     solution
 }
 
-/// Whether a path goes the way round that is asked for; short where there is nothing to tell the senses by.
+/// Whether a path goes the way round that is asked for; short where there is nothing to tell the
+/// senses by.
 pub(super) fn goes_round_as_asked<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
     let sense = || sense_of(&search.fine, path).unwrap_or(Sense::Short);
     asked_sense(search).is_none_or(|asked| asked == sense())
@@ -165,7 +170,8 @@ pub(super) fn is_of_the_sense<const N: usize>(search: &Search<N>, path: &Candida
     asked_for_a_sense(search).is_none_or(is)
 }
 
-/// The sense of a path from node to node; none where the motion without inputs cannot be followed to its end.
+/// The sense of a path from node to node; none where the motion without inputs cannot be followed
+/// to its end.
 fn sense_of<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) -> Option<Sense> {
     let mut follower = Follower::new();
     path.states.iter().for_each(|node| follower.node(&node.attitude.value, Vector3::zeros(), 0.0));

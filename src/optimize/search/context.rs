@@ -1,12 +1,12 @@
 //! What every rung shares: settings, the clock, the observer, the record of what was tried.
 
-use super::tuning::SearchTuning;
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::Listener;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
+use crate::optimize::search::settings::SearchTuning;
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

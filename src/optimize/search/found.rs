@@ -1,9 +1,9 @@
 //! What a search knows so far: a value that every rung takes and gives.
 
-use super::pool::{Pool, SAME};
-use super::starts::GUESS;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::pool::{Pool, SAME};
+use crate::optimize::search::starts::GUESS;
 
 /// Costs of one optimum of a chain differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;
@@ -21,8 +21,6 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
-    /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
-    pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.
     pub told: Option<Solution>,
     /// The shortest duration that was found \[s\], where none was for the one asked for.

@@ -1,14 +1,18 @@
 //! A maneuver in a duration that is known, from its search to its solution.
 
-use super::context::Context;
-use super::found::Found;
-use super::ladder::{Ask, Search};
-use super::{advice, answer, any_attitude, asked, rungs, shots, starts};
 use crate::Vector3;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Path, Problem};
-use crate::maneuver::solution::{Outcome, Solution};
+use crate::maneuver::solution::{Optimality, Outcome, Solution};
 use crate::mechanics::Description;
+use crate::optimize::search::asked;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::found::{Found, SAME_COST};
+use crate::optimize::search::ladder::{Ask, Search};
+use crate::optimize::search::record::answer::{conclude, write};
+use crate::optimize::search::starts::{self, any_attitude};
+use crate::optimize::search::strategies::shots::shoot_from;
+use crate::optimize::search::strategies::{self, advice};
 use std::f64::consts::PI;
 
 /// The answer of a search, or the proof that there is none.
@@ -34,17 +38,17 @@ pub(super) fn search_of<'a, 'c, const N: usize>(
     context: &'a Context<'c>,
     ask: Ask<'a>,
 ) -> Search<'a, 'c, N> {
-    Search::new(problem, context, ask, rungs::ladder())
+    Search::new(problem, context, ask, strategies::ladder())
 }
 
 /// Climbs the ladder, and writes the solution with all that was tried.
 fn answer<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = search.climb();
-    let solution = answer::conclude(search, &mut found);
+    let solution = conclude(search, &mut found);
     let mut solution = asked::held_to_its_way(search, solution);
     if solution.method.is_on_equal_steps() {
         if search.ask.shooting {
-            solution = answer::confirm(search, solution);
+            solution = confirm(search, solution);
         }
         if search.ask.last.polish {
             solution = asked::held_to(search.context.settings.tolerance, solution);
@@ -60,13 +64,13 @@ fn answer<const N: usize>(search: &Search<N>) -> Solution {
 pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = Found::default();
     if let Some(guess) = search.ask.guess {
-        shots::shoot_from(search, &mut found, &guess.costates, starts::GUESS);
+        shoot_from(search, &mut found, &guess.costates, starts::GUESS);
     }
-    Solution { ladder: search.context.ladder.take(), ..answer::conclude(search, &mut found) }
+    Solution { ladder: search.context.ladder.take(), ..conclude(search, &mut found) }
 }
 
-/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
-/// where any will do.
+/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands
+/// for one, or the likely attitude where any will do.
 fn known_end(problem: &Problem) -> Option<Problem> {
     if problem.ends_in_any_attitude() {
         let mut likely = problem.clone();
@@ -76,15 +80,46 @@ fn known_end(problem: &Problem) -> Option<Problem> {
     turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
 }
 
-/// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
+/// Rotations that are nearer to half a turn than this go either way round by their last bits
+/// \[rad\].
 const HALF_TURN: f64 = 1e-3;
 
-/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
-/// written, since torques about some axis are missing: then all that it tells is the sense.
+/// Whether the rotation that is given is that of the shortest way between two states at rest, and
+/// cannot be followed as it is written, since torques about some axis are missing: then all that it
+/// tells is the sense.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
     let Path::AsGiven(rotation) = problem.path else { return false };
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
     let free = matches!(problem.environment.describe(), Description::Free);
     let missing = problem.actuation.torque.rank().0 < 3;
     free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
+}
+
+/// The shooting's word on an answer on the chain, started from its duals: whether it is an
+/// extremal, and of which second order. Where its terminal error is above the tolerance, the
+/// shooting's own answer.
+fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
+    if solution.outcome != Outcome::Converged || search.stopped() {
+        return solution;
+    }
+    let duals = solution.costates_0(search.problem).to_vec();
+    if duals.is_empty() {
+        return solution;
+    }
+    let mut found = Found::default();
+    shoot_from(search, &mut found, &duals, "duals");
+    let Some(shot) = found.best() else { return solution };
+    let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
+    let mut confirmed = Solution { solve_time: search.context.began.elapsed().as_secs_f64(), ..unsolved };
+    write(search, &found.work, &mut confirmed, shot);
+    if (confirmed.cost - solution.cost).abs() > SAME_COST * solution.cost.abs() {
+        return solution;
+    }
+    if solution.terminal.largest() > search.context.settings.tolerance {
+        let Solution { convex, interior, rivals, .. } = solution;
+        return Solution { convex, interior, rivals, ..confirmed };
+    }
+    let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
+    let optimality = Optimality { stationarity, ..confirmed.optimality };
+    Solution { optimality, solve_time: confirmed.solve_time, ..solution }
 }

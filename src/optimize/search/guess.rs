@@ -1,6 +1,5 @@
 //! What another plan suggests for this one.
 
-use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Solution, Trajectory};
 use crate::mechanics::environment::Pose;
@@ -8,6 +7,7 @@ use crate::optimize::chain::model::Model;
 use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::{Dynamics, Point};
+use crate::optimize::search::starts::GUESS;
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
@@ -18,19 +18,21 @@ use crate::{Vector3, lie};
 pub struct Guess {
     /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.
     pub costates: Vec<f64>,
-    /// Attitudes at evenly spaced nodes, as [`crate::maneuver::solution::Trajectory::quaternion`] has them; two at
-    /// least, or none: then it guesses no path.
+    /// Attitudes at evenly spaced nodes, as [`crate::maneuver::solution::Trajectory::quaternion`]
+    /// has them; two at least, or none: then it guesses no path.
     pub quaternion: Vec<[f64; 4]>,
     /// Positions at the same nodes \[m\]; empty where the body does not move.
     pub position: Vec<Vector3>,
-    /// Whether nothing else is searched where the costates lead to a plan, which may not be the cheapest.
+    /// Whether nothing else is searched where the costates lead to a plan, which may not be the
+    /// cheapest.
     pub alone: bool,
-    /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a search set neither.
+    /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a
+    /// search set neither.
     #[doc(hidden)]
     pub beside: bool,
-    /// When the path is at its nodes \[s\], where it is the plan of a search that is done, and empty
-    /// elsewhere: what its end leaves free is then as this path has it, and nothing else is searched where
-    /// the path leads to a plan.
+    /// When the path is at its nodes \[s\], where it is the plan of a search that is done, and
+    /// empty elsewhere: what its end leaves free is then as this path has it, and nothing else is
+    /// searched where the path leads to a plan.
     #[doc(hidden)]
     pub time: Vec<f64>,
 }
@@ -51,8 +53,13 @@ impl Guess {
         }
     }
 
-    /// Returns the guess as one that replaces the search where it leads to a plan: quicker, but the plan may not be the
-    /// cheapest.
+    /// The plan of a neighbour, which is solved from alone.
+    pub(crate) fn near(solution: &Solution, problem: &Problem) -> Self {
+        Self { time: solution.trajectory.time.clone(), alone: true, ..Self::of(solution, problem) }
+    }
+
+    /// Returns the guess as one that replaces the search where it leads to a plan: quicker, but the
+    /// plan may not be the cheapest.
     pub fn alone(self) -> Self {
         Self { alone: true, ..self }
     }
@@ -101,7 +108,8 @@ impl Guess {
             && self.position.iter().all(|x| x.iter().all(|part| part.is_finite()))
     }
 
-    /// The path on the grid of `model`, turned and shifted bit by bit so that it has this maneuver's ends.
+    /// The path on the grid of `model`, turned and shifted bit by bit so that it has this
+    /// maneuver's ends.
     pub(super) fn seed(&self, model: &Model) -> Option<Candidate> {
         let last = self.quaternion.len().checked_sub(1).filter(|last| *last > 0)?;
         let unit = model.dynamics.units.length;

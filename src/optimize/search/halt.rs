@@ -1,7 +1,7 @@
 //! Why a search over durations or rolls, which solves a maneuver again and again, ends at once.
 
-use super::PlanError;
 use crate::maneuver::solution::Solution;
+use crate::optimize::search::PlanError;
 
 /// What ends it.
 pub(super) enum Halt {

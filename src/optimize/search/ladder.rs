@@ -1,13 +1,9 @@
-//! One search for free, limited and constrained maneuvers: what is asked, and what a rung of its ladder is.
+//! One search for free, limited and constrained maneuvers: what is asked, and what a rung of its
+//! ladder is.
 //!
-//! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
-//! grid. Cheap rungs that nearly always work come first (`rungs`).
+//! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the
+//! requested grid. Cheap rungs that nearly always work come first (`rungs`).
 
-use super::coarse::search_grid;
-use super::context::Context;
-use super::found::Found;
-use super::guess::Guess;
-use super::starts::wanted_turns;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
@@ -17,6 +13,11 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::guess::Guess;
+use crate::optimize::search::starts::coarse::search_grid;
+use crate::optimize::search::starts::wanted_turns;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
@@ -91,7 +92,8 @@ pub(super) trait Climb<const N: usize>: Sync {
 /// All steps, from the first to the last.
 pub(super) type Ladder<const N: usize> = &'static [&'static dyn Climb<N>];
 
-/// A search: what is asked of which maneuver. Nothing of it changes while the ladder is climbed; what is found is [`Found`].
+/// A search: what is asked of which maneuver. Nothing of it changes while the ladder is climbed;
+/// what is found is [`Found`].
 pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
     pub context: &'a Context<'c>,
@@ -143,7 +145,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.ask.shooting && !self.fine.dynamics.is_limited()
     }
 
-    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that is sought.
+    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that
+    /// is sought.
     pub fn chain(&self, steps: usize) -> Chain {
         match &self.ask.goal {
             None => Chain::new(self.problem, steps),
@@ -151,7 +154,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// The same chain where the duration is the one that is stated: its rows are those of the chain that seeks it.
+    /// The same chain where the duration is the one that is stated: its rows are those of the chain
+    /// that seeks it.
     pub fn chain_of_given_duration(&self, steps: usize) -> Chain {
         match self.ask.goal.as_ref().and_then(Goal::in_given_duration) {
             None => Chain::new(self.problem, steps),

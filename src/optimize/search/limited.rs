@@ -1,21 +1,25 @@
 //! A plan within limits in continuous time: its cost there, and its arcs.
 //!
-//! The plan is a discrete optimum on steps of equal length. Its cost is off by `O(h²)`, by an amount that depends on where the
-//! switches lie between the nodes. On a grid that has a node at every event the error has an expansion in even powers of the step,
-//! because Lie–Verlet is symmetric and its chain is variational. So the plan is optimised again on three such grids, each of three times
-//! as many steps as the one before ([`grids`]), and its cost and the times of its events are extrapolated:
+//! The plan is a discrete optimum on steps of equal length. Its cost is off by `O(h²)`, by an
+//! amount that depends on where the switches lie between the nodes. On a grid that has a node at
+//! every event the error has an expansion in even powers of the step, because Lie–Verlet is
+//! symmetric and its chain is variational. So the plan is optimised again on three such grids, each
+//! of three times as many steps as the one before ([`grids`]), and its cost and the times of its
+//! events are extrapolated:
 //!
 //! ```text
 //! C(h) = C + a h² + b h⁴ + … ,    C' = C(h/3) + (C(h/3) − C(h))/8 ,    C = C'(h/3) + (C'(h/3) − C'(h))/80
 //! ```
 //!
-//! An event is a time at which an input switches, or at which the motion touches a cone ([`events`]). The optimum on a grid that has an
-//! event nearly at a node tells where it is: that is a fixed point, which a few rounds reach ([`fixed_point`]). No exchange of arcs is
-//! cheaper: an optimum of the interior point has multipliers of the right sign at every node.
+//! An event is a time at which an input switches, or at which the motion touches a cone
+//! ([`events`]). The optimum on a grid that has an event nearly at a node tells where it is: that
+//! is a fixed point, which a few rounds reach ([`fixed_point`]). No exchange of arcs is cheaper: an
+//! optimum of the interior point has multipliers of the right sign at every node.
 //!
 //! # What of inputs that are at no limit?
 //!
-//! An input that has more than it needs, as forces have where the turn takes longer, has no events. The cost does not depend on it.
+//! An input that has more than it needs, as forces have where the turn takes longer, has no events.
+//! The cost does not depend on it.
 
 mod events;
 mod fixed_point;
@@ -24,7 +28,6 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use super::context::Context;
 use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Formulation, Motion, Problem, Scheme};
@@ -33,14 +36,16 @@ use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::chain::model::Goal;
+use crate::optimize::search::context::Context;
 use events::{Event, Level};
 use grids::{Grids, OnGrid, distance};
 use settings::ON_EVENTS;
 use std::cell::Cell;
 
-/// Most wheels whose torques a torque about all axes determines. More wheels share it in many ways while a limit of the rates, a cone or a
-/// full wheel acts. A thorough search alone looks for arcs then: time against arcs that are rarely found
-/// (`slew plan -v --set solver.search=thorough` on a spec of `cargo run --release -p evidence -- everyday rate 0 1`).
+/// Most wheels whose torques a torque about all axes determines. More wheels share it in many ways
+/// while a limit of the rates, a cone or a full wheel acts. A thorough search alone looks for arcs
+/// then: time against arcs that are rarely found (`slew plan -v --set solver.search=thorough` on a
+/// spec of `cargo run --release -p evidence -- everyday rate 0 1`).
 const AXES: usize = 3;
 
 /// Returns the plan with the arcs that it leads to, and the same plan where they are not found.
@@ -57,11 +62,13 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     plan
 }
 
-/// Returns whether the plans of a maneuver may have arcs that more than limits of the torques shapes, in notations that plan files have.
+/// Returns whether the plans of a maneuver may have arcs that more than limits of the torques
+/// shapes, in notations that plan files have.
 fn may_have_arcs(problem: &Problem) -> bool {
     let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
     let moves = problem.motion == Motion::RigidBody;
-    // Where the norm is limited the direction turns smoothly, and fuel of torques that change at limited rates is no sum over arcs.
+    // Where the norm is limited the direction turns smoothly, and fuel of torques that change at
+    // limited rates is no sum over arcs.
     let within_limits_of_each = |set: &ActuatorSet| {
         let limits = set.limits();
         let ramps = limits.rate.is_some() && problem.objective.fuel().is_some();
@@ -146,15 +153,16 @@ fn extrapolated_arcs(
     })
 }
 
-/// Returns the limit of what three grids give, each of three times as many steps as the one before, and its error.
+/// Returns the limit of what three grids give, each of three times as many steps as the one before,
+/// and its error.
 fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
     let [first, second] = [(coarse, middle), (middle, fine)].map(|(a, b)| b + (b - a) / 8.0);
     let limit = second + (second - first) / 80.0;
     (limit, (limit - second).abs())
 }
 
-/// Returns the arcs between events, which are parts of the duration \[s\], and the inputs that are within their limits on an arc that holds
-/// none. There such an input has its mean.
+/// Returns the arcs between events, which are parts of the duration \[s\], and the inputs that are
+/// within their limits on an arc that holds none. There such an input has its mean.
 fn told(
     grids: &Grids,
     on: [&OnGrid; 3],
@@ -210,7 +218,8 @@ fn told(
     Some((arcs, inputs.filter(|input| singular[*input]).collect()))
 }
 
-/// Returns the limits of the rates of all inputs \[N·m/s or N/s\], zero where there is none; `forces` of them come first.
+/// Returns the limits of the rates of all inputs \[N·m/s or N/s\], zero where there is none;
+/// `forces` of them come first.
 fn rates(problem: &Problem, forces: usize, inputs: usize) -> Vec<f64> {
     let mut rates = vec![0.0; inputs];
     for limit in problem.actuation.limits().filter(|limit| limit.kind == LimitKind::Rate) {

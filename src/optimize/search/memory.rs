@@ -8,14 +8,14 @@
 //!
 //! Of the interior point by counting what its parts allocate for a step, of all else by a measured
 //! rule: so many bytes a step, for each unknown and each row of a limit. `slew check` tells two
-//! figures where the shooting may be followed by the interior point. A plan of which even the smaller does not
-//! fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the
-//! steps that would fit; one of which the larger does not is warned of. `cargo run --release -p
-//! evidence -- memory` holds both against what plans take. An allocation that fails all the same
-//! ends with 6 as well: the standard library aborts, and the handler of that signal ends with our
-//! code. That the words are the library's ("memory allocation of … bytes failed") is the price of
-//! having no unsafe code; where a system promises more than it has, its killer comes first, which
-//! is what the estimate is for.
+//! figures where the shooting may be followed by the interior point. A plan of which even the
+//! smaller does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused
+//! with 6 and the steps that would fit; one of which the larger does not is warned of.
+//! `cargo run --release -p evidence -- memory` holds both against what plans take. An allocation
+//! that fails all the same ends with 6 as well: the standard library aborts, and the handler of
+//! that signal ends with our code. That the words are the library's ("memory allocation of … bytes
+//! failed") is the price of having no unsafe code; where a system promises more than it has, its
+//! killer comes first, which is what the estimate is for.
 
 use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::{Formulation, Problem};
@@ -32,8 +32,8 @@ const CHAIN_BASE: f64 = 17e6;
 /// Of each step, by what moves.
 const NODE: f64 = 200.0;
 const NODE_WITH_POSITION: f64 = 650.0;
-/// Of each step in the cone program and its factors: for each unknown of a stage, and for each row of
-/// a limit.
+/// Of each step in the cone program and its factors: for each unknown of a stage, and for each row
+/// of a limit.
 const CONVEX: [f64; 2] = [2500.0, 1500.0];
 
 /// A number \[bytes\].
@@ -96,8 +96,9 @@ impl PeakMemory {
     }
 }
 
-/// What the interior point allocates for a step \[bytes\]: the plan, the chain with its rows, and the
-/// workspace. Where time or fuel is the cost, the optimum on half of the steps is found beside the plan.
+/// What the interior point allocates for a step \[bytes\]: the plan, the chain with its rows, and
+/// the workspace. Where time or fuel is the cost, the optimum on half of the steps is found beside
+/// the plan.
 fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (inputs, given) = (problem.actuation.count() as f64, state(problem));
     let changes = problem.actuation.limits().any(|limit| limit.kind == LimitKind::Rate);

@@ -1,48 +1,21 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
-mod advice;
-mod alternatives;
-mod answer;
-mod any_attitude;
 mod asked;
-mod authority;
-mod chains;
-mod cheapest;
-mod coarse;
 mod context;
-mod continuous;
-mod descents;
-mod detour;
-mod effort;
-mod ends;
-mod first_duration;
-mod first_order;
 mod found;
-mod free_end;
 mod given_duration;
-mod goal;
 mod guess;
 mod halt;
-mod illinois;
-mod known;
 mod ladder;
-mod landed;
 mod limited;
 pub mod memory;
-mod minima;
-pub(crate) mod paths;
+mod outer;
 mod pool;
 mod record;
-mod requested;
-mod rolls;
-mod rungs;
-mod seeds;
-mod shots;
-mod starts;
-mod steps;
+mod settings;
+pub(crate) mod starts;
+mod strategies;
 mod switching;
-mod transfer;
-mod tuning;
 mod way;
 
 pub use context::{Control, Observer, Progress, Silent};
@@ -63,8 +36,11 @@ use context::Context;
 use found::Found;
 use given_duration::{polished, search_of, searched};
 use ladder::Ask;
+use outer::{alternatives, cheapest, ends, known, steps};
+use record::answer::conclude;
 use std::f64::consts::PI;
 use std::time::Instant;
+use strategies::shots::shoot_fine;
 use thiserror::Error;
 
 /// Why a plan was not attempted.
@@ -253,8 +229,8 @@ pub(crate) fn warm(
     let grid = &search.fine.dynamics.grid;
     let scaled = Vector6::from_row_slice(costate).component_div(&search.fine.dynamics.units.costate());
     let mut found = Found::default();
-    shots::shoot_fine(&search, &mut found, Rung::Guess, Candidate::of_costate(starts::WARM, grid, &scaled));
-    let solution = asked::held_to_its_way(&search, answer::conclude(&search, &mut found));
+    shoot_fine(&search, &mut found, Rung::Guess, Candidate::of_costate(starts::WARM, grid, &scaled));
+    let solution = asked::held_to_its_way(&search, conclude(&search, &mut found));
     let ladder = context.ladder.take();
     Ok(with_true_motion(problem, &settings, Solution { ladder, ..solution }))
 }
@@ -297,7 +273,7 @@ fn without_arcs(
 ) -> Result<Solution, PlanError> {
     if !problem.alternatives.is_empty() {
         check(problem, settings)?;
-        return alternatives::solve(problem, settings, guess, observer);
+        return alternatives::solve(problem, settings, guess, observer, &without_arcs);
     }
     let problem = &problem.clone().planned_by(settings.method);
     if let Some(aim) = problem.aim() {
@@ -305,10 +281,10 @@ fn without_arcs(
         if problem.duration.known().is_none() || problem.objective.switches() {
             check_for_no_guess(guess)?;
         }
-        return ends::solve_to(problem, aim, settings, guess, observer);
+        return ends::solve_to(problem, aim, settings, guess, observer, &without_arcs);
     }
     if problem.chooses_steps && settings.target == Target::Motion {
-        return steps::chosen(problem, settings, guess, observer)
+        return steps::chosen(problem, settings, guess, observer, &solve_on)
             .map(|found| with_true_motion(problem, settings, found));
     }
     solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, settings, found))

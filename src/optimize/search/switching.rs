@@ -1,11 +1,10 @@
-//! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of the plan.
+//! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of
+//! the plan.
 
 pub(super) mod followed;
 mod pulses;
 mod record;
 
-use super::context::Context;
-use super::way::Follower;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
@@ -32,6 +31,8 @@ use crate::optimize::methods::switching::sequence::Step;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
 use crate::optimize::methods::switching::work::{StopRequest, Work};
+use crate::optimize::search::context::Context;
+use crate::optimize::search::way::Follower;
 use crate::{Vector3, lie};
 use record::{Planned, untold};
 
@@ -41,7 +42,8 @@ const SAME: f64 = 1e-14;
 /// Costs that differ by this part are those of two extremals.
 const DISTINCT: f64 = 1e-6;
 
-/// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
+/// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what
+/// `O(h²)` is on some ten steps an arc.
 pub(super) const OF_THE_GRID: f64 = 1e-3;
 
 /// Multiples of the shortest duration that are tried for one of least fuel.
@@ -52,8 +54,8 @@ const NO_ARC: f64 = 1e-10;
 
 /// Solves a maneuver of minimum time or fuel. It must have been checked.
 ///
-/// Up to a longest duration the plan takes all of the time or, where a second has a price or the body moves at an end, the
-/// duration at which the Hamiltonian vanishes.
+/// Up to a longest duration the plan takes all of the time or, where a second has a price or the
+/// body moves at an end, the duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, true)
 }
@@ -82,8 +84,9 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> So
     }
 }
 
-/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the body cannot wait, the
-/// duration sought, whichever is cheaper. `once` solves for a given duration, or for one that is sought.
+/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the
+/// body cannot wait, the duration sought, whichever is cheaper. `once` solves for a given duration,
+/// or for one that is sought.
 pub(super) fn up_to(
     longest: f64,
     problem: &Problem,
@@ -116,9 +119,11 @@ pub(super) struct Unconstrained {
     pub within: Option<Solution>,
 }
 
-/// The plans of a maneuver without constraints: the cheapest, and the cheapest of those that are `kept`.
+/// The plans of a maneuver without constraints: the cheapest, and the cheapest of those that are
+/// `kept`.
 ///
-/// Mirror images and other extremals of one cost are plans of their own: one may keep what another does not.
+/// Mirror images and other extremals of one cost are plans of their own: one may keep what another
+/// does not.
 pub(super) fn solve_unconstrained(
     problem: &Problem,
     context: &Context,
@@ -214,8 +219,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         let mut chosen: Option<(Planned, &BranchEnd)> = None;
         let arrives = |plan: &Planned| plan.error() <= context.settings.tolerance;
         for limit in self.allowed() {
-            // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for, or
-            // misses the end.
+            // Extremals come cheapest first: the next is of use where the plan of the last is
+            // dearer than its grid accounts for, or misses the end.
             let beats = |(plan, _): &(Planned, &BranchEnd)| {
                 !arrives(plan) || self.named(limit).1 < plan.solution.cost * (1.0 - OF_THE_GRID)
             };
@@ -310,7 +315,8 @@ impl<'a> Scaled<'a> {
         Some(Self { problem, extremal: Extremal { halt, ..extremal }, units })
     }
 
-    /// The best extremals, how many sweeps of smoothed problems they took, and how many Newtons on switching times.
+    /// The best extremals, how many sweeps of smoothed problems they took, and how many Newtons on
+    /// switching times.
     fn searched(&self, context: &Context, arcs: bool) -> (BranchEnds, usize, usize) {
         let ask = SearchRequest { path: self.problem.path, thoroughness: context.settings.search, arcs };
         context.within(|budget| {
@@ -319,7 +325,8 @@ impl<'a> Scaled<'a> {
         })
     }
 
-    /// The plan of a body that is where it should be: no time and no steps, or as many of a given duration without any input.
+    /// The plan of a body that is where it should be: no time and no steps, or as many of a given
+    /// duration without any input.
     fn at_rest(&self) -> Option<Planned> {
         let (none, first) = (Vector3::zeros(), Node::at_start(&self.extremal, Vector3::zeros()));
         let given = self.extremal.given_duration;
@@ -337,8 +344,9 @@ impl<'a> Scaled<'a> {
         Some(plan)
     }
 
-    /// A plan whose true motion meets the end as nearly as corrections bring it, where that is asked for: solved again, warm or else
-    /// `afresh`, for the extremal that ends where the discrete motion has to. What comes after somebody asks to stop is not corrected.
+    /// A plan whose true motion meets the end as nearly as corrections bring it, where that is
+    /// asked for: solved again, warm or else `afresh`, for the extremal that ends where the
+    /// discrete motion has to. What comes after somebody asks to stop is not corrected.
     fn landed(
         &self,
         first: Planned,
@@ -382,15 +390,16 @@ impl<'a> Scaled<'a> {
         best.unwrap_or(plan)
     }
 
-    /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
-    /// ones, or of the smoothed law if it is cheaper.
+    /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to
+    /// it; otherwise that of the next looser ones, or of the smoothed law if it is cheaper.
     fn cheapest(&self, limit: &BranchEnd) -> Option<Planned> {
         let Self { problem, extremal, .. } = self;
         let goes_on = || (!extremal.halt.is_raised()).then_some(());
         let aligned = |limit: &BranchEnd| {
             let arcs = &limit.arcs.as_ref()?.arcs;
             goes_on()?;
-            // The discrete optimum may lack a pulse of the continuous one, or have its pulses in another order.
+            // The discrete optimum may lack a pulse of the continuous one, or have its pulses in
+            // another order.
             let grid = arcs_on_grid(extremal, arcs, problem.steps)
                 .or_else(|| arcs_placed(extremal, arcs, problem.steps))?;
             self.planned(limit, &grid, None)
@@ -445,8 +454,8 @@ impl<'a> Scaled<'a> {
         Some(recorded)
     }
 
-    /// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one time: what round-off leaves
-    /// between them is no arc.
+    /// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one
+    /// time: what round-off leaves between them is no arc.
     fn told(&self, arcs: &Arcs) -> Vec<SwitchingArc> {
         let Self { problem, extremal, units } = self;
         let least = NO_ARC * arcs.duration * units.time;
@@ -490,8 +499,8 @@ fn finished(plan: Planned, rivals: Vec<Rival>, context: &Context) -> Solution {
     ended(Solution { method, tolerance, rivals, switching, ..plan.solution }, outcome, context)
 }
 
-/// The shortest duration of a maneuver of given duration that no extremal of fuel was found for, where that is longer,
-/// and a duration for which one was found.
+/// The shortest duration of a maneuver of given duration that no extremal of fuel was found for,
+/// where that is longer, and a duration for which one was found.
 fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option<(f64, Option<f64>)> {
     if found.branches > 0 || problem.seeks_duration() || problem.objective.fuel().is_none() {
         return None;
@@ -510,7 +519,8 @@ fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option
     Some((shortest, longer))
 }
 
-/// What is dearer than a plan of this cost, by its name and cost, each cost once: mirror images cost the same.
+/// What is dearer than a plan of this cost, by its name and cost, each cost once: mirror images
+/// cost the same.
 fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Sense) -> Vec<Rival> {
     let (mut rivals, mut last) = (Vec::new(), cost);
     for (start, cost) in dearer {

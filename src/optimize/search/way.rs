@@ -2,10 +2,12 @@
 //!
 //! # What are senses and windings?
 //!
-//! The same two attitudes are joined by the short way, the long way, and each with more turns: different extremals. `path =
-//! "best"` compares what its search finds; the others stay in the solution as rivals, with cost and conjugate points. They
-//! are counted from the end of the uncontrolled motion, not from the start, because with boundary rates the way that looks
-//! shorter need not be the one that costs less. The sense of a result is read off the continuous quaternion of its path.
+//! The same two attitudes are joined by the short way, the long way, and each with more turns:
+//! different extremals. `path = "best"` compares what its search finds; the others stay in the
+//! solution as rivals, with cost and conjugate points. They are counted from the end of the
+//! uncontrolled motion, not from the start, because with boundary rates the way that looks shorter
+//! need not be the one that costs less. The sense of a result is read off the continuous quaternion
+//! of its path.
 
 use crate::lie::{self, continued};
 use crate::maneuver::solution::Sense;
@@ -46,7 +48,8 @@ impl Follower {
         Self { quaternion: None, end, rate: None, turned: 0.0, rotation }
     }
 
-    /// The next node: its attitude and its angular velocity (body axes, scaled), `h` after the one before.
+    /// The next node: its attitude and its angular velocity (body axes, scaled), `h` after the one
+    /// before.
     pub fn node(&mut self, attitude: &Matrix3, rate: Vector3, h: f64) {
         self.attitude(attitude);
         if let Some(before) = self.rate {
@@ -70,9 +73,10 @@ impl Follower {
         self.end = *attitude;
     }
 
-    /// The way so far. The path is short if it ends on the sheet that the motion without inputs reaches by the
-    /// shortest rotation to the target; both start equal. Half a turn away rounding chooses which rotation that is:
-    /// it is the same for all paths, whatever the last bits of their own ends.
+    /// The way so far. The path is short if it ends on the sheet that the motion without inputs
+    /// reaches by the shortest rotation to the target; both start equal. Half a turn away rounding
+    /// chooses which rotation that is: it is the same for all paths, whatever the last bits of
+    /// their own ends.
     pub fn way<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Result<Way, StepError> {
         let ballistic = Self::ballistic(bvp)?;
         let from = &ballistic.end;
@@ -88,7 +92,8 @@ impl Follower {
         Ok(Way { sense, turned_deg: self.turned_deg(), rotation: self.rotation })
     }
 
-    /// The same path, turned on by a rotation vector in body axes: in steps far below half a turn, which leave no doubt of the sheet.
+    /// The same path, turned on by a rotation vector in body axes: in steps far below half a turn,
+    /// which leave no doubt of the sheet.
     pub fn turned_by(mut self, rotation: &Vector3) -> Self {
         let (from, steps) = (self.end, (rotation.norm() / SMALL_TURN).ceil());
         for step in 1..=steps as usize {
@@ -107,7 +112,8 @@ impl Follower {
         self.turned.to_degrees()
     }
 
-    /// The same; short where the motion without inputs cannot be followed to its end and tells nothing.
+    /// The same; short where the motion without inputs cannot be followed to its end and tells
+    /// nothing.
     pub fn way_or_short<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Way {
         let (turned_deg, rotation) = (self.turned_deg(), self.rotation);
         self.way(bvp).unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })

@@ -44,6 +44,7 @@ pub mod frames;
 mod lacking;
 mod matlab;
 mod numpy;
+mod numpy_reading;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 mod reading;
@@ -58,6 +59,7 @@ pub use compared::{FileReport, judge_file};
 pub(crate) use compared::{into_our_frame, of_our_body};
 pub use lacking::Lacking;
 pub use numpy::Arrays;
+pub use numpy_reading::{Array, read_arrays};
 pub use reading::{
     AttitudeTold, Attitudes, Between, Block, EphemerisAxes, Refined, Segment, read_attitude_at,
     read_attitudes, read_ephemeris, read_mean_elements,

@@ -11,6 +11,7 @@ use super::{
     Common, Console, Exit, Failure, Message, OutputArgs, Reading, SpecArgs, export, interrupt, plan,
 };
 use progress::Progress;
+pub use progress::span;
 use slewkit_files::batch::{
     Batch, BatchError, CaseResult, CommaTable, Ended, Journal, MAX_THREADS, Options, Shard, Tally, run,
 };

@@ -38,7 +38,8 @@ impl FuelPrice {
     }
 }
 
-/// Builds the chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled.
+/// Builds the chain of a maneuver with a goal. Of least time or fuel its cost is what these cost,
+/// scaled.
 pub fn with_goal(problem: &Problem, dynamics: Dynamics, goal: &Goal) -> Model {
     let mut model = Model::of(problem, dynamics);
     let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());

@@ -5,15 +5,16 @@
 //! cost Σ κ_k ½ u_kᵀ W u_k
 //! ```
 //!
-//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The map is the planner's own, so a trajectory
-//! without defects is variational. Between kicks a Lie–Verlet state is half a step's kick ahead of the physical one.
+//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The map is the planner's own, so
+//! a trajectory without defects is variational. Between kicks a Lie–Verlet state is half a step's
+//! kick ahead of the physical one.
 //!
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 //!
-//! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which every step leaves as it is
-//! and which is free at the start. All other quantities are in the units that go with the duration itself, so that a step
-//! of a free body does not know it. What does are the ends, what acts on the body, how far the reference frame turns, and
-//! the limits:
+//! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which
+//! every step leaves as it is and which is free at the start. All other quantities are in the units
+//! that go with the duration itself, so that a step of a free body does not know it. What does are
+//! the ends, what acts on the body, how far the reference frame turns, and the limits:
 //!
 //! ```text
 //! Π_0 = s Π_start ,   Π_N = s Π_end ,   the same of wheels ;     torque of the environment s² M(R) ;
@@ -21,7 +22,8 @@
 //! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
 //! ```
 //!
-//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of fuel as well,
+//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of
+//! fuel as well,
 //!
 //! ```text
 //! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the terms of a set under a limit of its norm,
@@ -31,11 +33,12 @@
 //!
 //! # Where do step and kick of the chain come from?
 //!
-//! From `optimize/discrete/step`, as those of the shooting do: the drift and the gyrostat's drift, their derivative ξ, the kick of
-//! given inputs with its gradient. What differs is where force and moment come from, an optimal law or an input that is a
-//! variable, and that wheels are states. Both run on grids whose steps have their own lengths. The kick of the optimal law
-//! keeps a gradient of its own, in which the answer of the inputs is added before the field is: the same sum, other last
-//! bits.
+//! From `optimize/discrete/step`, as those of the shooting do: the drift and the gyrostat's drift,
+//! their derivative ξ, the kick of given inputs with its gradient. What differs is where force and
+//! moment come from, an optimal law or an input that is a variable, and that wheels are states.
+//! Both run on grids whose steps have their own lengths. The kick of the optimal law keeps a
+//! gradient of its own, in which the answer of the inputs is added before the field is: the same
+//! sum, other last bits.
 
 pub(crate) mod goal;
 pub(crate) mod state;
@@ -50,8 +53,8 @@ pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
 
-/// An input of one stage that is drawn to a value: `½ weight (u − at)²` is added to what a method minimises, and not to the cost of a plan.
-/// Where the input has that value the term moves nothing.
+/// An input of one stage that is drawn to a value: `½ weight (u − at)²` is added to what a method
+/// minimises, and not to the cost of a plan. Where the input has that value the term moves nothing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pull {
     pub stage: usize,
@@ -74,7 +77,8 @@ pub(crate) struct Model {
     pub time_price: f64,
     /// What fuel costs, where it does.
     pub fuel: Option<FuelPrice>,
-    /// The user's unit of cost where that is not the effort: a cost of the chain is this times the user's.
+    /// The user's unit of cost where that is not the effort: a cost of the chain is this times the
+    /// user's.
     pub cost_scale: f64,
     /// Number of wheels.
     pub wheels: usize,
@@ -227,7 +231,8 @@ impl Model {
         self.dynamics.grid.kick(stage)
     }
 
-    /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated duration.
+    /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated
+    /// duration.
     pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
     }
@@ -251,8 +256,8 @@ impl Model {
         }
     }
 
-    /// The axes of the force inputs or of the torque inputs, and where these begin among all, if they turn against the
-    /// coordinates of their momenta.
+    /// The axes of the force inputs or of the torque inputs, and where these begin among all, if
+    /// they turn against the coordinates of their momenta.
     pub fn turning(&self, forces: bool) -> Option<(&[Vector3], usize)> {
         let turns = if forces {
             self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
@@ -277,7 +282,8 @@ impl Model {
         self.terminal.given(if self.moves { 12 } else { 6 })
     }
 
-    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is free zero.
+    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is
+    /// free zero.
     pub fn terminal_error(&self, state: &ChainState) -> DVector<f64> {
         let body = if self.moves { 12 } else { 6 };
         // The multipliers of these equations are the costate: none is asked for.

@@ -50,8 +50,8 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
     Kick { wrench, field, gradient, inputs: columns }
 }
 
-/// The costate of a stage as the shooting knows it: after a full kick, also at the end of a Lie–Verlet
-/// chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
+/// The costate of a stage as the shooting knows it: after a full kick, also at the end of a
+/// Lie–Verlet chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
 pub fn after_full_kick(
     model: &Model,
     stage: usize,
@@ -78,7 +78,8 @@ pub fn after_kick(model: &Model, stage: usize, before: &ChainState, inputs: &[f6
     kicked(model, before, &kick(model, before, inputs), inputs, model.kick_weight(stage))
 }
 
-/// `(I + κG)⁻ᵀ λ`: the costate of the state after the kick of a stage, from that of the state before it.
+/// `(I + κG)⁻ᵀ λ`: the costate of the state after the kick of a stage, from that of the state
+/// before it.
 pub fn costate_after_kick(
     model: &Model,
     stage: usize,
@@ -184,8 +185,8 @@ pub fn frame_rate(model: &Model) -> Vector3 {
     model.dynamics.frame_rate()
 }
 
-/// How much less than in the stated duration a turning frame lets attitudes fall back on step k of one that is `stretch`
-/// times as long.
+/// How much less than in the stated duration a turning frame lets attitudes fall back on step k of
+/// one that is `stretch` times as long.
 fn hastened_frame(model: &Model, stage: usize, stretch: f64) -> Matrix3 {
     if stretch == 1.0 || frame_rate(model) == Vector3::zeros() {
         return Matrix3::identity();

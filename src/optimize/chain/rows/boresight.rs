@@ -31,7 +31,8 @@ impl BoresightArc {
         (self.sign * value, self.boresight.cross(&seen) * self.sign)
     }
 
-    /// Change of the value at a fraction of the arc as the direction is turned by a rotation vector.
+    /// Change of the value at a fraction of the arc as the direction is turned by a rotation
+    /// vector.
     pub fn along(&self, fraction: f64, turned: &Vector3) -> f64 {
         let boresight = self.attitude * (lie::exp(&(self.arc * fraction)) * self.boresight);
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -56,13 +57,14 @@ impl BoresightArc {
         self.slopes(fraction).0
     }
 
-    /// Where between two fractions of the arc the value is largest; `None` where that is at an end of the arc, whose node tells it.
+    /// Where between two fractions of the arc the value is largest; `None` where that is at an end
+    /// of the arc, whose node tells it.
     pub fn extremum(&self, within: [f64; 2]) -> Option<f64> {
         Some(self.highest(within)).filter(|at| *at > 0.0 && *at < 1.0)
     }
 
-    /// Returns the fraction between two of the arc at which the value is largest. An arc turns far less than half a turn, so the slope
-    /// changes its sign once at most.
+    /// Returns the fraction between two of the arc at which the value is largest. An arc turns far
+    /// less than half a turn, so the slope changes its sign once at most.
     pub fn highest(&self, [low, high]: [f64; 2]) -> f64 {
         if self.turn == Vector3::zeros() && self.cone[1] == 0.0 {
             self.highest_of_standing(low, high)
@@ -114,8 +116,9 @@ impl BoresightArc {
         at
     }
 
-    /// Returns the second derivatives of the value by the turn of the attitude and by the rotation vector of the arc, at a fraction of the
-    /// arc; with `highest`, of the highest value, whose place moves along.
+    /// Returns the second derivatives of the value by the turn of the attitude and by the rotation
+    /// vector of the arc, at a fraction of the arc; with `highest`, of the highest value, whose
+    /// place moves along.
     pub fn bend(&self, fraction: f64, highest: bool) -> Bend {
         let (b, a) = (&self.boresight, &self.arc);
         let turned = lie::exp(&(a * fraction));
@@ -124,7 +127,8 @@ impl BoresightArc {
         } else {
             lie::exp(&(self.turn * fraction)) * self.direction
         };
-        // Boresight and direction in the axes of the body at the beginning of the arc, and the direction in its axes at the fraction.
+        // Boresight and direction in the axes of the body at the beginning of the arc, and the
+        // direction in its axes at the fraction.
         let (p, w) = (turned * b, self.attitude.tr_mul(&direction));
         let v = turned.tr_mul(&w);
         let along = lie::right_jacobian(&(a * fraction)) * fraction;
@@ -149,7 +153,8 @@ impl BoresightArc {
     }
 }
 
-/// Second derivatives of a boresight's value by the turn of the attitude, by attitude (rows) and arc (columns), and by the arc.
+/// Second derivatives of a boresight's value by the turn of the attitude, by attitude (rows) and
+/// arc (columns), and by the arc.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend {
     pub attitude: Matrix3,

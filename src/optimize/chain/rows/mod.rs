@@ -1,19 +1,21 @@
 //! Limits and constraints as inequality rows of the stages, relative to their limits.
 //!
-//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold between
-//! the nodes is a row of the arc of its own: on one step the body turns about one axis at one rate.
+//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold
+//! between the nodes is a row of the arc of its own: on one step the body turns about one axis at
+//! one rate.
 //!
 //! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
 //!
-//! What burns has rows that bound nothing, and tell the interior point so: an input with two sides, or a set that is counted by
-//! the norm of what it gives. An input that pushes to one side only has a row `u ≥ 0`.
+//! What burns has rows that bound nothing, and tell the interior point so: an input with two sides,
+//! or a set that is counted by the norm of what it gives. An input that pushes to one side only has
+//! a row `u ≥ 0`.
 //!
 //! # Why are there rows for arcs?
 //!
-//! On one step the body turns about one axis at one rate, so where a boresight comes nearest to a direction on the arc is the
-//! root of one smooth function, and the row is differentiated there by the envelope theorem. Where the extremum is at an end
-//! of the arc, the node's own row says all, and the arc's row is idle: two rows for one condition would make the active set
-//! degenerate.
+//! On one step the body turns about one axis at one rate, so where a boresight comes nearest to a
+//! direction on the arc is the root of one smooth function, and the row is differentiated there by
+//! the envelope theorem. Where the extremum is at an end of the arc, the node's own row says all,
+//! and the arc's row is idle: two rows for one condition would make the active set degenerate.
 
 mod boresight;
 mod what;
@@ -79,7 +81,8 @@ impl LimitRows {
         rows
     }
 
-    /// Rows of inputs that cost fuel or push to one side only, and of sets that are counted by what they give together.
+    /// Rows of inputs that cost fuel or push to one side only, and of sets that are counted by what
+    /// they give together.
     fn burns(&mut self, problem: &Problem, model: &Model) {
         let bounds = model.input_bounds(problem);
         let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];

@@ -41,13 +41,14 @@ pub(crate) struct Cone {
     sign: f64,
     half_angle: f64,
     during: During,
-    /// Where the boresight is held on it: by how much it is off at the start and at the end \[rad\], and on the way from the one to
-    /// the other between them. An end may be off by rounding, or by what a landing makes up for.
+    /// Where the boresight is held on it: by how much it is off at the start and at the end
+    /// \[rad\], and on the way from the one to the other between them. An end may be off by
+    /// rounding, or by what a landing makes up for.
     on: Option<[f64; 2]>,
 }
 
-/// A time at which a cone begins or ceases to act is that of a node within this part of the duration: rounded otherwise, the row of the
-/// node would be missing, or stand there twice.
+/// A time at which a cone begins or ceases to act is that of a node within this part of the
+/// duration: rounded otherwise, the row of the node would be missing, or stand there twice.
 const EDGE: f64 = 1e-12;
 
 impl What {
@@ -69,7 +70,8 @@ impl What {
                 let on = matches!(pointing.side, Side::On { .. });
                 let sign = if pointing.side == Side::KeepIn { -1.0 } else { 1.0 };
                 if on && arc {
-                    // Nodes are held on it: an arc between them has no inputs of its own to follow it by.
+                    // Nodes are held on it: an arc between them has no inputs of its own to follow
+                    // it by.
                     return Vec::new();
                 }
                 let half_angle = pointing.effective_half_angle();
@@ -110,8 +112,8 @@ impl What {
     }
 }
 
-/// By how much a boresight is off a cone that it is held on \[rad\], at the start and at the end; 0 where the cone does not act then, and
-/// where the end is not known.
+/// By how much a boresight is off a cone that it is held on \[rad\], at the start and at the end; 0
+/// where the cone does not act then, and where the end is not known.
 fn off_at_ends(
     problem: &Problem,
     pointing: &Pointing,
@@ -131,7 +133,8 @@ fn off_at_ends(
     })
 }
 
-/// A cone's row at a node or on an arc, with its derivatives by the turn of the attitude, the arc `log F`, and `ln s`.
+/// A cone's row at a node or on an arc, with its derivatives by the turn of the attitude, the arc
+/// `log F`, and `ln s`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeAt {
     pub c: f64,
@@ -162,8 +165,9 @@ impl Cone {
         !self.arc && other.arc && self.is_same_as(other)
     }
 
-    /// The row at the attitude of stage `stage` and along the arc from there, at its highest point: that of the arc with its ends where
-    /// it is `closed`, else of what lies between them. `None` where it does not act.
+    /// The row at the attitude of stage `stage` and along the arc from there, at its highest point:
+    /// that of the arc with its ends where it is `closed`, else of what lies between them. `None`
+    /// where it does not act.
     pub(crate) fn met(
         &self,
         model: &Model,
@@ -189,7 +193,8 @@ impl Cone {
         Some(value / meeting.pointing.cone[0].sin())
     }
 
-    /// Returns the row on a closed arc, or at a node, with its second derivatives by attitude and arc.
+    /// Returns the row on a closed arc, or at a node, with its second derivatives by attitude and
+    /// arc.
     pub(crate) fn bent(
         &self,
         model: &Model,
@@ -303,7 +308,8 @@ impl Cone {
     }
 }
 
-/// The rotation vector of the shortest turn from one unit vector to another, and its derivative as they move: `φ a×b`, `φ = θ/sin θ`.
+/// The rotation vector of the shortest turn from one unit vector to another, and its derivative as
+/// they move: `φ a×b`, `φ = θ/sin θ`.
 fn turn_between_moving([a, b]: [Vector3; 2], [da, db]: [Vector3; 2]) -> (Vector3, Vector3) {
     let (axis, cosine) = (a.cross(&b), a.dot(&b));
     let squared = axis.norm_squared();

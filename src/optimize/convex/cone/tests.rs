@@ -40,7 +40,8 @@ fn solved(solver: &mut ConeSolver) -> Optimum {
     }
 }
 
-/// What a point is worth, from the data: `½xᵀPx + qᵀx`, `−½xᵀPx − bᵀz`, `max |Ax + s − b|`, `max |Px + q + Aᵀz|`.
+/// What a point is worth, from the data: `½xᵀPx + qᵀx`, `−½xᵀPx − bᵀz`, `max |Ax + s − b|`,
+/// `max |Px + q + Aᵀz|`.
 struct Judged {
     objective: f64,
     dual_objective: f64,
@@ -70,15 +71,17 @@ fn judged(program: &Program, Optimum { x, z, s }: &Optimum) -> Judged {
     }
 }
 
-/// How far a dual direction reaches as a certificate of infeasibility: every `x` that meets the constraints has
-/// `max |x_i| ≥ reach = −bᵀz / Σ|Aᵀz|`, round-off included. Zero where `z` leaves `K*`, which proves nothing.
+/// How far a dual direction reaches as a certificate of infeasibility: every `x` that meets the
+/// constraints has `max |x_i| ≥ reach = −bᵀz / Σ|Aᵀz|`, round-off included. Zero where `z` leaves
+/// `K*`, which proves nothing.
 fn reach(program: &Program, z: &[f64]) -> f64 {
     let inside = program.parts(z).all(|(cone, part)| match cone {
         Cone::Zero(_) => true,
         Cone::Nonnegative(_) => part.iter().all(|value| *value >= 0.0),
         _ => false,
     });
-    // Round-off of the sums, generously: each term is in error by a few ulps times the number of terms.
+    // Round-off of the sums, generously: each term is in error by a few ulps times the number of
+    // terms.
     let ulps = 4.0 * f64::EPSILON * (z.len() as f64 + 4.0);
     let terms = || program.bound.iter().zip(z).map(|(b, z)| b * z);
     let depth = -terms().sum::<f64>() - ulps * terms().map(f64::abs).sum::<f64>();
@@ -131,7 +134,8 @@ fn a_second_order_cone_has_its_bound_first() {
 #[cfg(feature = "sdp")]
 #[test]
 fn a_semidefinite_cone_is_packed_by_columns_with_root_two() {
-    // min 2a + c subject to [a 3; 3 c] ⪰ 0: ac = 9, so a = 3/√2, c = 3√2, and z has the same packing.
+    // min 2a + c subject to [a 3; 3 c] ⪰ 0: ac = 9, so a = 3/√2, c = 3√2, and z has the same
+    // packing.
     let root = 2.0f64.sqrt();
     let rows = [(0, 0, -1.0), (2, 1, -1.0)];
     let mut solver =
@@ -275,7 +279,8 @@ fn an_updated_program_is_solved_as_a_new_one() {
     for (updated, fresh) in updated.x.iter().chain(&updated.z).zip(fresh.x.iter().chain(&fresh.z)) {
         assert!((updated - fresh).abs() < 1e-7, "{updated} {fresh}");
     }
-    // x = 1.5 − 2y, y ≤ ½, and the unconstrained minimum over y lies at y = 0.7: the bound is active.
+    // x = 1.5 − 2y, y ≤ ½, and the unconstrained minimum over y lies at y = 0.7: the bound is
+    // active.
     close(updated.x[0], 0.5);
     close(updated.x[1], 0.5);
 }
@@ -296,7 +301,8 @@ fn what_contradicts_itself_comes_with_a_certificate() {
 
 #[test]
 fn a_certificate_says_how_far_it_reaches() {
-    // The solver calls 1e-300 x = 3 infeasible. So it is, for every x of sensible size; the reach says which.
+    // The solver calls 1e-300 x = 3 infeasible. So it is, for every x of sensible size; the reach
+    // says which.
     let tiny = program(1, &[(0, 0, 1.0)], &[0.0], &[(0, 0, 1e-300)], &[3.0], &[Cone::Zero(1)]);
     match new(tiny.clone()).solve() {
         Answer::Infeasible(z) => assert!((reach(&tiny, &z) / 3e300 - 1.0).abs() < 1e-9),

@@ -1,14 +1,16 @@
 //! The control law: the optimal inputs of an actuator set, as the Hamiltonian that they minimise.
 //!
-//! For a costate `q` in the axes of the set the optimal inputs minimise, at the running cost `l` of the objective,
+//! For a costate `q` in the axes of the set the optimal inputs minimise, at the running cost `l` of
+//! the objective,
 //!
 //! ```text
 //! u(q) = argmin l(u) + q·Bu  over the allowed u ,     K(q) = its value
 //! K_q = B u(q) ,     S = −K_qq ≥ 0
 //! ```
 //!
-//! so that state and costates move by the gradients of one `K`, and the linearisation is its generalised Hessian:
-//! Newton on it is semismooth. A law is what K, its gradient and its Hessian are:
+//! so that state and costates move by the gradients of one `K`, and the linearisation is its
+//! generalised Hessian: Newton on it is semismooth. A law is what K, its gradient and its Hessian
+//! are:
 //!
 //! - `effort`: `l = ½ uᵀWu` without limits;
 //! - `saturated`: the same within limits of the single inputs, or of the norm of what they give.
@@ -61,8 +63,8 @@ pub(crate) trait Hamiltonian {
         Vec::new()
     }
 
-    /// How far the inputs are from their own projection after a step against the gradient: zero where the
-    /// conditions of Karush, Kuhn and Tucker hold.
+    /// How far the inputs are from their own projection after a step against the gradient: zero
+    /// where the conditions of Karush, Kuhn and Tucker hold.
     fn projection_residual(&self, _: &Vector3) -> f64 {
         0.0
     }

@@ -6,8 +6,8 @@
 //!                             ν = 0, or ν > 0 such that |B u| = ū    S = D − D τ τᵀD/(τᵀDτ) , τ = B u
 //! ```
 //!
-//! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. Where `A = a I` the norm bound is `B u = −ū q/max(ū/a, |q|)`; in general ν
-//! is the root of one scalar equation, which Newton finds to round-off.
+//! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. Where `A = a I` the norm bound is `B u = −ū q/max(ū/a, |q|)`;
+//! in general ν is the root of one scalar equation, which Newton finds to round-off.
 
 use super::effort::{Effort, unlimited};
 use super::{Hamiltonian, Response};
@@ -208,8 +208,8 @@ impl Ball {
         Self { limit: self.limit * factor, ..*self }
     }
 
-    /// Newton on `1/|τ(ν)| = 1/ū`, which is concave in ν: from ν = 0 it rises to the root and never passes
-    /// it but for round-off. For equal `a` the first step is exact.
+    /// Newton on `1/|τ(ν)| = 1/ū`, which is concave in ν: from ν = 0 it rises to the root and never
+    /// passes it but for round-off. For equal `a` the first step is exact.
     fn at(&self, costate: &Vector3) -> InBall {
         let q = self.axes.tr_mul(costate);
         let at = |multiplier: f64| {

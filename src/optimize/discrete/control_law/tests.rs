@@ -47,7 +47,8 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
         let mut inputs = Vec::new();
         law.push_inputs(&weighted, &costate, &mut inputs);
         let inputs = DVector::from_vec(inputs);
-        // Axes that nearly coincide cost the norm some of its digits, by the condition of their authority.
+        // Axes that nearly coincide cost the norm some of its digits, by the condition of their
+        // authority.
         assert!(is_allowed(&channel, &inputs, 1e-12), "{channel:?}");
         let best = hamiltonian(&weighted, &costate, &inputs);
         *(if law.demand(&costate) > 1.0 { &mut limited } else { &mut free }) += 1;
@@ -76,7 +77,8 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
     assert!(limited > 100 && free > 50, "{limited} {free}");
 }
 
-/// Among the inputs with the conditions of Karush, Kuhn and Tucker there is only one: `K` is convex in `u`.
+/// Among the inputs with the conditions of Karush, Kuhn and Tucker there is only one: `K` is convex
+/// in `u`.
 #[test]
 fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
     let mut random = Random(5);

@@ -29,7 +29,8 @@ impl Law {
         Self::of_set(&weighted, problem.switches(), units.cost, [units.momentum(), units.torque()])
     }
 
-    /// Of a set of inputs that `switches` or not, with the units of the cost, of what a second of them gives, and of what they give.
+    /// Of a set of inputs that `switches` or not, with the units of the cost, of what a second of
+    /// them gives, and of what they give.
     pub fn of_set(weighted: &Weighted, switches: bool, cost: f64, [impulse, unit]: [f64; 2]) -> Self {
         let (axes, limits) = (weighted.set.axes(), weighted.set.limits());
         Self {
@@ -47,7 +48,8 @@ impl Law {
     /// Those two where `inputs` are given.
     pub fn at(&self, inputs: &[f64]) -> (Matrix3, DMatrix<f64>) {
         let m = inputs.len();
-        // Inputs that switch are at their limits always: what corrects them has an authority held back for it.
+        // Inputs that switch are at their limits always: what corrects them has an authority held
+        // back for it.
         let free = |index: &usize| {
             self.switches
                 || self.sizes.as_ref().is_none_or(|sizes| {

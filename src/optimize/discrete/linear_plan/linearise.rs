@@ -228,7 +228,8 @@ impl Beside<'_> {
     }
 }
 
-/// The parts of a step with what wheels store as states beside: `of_total` is the curvature by attitude, total momentum and wheels.
+/// The parts of a step with what wheels store as states beside: `of_total` is the curvature by
+/// attitude, total momentum and wheels.
 fn beside_wheels(
     parts: &Parts<6, 3>,
     wheels: &Matrix6x3,

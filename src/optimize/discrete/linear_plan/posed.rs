@@ -1,13 +1,14 @@
-//! The motion beside a plan whose inputs turn against the coordinates, or of a body that translates: forces and torques, each along
-//! axes that are fixed in the body or in the reference frame, held over the steps.
+//! The motion beside a plan whose inputs turn against the coordinates, or of a body that
+//! translates: forces and torques, each along axes that are fixed in the body or in the reference
+//! frame, held over the steps.
 //!
 //! ```text
 //! z = [x − x*; γ − γ*; log(R*ᵀR); Π − Π*]  (N = 12),  or its last six numbers (N = 6)
 //! ```
 //!
-//! What an input of such axes gives depends on the attitude: `E = Rᵀ` of torques fixed in the reference frame, `E = R` of forces fixed
-//! in the body. That adds `∂(E u)/∂q` to the gradient of a kick, and the second derivatives `∂(λ·E u)/∂q²`, `∂(λ·E)/∂q`
-//! (`linear_plan::stage`).
+//! What an input of such axes gives depends on the attitude: `E = Rᵀ` of torques fixed in the
+//! reference frame, `E = R` of forces fixed in the body. That adds `∂(E u)/∂q` to the gradient of a
+//! kick, and the second derivatives `∂(λ·E u)/∂q²`, `∂(λ·E)/∂q` (`linear_plan::stage`).
 
 use super::authority::Law;
 use super::{MOST_STEPS, Parts, Stage, Unlinearised};
@@ -42,8 +43,8 @@ pub(crate) enum Stages {
 }
 
 impl PosedPlan {
-    /// Whether the motion beside a plan of `problem` is one of these: the body translates, or its torques are fixed in the reference
-    /// frame.
+    /// Whether the motion beside a plan of `problem` is one of these: the body translates, or its
+    /// torques are fixed in the reference frame.
     pub fn is_of(problem: &Problem) -> bool {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
     }
@@ -81,7 +82,8 @@ impl PosedPlan {
         Ok(Self { units, momentum_of_rate, stages, to_inputs })
     }
 
-    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over the steps.
+    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over
+    /// the steps.
     ///
     /// # Errors
     /// As [`PosedPlan::new`].
@@ -146,7 +148,8 @@ impl PosedPlan {
         })
     }
 
-    /// `B_k`, for forces and torques along the axes of their sets \[N\], [N·m]: N×6, or N×3 of torques alone.
+    /// `B_k`, for forces and torques along the axes of their sets \[N\], [N·m]: N×6, or N×3 of
+    /// torques alone.
     pub fn b(&self, step: usize) -> DMatrix<f64> {
         let scaled = match &self.stages {
             Stages::Attitude(stages) => DMatrix::from_column_slice(6, 3, stages[step].b.as_slice()),
@@ -321,7 +324,8 @@ impl Beside<'_> {
     }
 }
 
-/// Blocks by position and attitude as a matrix, in the rows of these or, `below`, in those of the momenta.
+/// Blocks by position and attitude as a matrix, in the rows of these or, `below`, in those of the
+/// momenta.
 fn placed<const N: usize>(blocks: &Blocks, below: usize) -> SMatrix<f64, N, N> {
     let mut out = SMatrix::<f64, N, N>::zeros();
     out.view_mut((N - 6 + below, N - 6), (3, 3)).copy_from(&blocks.rr);

@@ -1,7 +1,7 @@
 //! A step beside a plan as a backward sweep takes it, of `N` states under `C` forces and torques.
 //!
-//! A step is a kick, a drift and a kick. What the inputs add, `v`, acts in both kicks: with `s` the state before the drift and `t` that
-//! after it
+//! A step is a kick, a drift and a kick. What the inputs add, `v`, acts in both kicks: with `s` the
+//! state before the drift and `t` that after it
 //!
 //! ```text
 //! s = K₀ z + Γ₀ v ,   t = D s ,   z⁺ = K₁ t + Γ₁ v                    δλ_t = K₁ᵀ δλ + w₁ (K_qq t + M₁ v)
@@ -9,8 +9,9 @@
 //! 0 = h S⁻¹ v + Γ₀ᵀ δλ_s + w₀ M₀ᵀ z + Γ₁ᵀ δλ + w₁ M₁ᵀ t
 //! ```
 //!
-//! with `M = ∂(λ·E)/∂q` where the axes `E` of inputs turn against the coordinates, and their authority `S`. Written out in `z`, `v` and
-//! the costate `δλ` after the step, with `Ĥ = H_free + Dᵀ w₁K_qq D` and `N̂ = Dᵀ w₁M₁`:
+//! with `M = ∂(λ·E)/∂q` where the axes `E` of inputs turn against the coordinates, and their
+//! authority `S`. Written out in `z`, `v` and the costate `δλ` after the step, with
+//! `Ĥ = H_free + Dᵀ w₁K_qq D` and `N̂ = Dᵀ w₁M₁`:
 //!
 //! ```text
 //! z⁺   = A z + B v                 A = K₁ D K₀ ,   B = K₁ D Γ₀ + Γ₁
@@ -105,7 +106,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
         }
     }
 
-    /// This step and the one after it under one `v` (`linear_plan::ticks`), with the authority of this one.
+    /// This step and the one after it under one `v` (`linear_plan::ticks`), with the authority of
+    /// this one.
     pub fn then(&self, after: &Self) -> Self {
         let bent = after.h * self.b + after.on_costate;
         let through = after.h * self.a;

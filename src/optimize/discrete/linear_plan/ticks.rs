@@ -1,6 +1,8 @@
-//! The motion beside a plan from tick to tick of a controller that holds a correction over several steps.
+//! The motion beside a plan from tick to tick of a controller that holds a correction over several
+//! steps.
 //!
-//! Step after step under one `v` is a step (`linear_plan::stage`): `z` and `δλ` between the two are put into both.
+//! Step after step under one `v` is a step (`linear_plan::stage`): `z` and `δλ` between the two are
+//! put into both.
 //!
 //! ```text
 //! A = A₂A₁ ,     B = A₂B₁ + B₂ ,     H = H₁ + A₁ᵀH₂A₁ ,     N = N₁ + A₁ᵀM ,     M = H₂B₁ + N₂
@@ -10,8 +12,8 @@
 use super::{LinearPlan, LinearStep, PosedPlan, Stage, Stages};
 use nalgebra::SMatrix;
 
-/// The motion beside a plan of held torques in ticks of `every` steps, the last of them shorter where they are no divisor. Gains are
-/// designed along it; what parameters do stays with the steps.
+/// The motion beside a plan of held torques in ticks of `every` steps, the last of them shorter
+/// where they are no divisor. Gains are designed along it; what parameters do stays with the steps.
 pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
     let firsts = || (0..plan.count()).step_by(every.max(1)).chain([plan.count()]);
     LinearPlan {
@@ -62,8 +64,8 @@ fn of_tick(steps: &[LinearStep]) -> LinearStep {
     LinearStep { stage, with_wheels, ..steps[least].clone() }
 }
 
-/// Steps under one correction, and which of them gives its authority: what an input can give over the whole tick is what it can where
-/// the most of them are at their limits.
+/// Steps under one correction, and which of them gives its authority: what an input can give over
+/// the whole tick is what it can where the most of them are at their limits.
 fn together<'a, const N: usize, const C: usize>(
     steps: impl Iterator<Item = &'a Stage<N, C>> + Clone,
 ) -> (Stage<N, C>, usize) {

@@ -6,20 +6,20 @@
 //! Σ ½|v_k|² + ½ z_kᵀ H_k z_k ,     z_{k+1} = A_k z_k + G_k v_k ,   z_0 = 0 ,  z_N = 0 ,   G Gᵀ = Q
 //! ```
 //!
-//! with `Q = −h K_pp`, which limits make smaller. The matrix of its first-order conditions has as many
-//! negative eigenvalues as there are constraints and, beyond that, directions in which the cost decreases.
-//! Eliminated node by node it needs one pivot block per node and a last one,
+//! with `Q = −h K_pp`, which limits make smaller. The matrix of its first-order conditions has as
+//! many negative eigenvalues as there are constraints and, beyond that, directions in which the
+//! cost decreases. Eliminated node by node it needs one pivot block per node and a last one,
 //!
 //! ```text
 //! M_k = [[X_k, −I], [−I, H_k]] ,     X_{k+1} = A_k (I − X_k H_k)⁻¹ X_k A_kᵀ − Q_k ,     X_N
 //! ```
 //!
-//! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is short of
-//! rank wherever all inputs have been at their limits from the start.
+//! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is
+//! short of rank wherever all inputs have been at their limits from the start.
 //!
-//! The null space of `X_N` has two parts. What the inputs cannot reach, `W_N` of `W_{k+1} = A_k W_k A_kᵀ + Q_k`, is
-//! no constraint; the rest are variations along which the cost is level. Those are neither ways down nor ways up: their
-//! sign is round-off.
+//! The null space of `X_N` has two parts. What the inputs cannot reach, `W_N` of
+//! `W_{k+1} = A_k W_k A_kᵀ + Q_k`, is no constraint; the rest are variations along which the cost
+//! is level. Those are neither ways down nor ways up: their sign is round-off.
 
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::MatrixInertia;
@@ -27,8 +27,8 @@ use crate::optimize::discrete::step::{Linearization, Sensitivity};
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Number of independent directions in which the cost decreases; `None` where the sweep fails, and where the cost decreases in
-/// none and is level in some.
+/// Number of independent directions in which the cost decreases; `None` where the sweep fails, and
+/// where the cost decreases in none and is level in some.
 pub(super) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -115,7 +115,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
         }
     }
 
-    /// The last pivot, `X_N`: without what the inputs cannot reach, and unless the cost is level somewhere.
+    /// The last pivot, `X_N`: without what the inputs cannot reach, and unless the cost is level
+    /// somewhere.
     fn close(self) -> Option<usize> {
         let MatrixInertia { negative, zero } = inertia(&self.x);
         let unreached = inertia(&self.reached).zero.min(zero);
@@ -124,7 +125,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
     }
 }
 
-/// Inertia of a symmetric matrix whose rows and columns are given one size; those that are round-off of the others stay so.
+/// Inertia of a symmetric matrix whose rows and columns are given one size; those that are
+/// round-off of the others stay so.
 fn inertia<const N: usize>(of: &SMatrix<f64, N, N>) -> MatrixInertia {
     let sizes: [f64; N] = std::array::from_fn(|index| of[(index, index)].abs().sqrt());
     let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

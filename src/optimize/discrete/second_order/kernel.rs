@@ -1,6 +1,8 @@
-//! The Riccati condition of one step in arrays of fixed size: `I + Gᵀ Λ Z⁻¹ G` and its negative eigenvalues.
+//! The Riccati condition of one step in arrays of fixed size: `I + Gᵀ Λ Z⁻¹ G` and its negative
+//! eigenvalues.
 //!
-//! G has columns for the momenta alone, half as many as there are states, so `Z⁻¹` is applied to those and no more.
+//! G has columns for the momenta alone, half as many as there are states, so `Z⁻¹` is applied to
+//! those and no more.
 
 use crate::Matrix3;
 use crate::numerics::factor::eliminate;
@@ -54,7 +56,8 @@ pub(super) fn negative<const N: usize>(
     Some(negative_pivots(form, half))
 }
 
-/// Negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D Lᵀ` (Sylvester's law).
+/// Negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D Lᵀ`
+/// (Sylvester's law).
 fn negative_pivots(form: [[f64; MOST]; MOST], size: usize) -> usize {
     let mut a: [[f64; MOST]; MOST] =
         array::from_fn(|row| array::from_fn(|column| (form[row][column] + form[column][row]) * 0.5));

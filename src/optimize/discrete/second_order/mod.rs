@@ -2,16 +2,19 @@
 //!
 //! # How are conjugate points counted?
 //!
-//! With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = GGᵀ` the authority of the inputs, `P = Λ Z⁻¹` solves the
-//! discrete Riccati equation, and a step meets as many conjugate points as `I + GᵀPG` has negative eigenvalues. The
-//! determinant of `Z_k` changes sign at a simple conjugate point and not at a double one, and bodies with symmetry have
-//! double ones. None at all makes the plan a local minimum of the discrete problem. It says nothing about the global one.
-//! Near the start `Z` is singular and steps are passed over. Where it is singular at the end, or anywhere after it had an
-//! inverse, the inertia of the accessory problem is counted instead, which divides by no `Z`. What its last pivot leaves at
-//! zero is either what the inputs cannot reach (the rank of `W = Σ Φ Q Φᵀ` tells), or a direction along which the cost is
-//! level: a minimum that is one of a circle of equal ones, as a symmetry makes them
-//! (`problems/pendulum_two_torques_spin.toml`, half a turn about an axis without a torque). Its sign is round-off, so with no
-//! other way down the answer is `None`, not decided, and neither a minimum nor a saddle.
+//! With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = GGᵀ` the authority of the
+//! inputs, `P = Λ Z⁻¹` solves the discrete Riccati equation, and a step meets as many conjugate
+//! points as `I + GᵀPG` has negative eigenvalues. The determinant of `Z_k` changes sign at a simple
+//! conjugate point and not at a double one, and bodies with symmetry have double ones. None at all
+//! makes the plan a local minimum of the discrete problem. It says nothing about the global one.
+//! Near the start `Z` is singular and steps are passed over. Where it is singular at the end, or
+//! anywhere after it had an inverse, the inertia of the accessory problem is counted instead, which
+//! divides by no `Z`. What its last pivot leaves at zero is either what the inputs cannot reach
+//! (the rank of `W = Σ Φ Q Φᵀ` tells), or a direction along which the cost is level: a minimum that
+//! is one of a circle of equal ones, as a symmetry makes them
+//! (`problems/pendulum_two_torques_spin.toml`, half a turn about an axis without a torque). Its
+//! sign is round-off, so with no other way down the answer is `None`, not decided, and neither a
+//! minimum nor a saddle.
 
 mod accessory;
 mod kernel;
@@ -54,8 +57,8 @@ pub(crate) fn optimality<const N: usize>(
 }
 
 /// Largest residual `|λ_{k−1} − A_kᵀ λ_k|` of the costate recursion, recomputed backward by `A_kᵀ`
-/// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the largest
-/// projection residual of the inputs, relative to the largest they give.
+/// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the
+/// largest projection residual of the inputs, relative to the largest they give.
 struct Stationarity<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     steps: usize,
@@ -105,8 +108,8 @@ impl<'a, const N: usize> Stationarity<'a, N> {
 }
 
 /// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
-/// second order within the constraints. `None` where there is none and the cost is level in some: that is a
-/// conjugate point at the very end, as a circle of equally cheap paths has it.
+/// second order within the constraints. `None` where there is none and the cost is level in some:
+/// that is a conjugate point at the very end, as a circle of equally cheap paths has it.
 ///
 /// With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = G Gᵀ` the inputs' authority, a
 /// step meets as many conjugate points as
@@ -116,8 +119,8 @@ impl<'a, const N: usize> Stationarity<'a, N> {
 /// ```
 ///
 /// has negative eigenvalues: the discrete Riccati condition. Unlike sign changes of `det Ψ₁₂(k)` it
-/// counts double points twice. Where a matrix is singular that had an inverse before, or has none at the end, round-off
-/// would decide, and the inertia of the accessory problem is counted instead.
+/// counts double points twice. Where a matrix is singular that had an inverse before, or has none
+/// at the end, round-off would decide, and the inertia of the accessory problem is counted instead.
 pub(crate) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -164,7 +167,8 @@ impl<'a, const N: usize> Counter<'a, N> {
         self.meet(&columns.state(), &columns.costate(), &root);
     }
 
-    /// The number; `None` where a singular matrix on the way or at the end kept a step from being counted.
+    /// The number; `None` where a singular matrix on the way or at the end kept a step from being
+    /// counted.
     fn close(mut self, psi: &SMatrix<f64, N, N>) -> Option<usize> {
         if let Some((attitude, dual)) = self.last.take() {
             // Half the authority.

@@ -176,7 +176,8 @@ impl LinearDrift {
         }
     }
 
-    /// `H z` of the drift alone: the curvature seen by the state part of `columns`, into its costate part.
+    /// `H z` of the drift alone: the curvature seen by the state part of `columns`, into its
+    /// costate part.
     pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
         let mut out = Sensitivity::zero();
         out.costate_zeta = &self.h12 * &columns.pi;

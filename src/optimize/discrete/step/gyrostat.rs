@@ -1,7 +1,7 @@
 //! The drift of a gyrostat: a body with spinning wheels, whose momenta are constant on the drift.
 //!
-//! With the wheels' angles cyclic, the discrete Lagrangian gains `2 c·μ`: `c` is the Cayley vector of
-//! the relative attitude `F`, `μ` the sum of the wheels' momenta, body axes. Its momentum is
+//! With the wheels' angles cyclic, the discrete Lagrangian gains `2 c·μ`: `c` is the Cayley vector
+//! of the relative attitude `F`, `μ` the sum of the wheels' momenta, body axes. Its momentum is
 //! `(I + S(c) + c cᵀ) μ` on the left and `Fᵀ` times that on the right. With `H` the total momentum,
 //!
 //! ```text
@@ -48,7 +48,8 @@ pub(crate) struct GyrostatDrift {
 }
 
 impl Dynamics {
-    /// The drift over step `step` with total momentum `momentum` and wheel momentum `wheels`, body axes, scaled.
+    /// The drift over step `step` with total momentum `momentum` and wheel momentum `wheels`, body
+    /// axes, scaled.
     pub(crate) fn gyrostat_drift(
         &self,
         step: usize,
@@ -89,7 +90,8 @@ impl Dynamics {
 }
 
 impl Dynamics {
-    /// Derivative of the costate before a drift by `[ζ, δH, δμ]`, at a fixed costate `after` of attitude and total momentum.
+    /// Derivative of the costate before a drift by `[ζ, δH, δμ]`, at a fixed costate `after` of
+    /// attitude and total momentum.
     pub(crate) fn gyrostat_curvature(
         &self,
         step: usize,
@@ -156,7 +158,8 @@ mod tests {
     use crate::maneuver::grid::Grid;
     use crate::testing::{Random, attitude_only, moving_ends};
 
-    /// The derivative of the costate before a drift, `[F λ^ζ ; ξ_Hᵀ q + F λ^H ; ξ_μᵀ q]`, against its central differences.
+    /// The derivative of the costate before a drift, `[F λ^ζ ; ξ_Hᵀ q + F λ^H ; ξ_μᵀ q]`, against
+    /// its central differences.
     #[test]
     fn the_curvature_is_the_derivative_of_the_costate_before_the_drift() {
         let mut random = Random(4);

@@ -1,4 +1,5 @@
-//! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a costate.
+//! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a
+//! costate.
 
 use super::{Authority, ControlLaws, Costate, Dynamics};
 use crate::mechanics::actuators::AxisFrame;
@@ -11,7 +12,8 @@ use nalgebra::SMatrix;
 const STIFF: f64 = 100.0;
 
 impl Dynamics {
-    /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, and their effort, scaled.
+    /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, and their effort,
+    /// scaled.
     ///
     /// `LIMITED` is [`Dynamics::is_limited`], known to the compiler.
     #[inline(always)]
@@ -31,7 +33,8 @@ impl Dynamics {
         (wrench, effort)
     }
 
-    /// What forces and torques give at the optimal inputs for a costate, each in the axes of its set, scaled.
+    /// What forces and torques give at the optimal inputs for a costate, each in the axes of its
+    /// set, scaled.
     pub(crate) fn outputs(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
         let (gamma, pi) = self.in_input_axes(pose, costate);
         let Some(laws) = &self.laws else {
@@ -67,8 +70,8 @@ impl Dynamics {
         (Wrench { force: self.force.frame.to_reference(r, &force.output), moment }, cost)
     }
 
-    /// What the inputs answer to a change of the costate, in their own axes: `−∂(B u)` for forces and
-    /// torques. Without limits the authorities.
+    /// What the inputs answer to a change of the costate, in their own axes: `−∂(B u)` for forces
+    /// and torques. Without limits the authorities.
     pub(super) fn input_slopes(&self, pose: &Pose, costate: &Costate) -> (Matrix3, Matrix3) {
         let Some(laws) = &self.laws else { return (self.force.matrix, self.torque.matrix) };
         let (gamma, pi) = self.in_input_axes(pose, costate);
@@ -80,7 +83,8 @@ impl Dynamics {
         self.larger(pose, costate, |law, costate| law.demand(costate))
     }
 
-    /// How far limited inputs are from optimal: the larger projection residual of forces and torques.
+    /// How far limited inputs are from optimal: the larger projection residual of forces and
+    /// torques.
     pub(crate) fn input_residual(&self, pose: &Pose, costate: &Costate) -> f64 {
         self.larger(pose, costate, |law, costate| law.projection_residual(costate))
     }
@@ -131,12 +135,14 @@ pub(crate) struct InputMatrices {
 }
 
 impl InputMatrices {
-    /// Of the inverses: `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as the axes reach.
+    /// Of the inverses: `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as
+    /// the axes reach.
     pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
         (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
 
-    /// `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with forces before torques.
+    /// `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with forces
+    /// before torques.
     pub fn weight<const D: usize>(&self, r: &Matrix3) -> SMatrix<f64, D, D> {
         let torque = match self.torque.frame {
             AxisFrame::Body => self.torque.matrix,
@@ -167,8 +173,9 @@ impl InputMatrices {
 }
 
 impl Dynamics {
-    /// The same without limits and with a little authority about every axis: `ε` times the mean that the inputs
-    /// have. What is cheapest then bounds the true cost of the same branch from below.
+    /// The same without limits and with a little authority about every axis: `ε` times the mean
+    /// that the inputs have. What is cheapest then bounds the true cost of the same branch from
+    /// below.
     pub(crate) fn widened(&self, epsilon: f64) -> Self {
         let wider = |authority: &Authority| {
             let mean = authority.matrix.trace() / 3.0;
@@ -183,7 +190,8 @@ impl Dynamics {
         self.weight_condition() < 1e9
     }
 
-    /// Whether inputs about one axis cost so much more than about another that the cost has narrow valleys.
+    /// Whether inputs about one axis cost so much more than about another that the cost has narrow
+    /// valleys.
     pub(crate) fn is_stiff(&self) -> bool {
         self.weight_condition() > STIFF
     }

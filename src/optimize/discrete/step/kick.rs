@@ -7,25 +7,26 @@
 //! (γ, Π) += h K_p ,     (λ^x, λ^R) −= h K_q
 //! ```
 //!
-//! `K_p` is force plus moment plus `B u`; `K_q = Γᵀ p` plus, where the axes of an input turn against
-//! the coordinates, a term of the input. Such inputs, with `A = B W⁻¹ Bᵀ`:
+//! `K_p` is force plus moment plus `B u`; `K_q = Γᵀ p` plus, where the axes of an input turn
+//! against the coordinates, a term of the input. Such inputs, with `A = B W⁻¹ Bᵀ`:
 //!
 //! ```text
 //! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
 //! force fixed to the body:        f = R φ,  φ = −A Rᵀλ^γ     K_R = φ × Rᵀλ^γ
 //! ```
 //!
-//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from the
-//! saturated law, and its derivative takes the place of `−A` (`control_law::saturated`).
+//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from
+//! the saturated law, and its derivative takes the place of `−A` (`control_law::saturated`).
 //!
 //! # Why split a step into a drift and a kick?
 //!
-//! The drift is the free rigid body, the kick everything else: environment and inputs at the new pose. The kick, lifted to
-//! the costates, is the flow of one Hamiltonian `K(q, p)`, so state and costate move by its two gradients and the
-//! linearisation is its Hessian. Environment, actuators fixed to the body and actuators fixed to the reference frame are
-//! three terms of one `K`. A new field or a new kind of actuator brings its own term and touches neither sweep, nor Newton,
-//! nor second-order test. The formulas for torques in reference axes, which are long when written out as a linearisation of
-//! the whole step, are four lines here.
+//! The drift is the free rigid body, the kick everything else: environment and inputs at the new
+//! pose. The kick, lifted to the costates, is the flow of one Hamiltonian `K(q, p)`, so state and
+//! costate move by its two gradients and the linearisation is its Hessian. Environment, actuators
+//! fixed to the body and actuators fixed to the reference frame are three terms of one `K`. A new
+//! field or a new kind of actuator brings its own term and touches neither sweep, nor Newton, nor
+//! second-order test. The formulas for torques in reference axes, which are long when written out
+//! as a linearisation of the whole step, are four lines here.
 
 use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::lie::hat;
@@ -66,7 +67,8 @@ impl Dynamics {
         }
     }
 
-    /// The kick at a pose, of limited inputs or of others: so that a loop over all steps asks but once.
+    /// The kick at a pose, of limited inputs or of others: so that a loop over all steps asks but
+    /// once.
     #[inline(always)]
     pub(crate) fn kick_of<const N: usize, const LIMITED: bool>(
         &self,
@@ -113,8 +115,9 @@ impl Dynamics {
         }
     }
 
-    /// The wrench of a kick under inputs that exert `input` (force in reference axes, moment in body axes), and its
-    /// gradient `K_pq` at fixed inputs: that of the environment, and that of axes that turn against the coordinates.
+    /// The wrench of a kick under inputs that exert `input` (force in reference axes, moment in
+    /// body axes), and its gradient `K_pq` at fixed inputs: that of the environment, and that of
+    /// axes that turn against the coordinates.
     pub(crate) fn kick_of_inputs(&self, pose: &Pose, input: &Wrench) -> (Wrench, Blocks) {
         let (mut wrench, mut gradient) = self.field(pose);
         wrench.moment += input.moment;
@@ -141,8 +144,8 @@ impl Dynamics {
         self.field_kick::<N>(pose, costate)
     }
 
-    /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn against the
-    /// coordinates.
+    /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn
+    /// against the coordinates.
     #[inline(never)]
     fn field_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let r = &pose.attitude;
@@ -179,7 +182,8 @@ impl Dynamics {
 }
 
 impl Kick {
-    /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the costates.
+    /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the
+    /// costates.
     #[inline(always)]
     pub fn apply<const N: usize>(&self, point: &mut Point, costate: &mut Costate, weight: f64, h: f64) {
         point.momentum.add(&(self.moment * weight));

@@ -11,8 +11,9 @@ use nalgebra::{SMatrix, SVector};
 /// z⁺ = A z − Q δλ ,     δλ_before = Aᵀ δλ + H z
 /// ```
 ///
-/// with `λ` the costate of the step. `A = K A0`, `H = h A0ᵀ K_qq A0 + H_free` (theory of the survey's
-/// section 4.2, 4.3); where the inputs turn with the body, `A` holds their derivative at the optimum.
+/// with `λ` the costate of the step. `A = K A0`, `H = h A0ᵀ K_qq A0 + H_free` (theory of the
+/// survey's section 4.2, 4.3); where the inputs turn with the body, `A` holds their derivative at
+/// the optimum.
 #[derive(Clone, Debug)]
 pub struct Linearization<const N: usize> {
     /// `A_k`.
@@ -34,7 +35,8 @@ pub(crate) struct Transition<const N: usize> {
 }
 
 impl Dynamics {
-    /// Step `step` of the grid from `start` under the costate `λ_k` of that step, with its matrices.
+    /// Step `step` of the grid from `start` under the costate `λ_k` of that step, with its
+    /// matrices.
     pub(crate) fn transition<const N: usize>(
         &self,
         step: usize,
@@ -63,7 +65,8 @@ impl Dynamics {
         Ok((drift, end, costate))
     }
 
-    /// The matrices of the first step from a boundary state (SI) under the costate `λ_k` of that step (scaled).
+    /// The matrices of the first step from a boundary state (SI) under the costate `λ_k` of that
+    /// step (scaled).
     ///
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.
@@ -75,8 +78,8 @@ impl Dynamics {
         Ok(self.transition(0, &self.point(start), costate)?.linear)
     }
 
-    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick, `weight` that
-    /// of the kick.
+    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick,
+    /// `weight` that of the kick.
     fn matrices<const N: usize>(
         &self,
         drift: &Drift,

@@ -6,10 +6,10 @@
 //! h S(Π) = F J_d − J_d Fᵀ ,   R⁺ = R F ,   Π' = Fᵀ Π            (x⁺ = x + (h/m) γ)
 //! ```
 //!
-//! followed by a *kick* at the new pose, `Π⁺ = Π' + h (M⁺ + B u⁺)`, `γ⁺ = γ + h (f⁺ + B_f u⁺)`. Both
-//! are lifted to the costates: the drift by `A0⁻ᵀ`, the kick as the flow of a Hamiltonian (see
-//! the module `kick`). That is theory and code for SO(3) and SE(3) at once, for any environment, and for
-//! actuators that are fixed to the body or to the reference frame.
+//! followed by a *kick* at the new pose, `Π⁺ = Π' + h (M⁺ + B u⁺)`, `γ⁺ = γ + h (f⁺ + B_f u⁺)`.
+//! Both are lifted to the costates: the drift by `A0⁻ᵀ`, the kick as the flow of a Hamiltonian (see
+//! the module `kick`). That is theory and code for SO(3) and SE(3) at once, for any environment,
+//! and for actuators that are fixed to the body or to the reference frame.
 
 pub(crate) mod drift;
 mod gyrostat;
@@ -221,7 +221,8 @@ impl Dynamics {
         Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
     }
 
-    /// Discretises a maneuver on a grid in the unit of time, which is the duration that the problem states.
+    /// Discretises a maneuver on a grid in the unit of time, which is the duration that the problem
+    /// states.
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let units = Units::of(problem);
         let inertia = &problem.body.inertia;
@@ -270,7 +271,8 @@ impl Dynamics {
         self.laws.is_some()
     }
 
-    /// The same with the frame turning the other way: for motions that run backward, on steps of one length.
+    /// The same with the frame turning the other way: for motions that run backward, on steps of
+    /// one length.
     pub(crate) fn reversed(&self) -> Self {
         let frame_turns = self.frame_turns.iter().map(Matrix3::transpose).collect();
         Self { frame_turns, ..self.clone() }
@@ -296,9 +298,9 @@ impl Dynamics {
         }
     }
 
-    /// Propagates the start of `problem` on SO(3) over all steps under a small constant torque (0.1 on
-    /// each body axis, scaled): attitude and momentum (scaled) at the end. The bare step, without costates
-    /// or optimal inputs, that a sweep is measured against.
+    /// Propagates the start of `problem` on SO(3) over all steps under a small constant torque (0.1
+    /// on each body axis, scaled): attitude and momentum (scaled) at the end. The bare step,
+    /// without costates or optimal inputs, that a sweep is measured against.
     ///
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.
@@ -309,8 +311,8 @@ impl Dynamics {
         Ok((end.attitude.value, end.momentum.value))
     }
 
-    /// The steps of [`Dynamics::propagate`], of one length or of their own: a call in the loop would empty its
-    /// registers.
+    /// The steps of [`Dynamics::propagate`], of one length or of their own: a call in the loop
+    /// would empty its registers.
     #[inline]
     fn coast<const UNIFORM: bool>(&self, mut point: Point) -> Result<Point, StepError> {
         let input = Wrench { force: Vector3::zeros(), moment: Vector3::repeat(0.1) };
@@ -323,7 +325,8 @@ impl Dynamics {
         Ok(point)
     }
 
-    /// Whether a body that moves like `point` keeps its attitude without inputs: free, and without spin.
+    /// Whether a body that moves like `point` keeps its attitude without inputs: free, and without
+    /// spin.
     pub(crate) fn stands(&self, point: &Point) -> bool {
         self.environment.is_none() && point.momentum.value == Vector3::zeros()
     }
@@ -340,7 +343,8 @@ impl Dynamics {
         self.frame_turns.get(step).or(self.frame_turns.first())
     }
 
-    /// An attitude at the end of step `step` with the frame's turn over that step undone: `R_k F_k`.
+    /// An attitude at the end of step `step` with the frame's turn over that step undone:
+    /// `R_k F_k`.
     pub(crate) fn unturned(&self, step: usize, attitude: &Matrix3) -> Matrix3 {
         match self.frame_turn(step) {
             Some(turn) => attitude + turn.tr_mul(attitude),
@@ -366,7 +370,8 @@ impl Dynamics {
         }
     }
 
-    /// `∂M/∂R` of the environment's moment, and the second derivative of `λ^Π · M`, scaled; zero for a free body.
+    /// `∂M/∂R` of the environment's moment, and the second derivative of `λ^Π · M`, scaled; zero
+    /// for a free body.
     pub(crate) fn field_derivatives(&self, pose: &Pose, costate: &Vector3) -> (Matrix3, Matrix3) {
         let Some(environment) = &self.environment else { return (Matrix3::zeros(), Matrix3::zeros()) };
         let costates = Wrench { force: Vector3::zeros(), moment: *costate };

@@ -18,7 +18,8 @@ pub struct Units {
     pub mass: f64,
     /// Unit of length \[m\].
     pub length: f64,
-    /// Unit of cost: that of a turn by one radian, or of a shift by one length where that is costlier.
+    /// Unit of cost: that of a turn by one radian, or of a shift by one length where that is
+    /// costlier.
     pub cost: f64,
 }
 
@@ -36,8 +37,8 @@ impl Units {
                 if largest > 0.0 { largest } else { 1.0 }
             }
         };
-        // The cost of a turn by one radian, or of a shift by one length, whichever is costlier: the scale of
-        // the costates.
+        // The cost of a turn by one radian, or of a shift by one length, whichever is costlier: the
+        // scale of the costates.
         let price =
             |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
         let weights = problem.objective.weights();

@@ -1,26 +1,30 @@
-//! The forward sweep of state, costates and their sensitivities: the whole of the necessary conditions.
+//! The forward sweep of state, costates and their sensitivities: the whole of the necessary
+//! conditions.
 //!
 //! ```text
 //! λ_{−1} ─▶ drift, kick ─▶ λ_0, u_1, (R,Π)_1 ─▶ … ─▶ λ_{N−1}, u_N, (R,Π)_N
 //! u_{k+1} = −W⁻¹ Bᵀ λ_k^Π ,     λ_{k−1} = A_kᵀ λ_k
 //! ```
 //!
-//! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick opens
-//! it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the same formula
-//! and is of second order. Nothing is allocated.
+//! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick
+//! opens it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the
+//! same formula and is of second order. Nothing is allocated.
 //!
 //! # How is Ctrl-C heard within a sweep?
 //!
-//! A boundary value problem may have a `Listener`, asked every 4096 steps; what it stops ends with `StepError::Stopped`, and
-//! the search knows whether it was a signal or the clock. The best iterate is then recorded by a sweep that asks nobody, up
-//! to 100,000 steps: beyond that, recording and writing alone would take longer than the answer may. Whether a solve is
-//! stopped never changes what it would have found. The cone solver takes a closure that lives on by itself, which cannot hold
-//! a borrowed observer: so an observer may hand out a flag (`Observer::stop_flag`), at which the solver looks between its
-//! iterations. While the solver is made, and within an iteration, it looks at nothing, which on fine grids takes longer than
-//! an answer may: there it works on a thread of its own, and who waits for it asks the observer and the clock. What is
-//! stopped leaves that thread behind. It owns all that it works on, sees a flag of its own, and ends with the iteration under
-//! way; a process that ends takes it along. While results are written there is nothing left to stop but the writing: a signal
-//! then ends the program, and the file does not appear.
+//! A boundary value problem may have a `Listener`, asked every 4096 steps; what it stops ends with
+//! `StepError::Stopped`, and the search knows whether it was a signal or the clock. The best
+//! iterate is then recorded by a sweep that asks nobody, up to 100,000 steps: beyond that,
+//! recording and writing alone would take longer than the answer may. Whether a solve is stopped
+//! never changes what it would have found. The cone solver takes a closure that lives on by itself,
+//! which cannot hold a borrowed observer: so an observer may hand out a flag
+//! (`Observer::stop_flag`), at which the solver looks between its iterations. While the solver is
+//! made, and within an iteration, it looks at nothing, which on fine grids takes longer than an
+//! answer may: there it works on a thread of its own, and who waits for it asks the observer and
+//! the clock. What is stopped leaves that thread behind. It owns all that it works on, sees a flag
+//! of its own, and ends with the iteration under way; a process that ends takes it along. While
+//! results are written there is nothing left to stop but the writing: a signal then ends the
+//! program, and the file does not appear.
 
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Problem, State};
@@ -60,8 +64,8 @@ const KEPT_AFTER_STOP: usize = 100_000;
 /// Where a sweep ended.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
-    /// Error of the terminal condition, `[log(R_dᵀ R_N); Π_N − Π_d]` where the state is given; in the crate's order,
-    /// scaled.
+    /// Error of the terminal condition, `[log(R_dᵀ R_N); Π_N − Π_d]` where the state is given; in
+    /// the crate's order, scaled.
     pub error: SVector<f64, N>,
     /// Cost, scaled.
     pub cost: f64,
@@ -82,7 +86,8 @@ pub(crate) struct Node {
     pub index: usize,
     /// State; momenta are those of the integrator.
     pub point: Point,
-    /// Force and moment of the kick that led here; its weight up to the physical momenta is `ahead` less.
+    /// Force and moment of the kick that led here; its weight up to the physical momenta is `ahead`
+    /// less.
     pub kick: (Vector3, Vector3),
     /// By how much of that kick the momenta are ahead of the physical ones.
     pub ahead: f64,
@@ -197,8 +202,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
     }
 
-    /// Sweeps from `λ_{−1}` with the derivative of the terminal error, N×N: `Ψ₁₂ = ∂z_N/∂λ_{−1}` where the state is
-    /// given.
+    /// Sweeps from `λ_{−1}` with the derivative of the terminal error, N×N: `Ψ₁₂ = ∂z_N/∂λ_{−1}`
+    /// where the state is given.
     pub fn sweep_linearized(
         &self,
         costate: &SVector<f64, N>,
@@ -249,8 +254,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
-    /// The sweep in the widest registers, where it is of the usual kind. Whoever looks at the columns between two steps
-    /// would wait for them.
+    /// The sweep in the widest registers, where it is of the usual kind. Whoever looks at the
+    /// columns between two steps would wait for them.
     #[inline(always)]
     fn run_wide<const DERIVE: bool>(
         &self,
@@ -267,8 +272,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         )
     }
 
-    /// The sweep of limited inputs or of others, on steps of one length or of their own; every variant compiles to
-    /// its own loop.
+    /// The sweep of limited inputs or of others, on steps of one length or of their own; every
+    /// variant compiles to its own loop.
     #[inline]
     fn run_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
@@ -367,7 +372,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
-    /// The attitudes of the motion without inputs, node after node; the first alone where the body keeps it.
+    /// The attitudes of the motion without inputs, node after node; the first alone where the body
+    /// keeps it.
     pub(crate) fn coast(&self, mut observe: impl FnMut(&Matrix3)) -> Result<(), StepError> {
         let Self { dynamics, start, .. } = self;
         let (mut point, none) = (*start, Wrench::zero());
@@ -394,7 +400,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.listener.is_some_and(Listener::asks_to_stop)
     }
 
-    /// The same motion backward: from the target, with its momenta and the turn of the frame reversed.
+    /// The same motion backward: from the target, with its momenta and the turn of the frame
+    /// reversed.
     pub(crate) fn reversed(&self) -> Self {
         let back = |point: &Point| Point {
             momentum: Sum::new(-point.momentum.value),
@@ -414,7 +421,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Self { dynamics: self.dynamics.relaxed(factor), ..self.clone() }
     }
 
-    /// How many times its limit the most demanded input of the extremal from `costate` would be without it.
+    /// How many times its limit the most demanded input of the extremal from `costate` would be
+    /// without it.
     pub(crate) fn demand(&self, costate: &SVector<f64, N>) -> Result<f64, StepError> {
         let mut largest = 0.0f64;
         self.sweep_observed(costate, |node| {
@@ -428,7 +436,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 }
 
 impl Node {
-    /// The physical state: the integrator's momenta less the part of the last kick by which they are ahead.
+    /// The physical state: the integrator's momenta less the part of the last kick by which they
+    /// are ahead.
     pub fn physical(&self) -> Point {
         let mut point = self.point;
         point.linear_momentum.add(&(self.kick.0 * -self.ahead));

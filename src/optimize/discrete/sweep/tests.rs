@@ -256,8 +256,8 @@ fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut
     compared
 }
 
-/// Claim: the motion without inputs has the attitudes of the sweep from no costate, in every field, frame and scheme; and
-/// a free body at rest has but one.
+/// Claim: the motion without inputs has the attitudes of the sweep from no costate, in every field,
+/// frame and scheme; and a free body at rest has but one.
 #[test]
 fn a_coast_is_the_sweep_without_costates() {
     fn largest_difference<const N: usize>(problem: &Problem) -> f64 {
@@ -326,10 +326,9 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
     assert!(10 * compared > 9 * columns, "{compared} of {columns}");
 }
 
-/// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes are
-/// one linearisation.
-/// With the attitude left free the terminal error holds a costate, and so does its derivative: Newton converges, and no
-/// attitude near by costs less.
+/// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes
+/// are one linearisation. With the attitude left free the terminal error holds a costate, and so
+/// does its derivative: Newton converges, and no attitude near by costs less.
 #[test]
 fn a_free_attitude_exchanges_its_equations_for_those_of_the_costate() {
     let mut random = Random(91);

@@ -1,13 +1,15 @@
 //! Descent on paths: Newton on the poses of the inner nodes, which ends at minima only.
 //!
-//! Every path is feasible, because its inputs follow by inverse dynamics ([`path`]). So the cost itself is the
-//! merit function and falls at every iteration, no implicit equation is solved, nothing is integrated, and an
-//! unstable body is no harder than another. The Newton direction and the inertia of the Hessian come from one
-//! backward sweep ([`riccati`]): where the Hessian is not positive definite it is shifted until it is, and a
-//! stationary path that is a saddle is left along a direction of negative curvature.
+//! Every path is feasible, because its inputs follow by inverse dynamics ([`path`]). So the cost
+//! itself is the merit function and falls at every iteration, no implicit equation is solved,
+//! nothing is integrated, and an unstable body is no harder than another. The Newton direction and
+//! the inertia of the Hessian come from one backward sweep ([`riccati`]): where the Hessian is not
+//! positive definite it is shifted until it is, and a stationary path that is a saddle is left
+//! along a direction of negative curvature.
 //!
-//! The descent needs inputs about every axis. Where some are missing it works with a widened authority
-//! ([`Dynamics::widened`]), whose minima bound the true ones of the same branch from below.
+//! The descent needs inputs about every axis. Where some are missing it works with a widened
+//! authority ([`Dynamics::widened`]), whose minima bound the true ones of the same branch from
+//! below.
 
 mod path;
 mod riccati;
@@ -26,7 +28,8 @@ use path::{Direction, Path, Setting};
 use riccati::{Backward, Shift};
 use std::f64::consts::SQRT_2;
 
-/// Rows of configurations, or of momenta: ζ and δΠ, with δx and δγ before them where the body translates.
+/// Rows of configurations, or of momenta: ζ and δΠ, with δx and δγ before them where the body
+/// translates.
 type Half<const D: usize> = SVector<f64, D>;
 /// A matrix between two of them.
 type Block<const D: usize> = SMatrix<f64, D, D>;
@@ -37,25 +40,27 @@ const LONGEST: f64 = 1.5;
 const HALVINGS: usize = 6;
 /// Halvings of a step at all.
 const MOST_HALVINGS: usize = 20;
-/// First shift of a Hessian that is not positive definite. The lowest mode of a clamped beam has the curvature
-/// 4.73⁴ = 500 in the same units; the result hardly depends on it between 10 and 300.
+/// First shift of a Hessian that is not positive definite. The lowest mode of a clamped beam has
+/// the curvature 4.73⁴ = 500 in the same units; the result hardly depends on it between 10 and 300.
 const FIRST_SHIFT: f64 = 30.0;
 /// Smallest shift, largest shift, and the factor between one and the next.
 const LEAST_SHIFT: f64 = 3.0;
 const MOST_SHIFT: f64 = 1e9;
 const RAISE: f64 = 5.0;
-/// A path whose cost the model would lower by less, relative, is stationary enough to ask whether it is a saddle.
+/// A path whose cost the model would lower by less, relative, is stationary enough to ask whether
+/// it is a saddle.
 const NEARLY_STATIONARY: f64 = 1e-4;
 /// Lengths tried along a direction of negative curvature \[rad, or unit lengths\].
 const ESCAPES: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4];
 /// A Newton step that is expected to end within this of the cost of a known minimum, relative, ...
 const SAME_COST: f64 = 1e-4;
-/// ... and ends within this of each of its nodes \[rad, or unit lengths\], leads to no other: two minima as close differ
-/// in cost by the cube of that.
+/// ... and ends within this of each of its nodes \[rad, or unit lengths\], leads to no other: two
+/// minima as close differ in cost by the cube of that.
 const SAME_PLACE: f64 = 3e-3;
 /// Costs below this count as nothing: the unit is that of a turn by one radian.
 const NO_COST: f64 = 1e-20;
-/// Iterations of a descent cost a fraction of others, and narrow valleys take many: so many for each that is granted.
+/// Iterations of a descent cost a fraction of others, and narrow valleys take many: so many for
+/// each that is granted.
 const PATIENCE: usize = 4;
 /// Fewest steps with an inner node on either side of an elimination.
 pub(crate) const FEWEST_STEPS: usize = 6;
@@ -75,8 +80,8 @@ pub(crate) struct Descent<'a> {
 }
 
 impl Method for Descent<'_> {
-    /// The candidate comes back with states and costates of all nodes, stationary to the square root of the
-    /// tolerance, and with the cost of its path.
+    /// The candidate comes back with states and costates of all nodes, stationary to the square
+    /// root of the tolerance, and with the cost of its path.
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         if self.translates {
             self.descend::<12, 6>(candidate, budget)
@@ -263,7 +268,8 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
         }
         match failed {
             None if self.promised <= self.tolerance => {
-                // The step is the last digit of what was proved a minimum: it need not show in the cost.
+                // The step is the last digit of what was proved a minimum: it need not show in the
+                // cost.
                 self.search(f64::INFINITY, 0);
                 self.minimal = true;
                 return Some(Outcome::Converged);

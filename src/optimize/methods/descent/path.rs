@@ -1,7 +1,7 @@
 //! A path, what it costs by inverse dynamics, and how the cost changes with its nodes.
 //!
-//! With `F_k = R_kᵀR_{k+1}` (the turn of the frame undone), weights `h_k` of the kicks, and `Ŵ = (B W⁻¹Bᵀ)⁻¹` at
-//! the pose of its node,
+//! With `F_k = R_kᵀR_{k+1}` (the turn of the frame undone), weights `h_k` of the kicks, and
+//! `Ŵ = (B W⁻¹Bᵀ)⁻¹` at the pose of its node,
 //!
 //! ```text
 //! Π_k = (1/h) vee(F_k J_d − J_d F_kᵀ) ,   γ_k = (x_{k+1} − x_k)/h ,   Π'_k = F_kᵀΠ_k
@@ -9,7 +9,8 @@
 //! J   = Σ (h_k/2) τ_kᵀ Ŵ τ_k
 //! ```
 //!
-//! The costates follow as well: `p_k = −Ŵ τ_k` is `λ^Π_{k−1}`, and the momentum rows of `λ_{k−1} = A_kᵀλ_k` give
+//! The costates follow as well: `p_k = −Ŵ τ_k` is `λ^Π_{k−1}`, and the momentum rows of
+//! `λ_{k−1} = A_kᵀλ_k` give
 //!
 //! ```text
 //! μ'_k = B_k^{−T}(p_k − F_k p_{k+1}) − p_{k+1} × Π'_k ,   B_k⁻¹ = E F_k/h ,   λ^R_k = μ'_k − h K_R(node k+1)
@@ -133,7 +134,8 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    /// Inputs and cost by inverse dynamics; false where a step turns too far or the cost is not finite.
+    /// Inputs and cost by inverse dynamics; false where a step turns too far or the cost is not
+    /// finite.
     pub fn evaluate<const N: usize>(&mut self, setting: &Setting<N, D>) -> bool {
         let Setting { dynamics, opening, first, target, inverse, .. } = setting;
         let grid = &dynamics.grid;
@@ -216,7 +218,8 @@ impl<const D: usize> Path<D> {
         self.gradient.iter().zip(&direction.zeta).map(|(g, zeta)| g.dot(zeta)).sum()
     }
 
-    /// States and costates of all nodes, as the lifted Newton takes them; the first costate is λ₋₁ of the sweep.
+    /// States and costates of all nodes, as the lifted Newton takes them; the first costate is λ₋₁
+    /// of the sweep.
     pub fn into_candidate<const N: usize>(
         mut self,
         setting: &Setting<N, D>,

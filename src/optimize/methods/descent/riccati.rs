@@ -1,8 +1,10 @@
-//! The Newton direction of a path and the inertia of its Hessian, in one sweep back and one forward.
+//! The Newton direction of a path and the inertia of its Hessian, in one sweep back and one
+//! forward.
 //!
 //! Stage k takes `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost
-//! `½ z_kᵀ Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by `δ h diag(S, 0)`.
-//! The last two stages are eliminated with the end given, the others by the recursion of Riccati:
+//! `½ z_kᵀ Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by
+//! `δ h diag(S, 0)`. The last two stages are eliminated with the end given, the others by the
+//! recursion of Riccati:
 //!
 //! ```text
 //! k = N−1:   L = −A12⁻¹A11 ,  K = −(A21 + A22 L)/h_N ,   P̂ = [I;L]ᵀĤ[I;L] + h_N KᵀŴ_N K ,   ĝ = g_{N−1}
@@ -12,11 +14,11 @@
 //! node 0:    U = Ŵ_0 + h_0 EᵀPE ,   δτ_0 = −U⁻¹Eᵀq
 //! ```
 //!
-//! S is what is left of P once the input of the kick has done its best. Its rows of the momenta are `YŴ`: nothing is
-//! subtracted there.
+//! S is what is left of P once the input of the kick has done its best. Its rows of the momenta are
+//! `YŴ`: nothing is subtracted there.
 //!
-//! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and only if every U is.
-//! With no shift at a stationary path this is the test of second order.
+//! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and
+//! only if every U is. With no shift at a stationary path this is the test of second order.
 
 use super::path::{Direction, Path, Setting, block};
 use super::{Block, Half};
@@ -67,7 +69,8 @@ struct Gain<const D: usize> {
 
 /// The sweep back, as far as it came.
 pub(super) struct Backward<const D: usize> {
-    /// The stages of the path that is swept, as far as they were needed: a shift leaves them as they are.
+    /// The stages of the path that is swept, as far as they were needed: a shift leaves them as
+    /// they are.
     stages: Vec<Option<Stage<D>>>,
     gains: Vec<Option<Gain<D>>>,
     /// `δτ` at the first kick.
@@ -91,7 +94,8 @@ impl<const D: usize> Backward<D> {
         self.stages.fill(None);
     }
 
-    /// Sweeps back in the widest registers; the node whose pivot is not positive, where there is one.
+    /// Sweeps back in the widest registers; the node whose pivot is not positive, where there is
+    /// one.
     pub fn sweep<const N: usize>(
         &mut self,
         setting: &Setting<N, D>,
@@ -185,7 +189,8 @@ impl<const D: usize> Backward<D> {
         self.follow(setting.first, Half::zeros(), self.opening, 1.0, direction);
     }
 
-    /// The direction of negative curvature at the node whose pivot failed: still before it, along the gains after.
+    /// The direction of negative curvature at the node whose pivot failed: still before it, along
+    /// the gains after.
     pub fn downward<const N: usize>(
         &self,
         setting: &Setting<N, D>,
@@ -350,7 +355,8 @@ fn product<const D: usize>(a: &Block<D>, b: &Block<D>) -> Block<D> {
     product
 }
 
-/// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero counts as `flat`.
+/// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero
+/// counts as `flat`.
 #[inline(always)]
 fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<Block<D>> {
     let mut lower = Block::<D>::zeros();

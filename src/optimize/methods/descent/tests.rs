@@ -158,8 +158,8 @@ fn a_descent_ends_at_an_extremal_that_is_a_minimum_and_its_direction_is_that_of_
     }
 }
 
-/// A descent that runs into a known minimum returns it after fewer iterations; one of the same cost with a node elsewhere
-/// does not stop it.
+/// A descent that runs into a known minimum returns it after fewer iterations; one of the same cost
+/// with a node elsewhere does not stop it.
 fn meets<const N: usize, const D: usize>(problem: &Problem, random: &mut Random) {
     let bvp = BoundaryValueProblem::<N>::new(problem, STEPS);
     let (start, target) = (&bvp.start, bvp.terminal.target());

@@ -243,8 +243,8 @@ impl InteriorPoint<'_> {
     }
 }
 
-/// Returns the worst value of a row on a path, with the inputs that it has or asks for; `None` where the
-/// path has none.
+/// Returns the worst value of a row on a path, with the inputs that it has or asks for; `None`
+/// where the path has none.
 pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
     let iterate = chain.iterate(path, &Watch::NONE);
     let tuning = Tuning::default();

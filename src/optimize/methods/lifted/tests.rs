@@ -7,7 +7,7 @@ use crate::mechanics::environment::UniformGravity;
 use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::driver::{Report, run};
 use crate::optimize::methods::shooting::newton::Newton;
-use crate::optimize::search::paths;
+use crate::optimize::search::starts::paths;
 use crate::testing::{full_inertia, matrix, reference, vector, with_torques};
 use serde_json::Value;
 

@@ -38,8 +38,8 @@ impl Method for ConvexIteration<'_> {
 }
 
 impl ConvexIteration<'_> {
-    /// Ends the digits of a point that the convex iteration has converged to. An optimum that costs more
-    /// is another one.
+    /// Ends the digits of a point that the convex iteration has converged to. An optimum that costs
+    /// more is another one.
     fn polished(&self, found: Attempt, budget: &Budget) -> Attempt {
         let ended =
             |tuning: &Tuning| InteriorPoint::of(self.chain, tuning).improve(found.candidate.clone(), budget);

@@ -1,13 +1,13 @@
 //! Sequential convex programming (SCP) on the group.
 //!
-//! It plans least effort in a given duration, as the alternative that a plan of the interior point can be
-//! compared with. Around a point the program of stages ([`super::interior_point::chain`]) is linear in
-//! tangent vectors, and its cost is quadratic: a cone program ([`subproblem`]), with a trust region on the
-//! rotation of each node, a virtual control and slacks that keep it feasible. Its solution moves the point
-//! by the group's exponential. A move that gives less than it promises, since the dynamics bend along it,
-//! is corrected to second order: solved once more with the defects that it ended with. Near a solution
-//! the interior point ends the digits ([`method`]). The duals of the subproblems are costates, to six
-//! digits where the iteration itself converges.
+//! It plans least effort in a given duration, as the alternative that a plan of the interior point
+//! can be compared with. Around a point the program of stages ([`super::interior_point::chain`]) is
+//! linear in tangent vectors, and its cost is quadratic: a cone program ([`subproblem`]), with a
+//! trust region on the rotation of each node, a virtual control and slacks that keep it feasible.
+//! Its solution moves the point by the group's exponential. A move that gives less than it
+//! promises, since the dynamics bend along it, is corrected to second order: solved once more with
+//! the defects that it ended with. Near a solution the interior point ends the digits ([`method`]).
+//! The duals of the subproblems are costates, to six digits where the iteration itself converges.
 
 pub(crate) mod method;
 pub(crate) mod subproblem;

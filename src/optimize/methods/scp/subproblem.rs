@@ -1,7 +1,7 @@
 //! The convex subproblem around a point of a program of stages, as a cone program.
 //!
-//! Variables: `δu_k`, `δx_k` of every stage, a share `t` of the defects that is left, and a slack `σ_g` of
-//! every constraint that may be violated on the way. With weights `μ` and `ρ_g`
+//! Variables: `δu_k`, `δx_k` of every stage, a share `t` of the defects that is left, and a slack
+//! `σ_g` of every constraint that may be violated on the way. With weights `μ` and `ρ_g`
 //!
 //! ```text
 //! minimise   Σ g_k·δ_k + ½ δ_kᵀ H_k δ_k + μ D t + Σ ρ_g σ_g
@@ -10,9 +10,10 @@
 //! ```
 //!
 //! `D` is the size of all defects, and `H` the second derivative of the effort. The virtual control
-//! `−t d_k` has one scalar: with `t = 1`, nothing moved and the slacks at the violations, the subproblem is
-//! always feasible. The duals of the equations are `−λ_k`, those of the rows `ν`. Linear limits of the
-//! inputs are never relaxed. The trust region on the rotation of each node is an angle and needs no chart.
+//! `−t d_k` has one scalar: with `t = 1`, nothing moved and the slacks at the violations, the
+//! subproblem is always feasible. The duals of the equations are `−λ_k`, those of the rows `ν`.
+//! Linear limits of the inputs are never relaxed. The trust region on the rotation of each node is
+//! an angle and needs no chart.
 
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
@@ -160,7 +161,8 @@ impl<'a> Subproblem<'a> {
         Self { program, solver: None, tolerance, watch, left, slack, count, seconds: 0.0, iterations: 0 }
     }
 
-    /// Where an unknown `(u, x)` of a stage stands; the last state is that of the stage after the last.
+    /// Where an unknown `(u, x)` of a stage stands; the last state is that of the stage after the
+    /// last.
     fn place(&self, stage: usize, unknown: usize) -> usize {
         let shape = self.program.shape();
         stage * shape.z() + if stage == shape.stages { unknown - shape.m } else { unknown }
@@ -173,8 +175,8 @@ impl<'a> Subproblem<'a> {
         step.increment.states.chunks_exact(n).map(turn).fold(0.0, f64::max)
     }
 
-    /// The best move from a point. With `after`, what a move has led to, the one that also makes up for
-    /// the defects there: what the equations of motion lack beyond first order.
+    /// The best move from a point. With `after`, what a move has led to, the one that also makes up
+    /// for the defects there: what the equations of motion lack beyond first order.
     pub fn solve(
         &mut self,
         at: &Derivatives,

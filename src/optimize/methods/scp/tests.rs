@@ -59,9 +59,9 @@ fn a_stop_leaves_a_large_subproblem_to_itself() {
     }
 }
 
-/// Costs of theory.md, section 9 and 10, from another program. The duals of the convex iteration are
-/// the costates, which Newton on the set of acting rows finds from there, and the interior point ends
-/// the digits after few subproblems.
+/// Costs of theory.md, section 9 and 10, from another program. The duals of the convex iteration
+/// are the costates, which Newton on the set of acting rows finds from there, and the interior
+/// point ends the digits after few subproblems.
 #[test]
 fn the_reference_costs_are_met_before_and_after_polish() {
     for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]

@@ -1,4 +1,5 @@
-//! Newton shooting on the costate `λ_{−1}`, and what carries an extremal from a coarse grid to a fine one.
+//! Newton shooting on the costate `λ_{−1}`, and what carries an extremal from a coarse grid to a
+//! fine one.
 
 pub(crate) mod newton;
 pub(crate) mod refine;
@@ -63,8 +64,8 @@ impl<'a, const N: usize> Shooting<'a, N> {
         Self { end, ..self }
     }
 
-    /// The iteration at its start. Without a factor its first step takes `Ψ₁₂`: where the last takes it as well, one sweep
-    /// gives both.
+    /// The iteration at its start. Without a factor its first step takes `Ψ₁₂`: where the last
+    /// takes it as well, one sweep gives both.
     fn begun(&self, costate: SVector<f64, N>) -> Result<Newton<'a, N>, StepError> {
         match (self.end, &self.factor) {
             (Some(end), factor) => Ok(Newton::at(self.bvp, self.tolerance, costate, end, factor.clone())),
@@ -110,8 +111,8 @@ mod tests {
     use crate::testing::{Random, full_inertia};
     use crate::{Matrix3, lie};
 
-    /// Claim: the nodes that are kept are those of the iterate that is left, from near starts as from far ones, where trials
-    /// fail and steps are damped.
+    /// Claim: the nodes that are kept are those of the iterate that is left, from near starts as
+    /// from far ones, where trials fail and steps are damped.
     #[test]
     fn kept_nodes_are_those_of_the_last_iterate() {
         let mut random = Random(5);

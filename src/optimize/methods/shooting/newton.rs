@@ -23,13 +23,15 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 const KEEP_FACTOR: f64 = 0.05;
 /// Shortest fraction of a Newton step that is tried before the step is damped instead.
 const SHORTEST: f64 = 1.0 / 16.0;
-/// Damping of the step, in units of the largest singular value: from nearly Newton to nearly gradient.
+/// Damping of the step, in units of the largest singular value: from nearly Newton to nearly
+/// gradient.
 const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
 /// A damped step that shrinks the error to this fraction is taken at once, else the best of all.
 const GOOD_STEP: f64 = 0.9;
 /// An error that has not shrunk to half over this many iterations is stuck.
 const PATIENCE: usize = 16;
-/// Converged is below this fraction of the tolerance: the rest is for the round-off of the witnesses.
+/// Converged is below this fraction of the tolerance: the rest is for the round-off of the
+/// witnesses.
 const ACCEPT: f64 = 0.9;
 /// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
 const POLISH: f64 = 0.5;
@@ -169,8 +171,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         false
     }
 
-    /// Damped least-squares (Levenberg–Marquardt) steps: where Ψ₁₂ is nearly singular the Newton step is
-    /// long and wrong, and these are the shorter ones that still descend.
+    /// Damped least-squares (Levenberg–Marquardt) steps: where Ψ₁₂ is nearly singular the Newton
+    /// step is long and wrong, and these are the shorter ones that still descend.
     fn damped(&mut self) -> bool {
         let Some(psi) = &self.psi else { return false };
         let attitude = self.end.error.fixed_rows::<3>(N - 6).into_owned();

@@ -1,21 +1,25 @@
 //! Coarse to fine: an extremal found on few steps is carried to the requested grid.
 //!
-//! `λ_{−1}` and `Ψ₁₂` of the discrete optimum have an expansion in `h` (Lie–Euler) or `h²` (Lie–Verlet).
-//! Solved on two or three coarse grids and extrapolated, they meet the fine grid so closely that a few
-//! plain sweeps with the extrapolated factor finish it: the fine grid sees no sensitivities at all.
+//! `λ_{−1}` and `Ψ₁₂` of the discrete optimum have an expansion in `h` (Lie–Euler) or `h²`
+//! (Lie–Verlet). Solved on two or three coarse grids and extrapolated, they meet the fine grid so
+//! closely that a few plain sweeps with the extrapolated factor finish it: the fine grid sees no
+//! sensitivities at all.
 //!
 //! # Why coarse to fine over five grids?
 //!
-//! λ₋₁ of the discrete optimum has an expansion in `h²` (in `h` for Lie–Euler). Solved on coarse grids of 2, 3, 4, 6 and 8
-//! units and extrapolated to `h`, it is almost the solution on the requested grid, and so is Ψ₁₂. Sweeps with sensitivities
-//! are made on the two coarsest grids, and on a third where these have few steps; as a rule on no other: the fine grid gets
-//! plain sweeps with an extrapolated factor. The nodes of the last one are what is recorded, up to some thousand steps. The
-//! first grid has as many steps as the fastest moment of the turn needs. From rest to rest less will do: one way begins on as
-//! few as eight steps, and the best one, whose descents are half of what a plan of a hundred steps takes, on as few as
-//! twelve. The minima are the same there, and what their costs are wrong by is far below the margin that carries them on:
-//! some percent, which a rival that is not carried on is told with. Lie–Euler's would be off by more, and below 64 steps the
-//! search is on finer grids. A coarse grid is visited only if the requested one has at least three times as many steps, and
-//! Lie–Euler stops after two grids because first-order terms fall too slowly for more to pay.
+//! λ₋₁ of the discrete optimum has an expansion in `h²` (in `h` for Lie–Euler). Solved on coarse
+//! grids of 2, 3, 4, 6 and 8 units and extrapolated to `h`, it is almost the solution on the
+//! requested grid, and so is Ψ₁₂. Sweeps with sensitivities are made on the two coarsest grids, and
+//! on a third where these have few steps; as a rule on no other: the fine grid gets plain sweeps
+//! with an extrapolated factor. The nodes of the last one are what is recorded, up to some thousand
+//! steps. The first grid has as many steps as the fastest moment of the turn needs. From rest to
+//! rest less will do: one way begins on as few as eight steps, and the best one, whose descents are
+//! half of what a plan of a hundred steps takes, on as few as twelve. The minima are the same
+//! there, and what their costs are wrong by is far below the margin that carries them on: some
+//! percent, which a rival that is not carried on is told with. Lie–Euler's would be off by more,
+//! and below 64 steps the search is on finer grids. A coarse grid is visited only if the requested
+//! one has at least three times as many steps, and Lie–Euler stops after two grids because
+//! first-order terms fall too slowly for more to pay.
 
 use super::Shooting;
 use crate::maneuver::grid::Grid;
@@ -32,11 +36,12 @@ use nalgebra::{SMatrix, SVector};
 const PREDICTED: f64 = 1e-7;
 /// The coarse grids, in units of half the coarsest: errors fall as the product of all `h^p`.
 const GRIDS: [usize; 5] = [2, 3, 4, 6, 8];
-/// Bounds of the residual to which a coarse grid is polished: what its extremals may differ by and be told apart, and
-/// round-off.
+/// Bounds of the residual to which a coarse grid is polished: what its extremals may differ by and
+/// be told apart, and round-off.
 const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
-/// Sensitivities are derived until what their extrapolation misses, the product of all their `h^p`, is below this: a chord
-/// step on the requested grid then gains more digits than the prediction lacks.
+/// Sensitivities are derived until what their extrapolation misses, the product of all their `h^p`,
+/// is below this: a chord step on the requested grid then gains more digits than the prediction
+/// lacks.
 const TELLING: f64 = 1e-5;
 /// How many times the product of all `h^p` the extrapolation of the extremals misses, at least.
 const MISSED: f64 = 100.0;
@@ -60,8 +65,8 @@ fn coarse_grids(problem: &Problem, coarsest: usize) -> impl Iterator<Item = usiz
     [coarsest].into_iter().chain(finer.take_while(move |steps| *steps <= most))
 }
 
-/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is left, and misses more by
-/// itself.
+/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is
+/// left, and misses more by itself.
 pub(crate) fn polish(problem: &Problem, coarsest: usize) -> f64 {
     let missed = MISSED * product(problem, coarse_grids(problem, coarsest));
     missed.clamp(GRID_POLISH[0], GRID_POLISH[1])
@@ -103,7 +108,8 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
         let (predicted, factor) = extrapolate::<N>(&grids, &fine.dynamics.grid);
         let mut last = Shooting::new(fine, tolerance).with_factor(factor).improve(predicted, budget);
         if !last.began() {
-            // The extrapolation may leave the solvable region where the last grid's costate does not.
+            // The extrapolation may leave the solvable region where the last grid's costate does
+            // not.
             let nearest = grids[grids.len() - 1].clone().on_grid(&fine.dynamics.grid);
             last = Shooting::new(fine, tolerance).improve(nearest, budget);
         }
@@ -112,7 +118,8 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
     }
 }
 
-/// One chord step from where the sweep of a prediction ends: the next residual is round-off and not looked at.
+/// One chord step from where the sweep of a prediction ends: the next residual is round-off and not
+/// looked at.
 fn corrected<const N: usize>(predicted: Candidate, end: &End<N>, factor: &Factor<N>) -> Attempt {
     let costate = predicted.costate() - factor.solve(&end.error);
     let (outcome, residuals) = (Outcome::Converged, vec![end.error.amax()]);

@@ -1,10 +1,11 @@
 //! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
 //!
-//! Unknown are `M`, `e_0`, the times `t_j` at which one input each changes from one limit to the other, and `T` where it is sought; the
-//! equations are the six terminal conditions, `s_j(t_j) = 0` of the input that switches and, where `T` is sought, `H(0) = 0`.
-//! Arcs are integrated one from the other's stored node (`sequence`), as in the smoothed problem, so that a long maneuver
-//! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton
-//! step is then the shortest one.
+//! Unknown are `M`, `e_0`, the times `t_j` at which one input each changes from one limit to the
+//! other, and `T` where it is sought; the equations are the six terminal conditions, `s_j(t_j) = 0`
+//! of the input that switches and, where `T` is sought, `H(0) = 0`. Arcs are integrated one from
+//! the other's stored node (`sequence`), as in the smoothed problem, so that a long maneuver
+//! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates
+//! are not unique: the Newton step is then the shortest one.
 
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
@@ -80,9 +81,10 @@ impl Arcs {
         signs
     }
 
-    /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the area and the
-    /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost. Where
-    /// an input is between its limits for long, as on a singular arc, so many pulses stand for it as `cells` says.
+    /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the
+    /// area and the centroid of what the smoothed law spends, so that one whose switching function
+    /// only grazes zero is not lost. Where an input is between its limits for long, as on a
+    /// singular arc, so many pulses stand for it as `cells` says.
     pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64, cells: usize) -> Self {
         let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
         let at = |time: f64| {
@@ -155,7 +157,8 @@ impl Arcs {
         Vector6::from_iterator(self.m.iter().chain(self.first.e.iter()).copied())
     }
 
-    /// Sweeps in steps of at most this part of the duration; the conditions are in costates and times.
+    /// Sweeps in steps of at most this part of the duration; the conditions are in costates and
+    /// times.
     pub(super) fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(SweptArcs, KktSystem)> {
         let (mut lengths, mut nodes, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for (arc, (node, start, end, signs)) in self.arcs().into_iter().enumerate() {
@@ -167,7 +170,8 @@ impl Arcs {
         let sequence = Sequence { m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, longest };
         let (swept, of_times) = (sequence.swept(extremal)?, self.of_times(extremal));
         let mut kkt = swept.kkt.tied(&of_times);
-        // Switching functions vanish with the steps of the Hamiltonian, and Newton comes there from farther away.
+        // Switching functions vanish with the steps of the Hamiltonian, and Newton comes there from
+        // farther away.
         for (j, switch) in self.switches.iter().enumerate() {
             let slope = extremal.switching_slope(switch.input, &switch.node.e);
             let value = extremal.switching(switch.input, &switch.node.e);
@@ -180,7 +184,8 @@ impl Arcs {
         Some((swept, kkt))
     }
 
-    /// How the lengths of arcs go with the times of the switches and, where it is sought, the duration.
+    /// How the lengths of arcs go with the times of the switches and, where it is sought, the
+    /// duration.
     fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
         let arcs = self.switches.len() + 1;
         let times = arcs - usize::from(extremal.given_duration.is_some());
@@ -190,7 +195,8 @@ impl Arcs {
         DMatrix::from_fn(arcs, times, of)
     }
 
-    /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.
+    /// Newton, and again without the pulses that have vanished; `None` where it does not converge
+    /// or the switches vanish.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let mut found = self.solved(extremal)?;
         while found.drop_pulses(SAME * found.duration) {

@@ -1,26 +1,31 @@
 //! Smoothed extremals to start from, one for a turn.
 //!
-//! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that the largest input is
-//! a part of its limit, and the costates are those which the smoothed law wants for these inputs. A body of any inertia
-//! is approached from the isotropic one, `J(s) = V diag(J_i^s) Vᵀ`, because a sphere's smoothed extremal is always found.
+//! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that
+//! the largest input is a part of its limit, and the costates are those which the smoothed law
+//! wants for these inputs. A body of any inertia is approached from the isotropic one,
+//! `J(s) = V diag(J_i^s) Vᵀ`, because a sphere's smoothed extremal is always found.
 //!
 //! # How does minimum fuel share the way of minimum time?
 //!
-//! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With `f = ½ (1 + v)`, `v ∈ [−1,
-//! 1]`, the switching function of minimum time gains a constant, `s = a·e + c`, and nothing else changes: the same smoothed
-//! law (the root law is also the best of three for fuel), the same Newton, certificate and grid. A torque of both signs is
-//! two such inputs in opposite directions. Where the duration is given it takes the place of the condition on the
-//! Hamiltonian, and on the grid the means of the discrete Hamiltonians of all arcs are equal instead of zero. Two things
-//! differ. Between pulses every switching function is positive, so a short pulse may leave no crossing in the smoothed law:
-//! pulses are read off by area and centroid. And a turn about one axis has two switches, which do not determine the costates
-//! of the other axes: the Newton step is then the shortest one. Where thrusters push unequally and there is none in any time,
-//! sought or given, that of inputs which give no torque in the middle of their limits is brought to them.
+//! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With
+//! `f = ½ (1 + v)`, `v ∈ [−1, 1]`, the switching function of minimum time gains a constant,
+//! `s = a·e + c`, and nothing else changes: the same smoothed law (the root law is also the best of
+//! three for fuel), the same Newton, certificate and grid. A torque of both signs is two such
+//! inputs in opposite directions. Where the duration is given it takes the place of the condition
+//! on the Hamiltonian, and on the grid the means of the discrete Hamiltonians of all arcs are equal
+//! instead of zero. Two things differ. Between pulses every switching function is positive, so a
+//! short pulse may leave no crossing in the smoothed law: pulses are read off by area and centroid.
+//! And a turn about one axis has two switches, which do not determine the costates of the other
+//! axes: the Newton step is then the shortest one. Where thrusters push unequally and there is none
+//! in any time, sought or given, that of inputs which give no torque in the middle of their limits
+//! is brought to them.
 //!
-//! Under a limit of the norm alone fuel is `∫ c|τ| dt`, as of one motor that points anywhere. The size of the torque is then
-//! one more one-sided input with `s = ½U(c − |e|)`, and its direction follows the costate, so that an arc on which it burns
-//! has a law and not a torque (`ArcLaw`). `|e|` can stay within a thousandth of the price for half of the maneuver
-//! (`problems/minimum_fuel_norm_moving.toml`): the smoothed law is followed further down, and arcs are read by crossings
-//! first, because pulses with hardly a gap between them run into one.
+//! Under a limit of the norm alone fuel is `∫ c|τ| dt`, as of one motor that points anywhere. The
+//! size of the torque is then one more one-sided input with `s = ½U(c − |e|)`, and its direction
+//! follows the costate, so that an arc on which it burns has a law and not a torque (`ArcLaw`).
+//! `|e|` can stay within a thousandth of the price for half of the maneuver
+//! (`problems/minimum_fuel_norm_moving.toml`): the smoothed law is followed further down, and arcs
+//! are read by crossings first, because pulses with hardly a gap between them run into one.
 
 use super::extremal::{Bias, Extremal, TorqueLimit};
 use super::flow::Node;
@@ -33,8 +38,9 @@ use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
 
-/// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is cubic in time, and by whole turns
-/// about an axis `n` of the reference frame beside, with `q` from 0 to 1 and no rate at the ends.
+/// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is
+/// cubic in time, and by whole turns about an axis `n` of the reference frame beside, with `q` from
+/// 0 to 1 and no rate at the ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub phi: Vector3,
@@ -48,8 +54,8 @@ impl Turn {
         Self { phi, whole: Vector3::zeros() }
     }
 
-    /// Attitude, rate and acceleration in body axes at the part `u` of the duration; what a turn of one about the other adds to the
-    /// acceleration is left out, like the gyroscopic torque.
+    /// Attitude, rate and acceleration in body axes at the part `u` of the duration; what a turn of
+    /// one about the other adds to the acceleration is left out, like the gyroscopic torque.
     fn at(&self, ends: [&Vector3; 2], duration: f64, u: f64) -> (Matrix3, Vector3, Vector3) {
         let (a, b) = cubic(&self.phi, ends[0], ends[1], duration);
         let t = u * duration;
@@ -70,7 +76,8 @@ fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vecto
     (a, b)
 }
 
-/// Inputs of least norm for a torque, and the largest; under a limit of the norm the torque over the limit.
+/// Inputs of least norm for a torque, and the largest; under a limit of the norm the torque over
+/// the limit.
 fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     match &extremal.law {
         TorqueLimit::Inputs(axes) => {
@@ -122,7 +129,8 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
     (loads(duration) <= level).then_some(duration)
 }
 
-/// The least number from which on something holds, doubled from a first one up to about the largest and then by halves.
+/// The least number from which on something holds, doubled from a first one up to about the largest
+/// and then by halves.
 fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, first);
     while !holds(high) && high < largest {
@@ -176,7 +184,8 @@ pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Opti
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
-/// A smoothed extremal of the problem at 0, `from`, to that at 1, by way of those between; `carried` takes a path from one to another.
+/// A smoothed extremal of the problem at 0, `from`, to that at 1, by way of those between;
+/// `carried` takes a path from one to another.
 fn by_way_of(
     problems: impl Fn(f64) -> Option<Extremal>,
     from: Smoothed,
@@ -200,7 +209,8 @@ fn by_way_of(
     reached.ok().map(|(solved, _)| solved)
 }
 
-/// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs which push unequally.
+/// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs
+/// which push unequally.
 pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let pushing = |part: f64| Some(Extremal { middle: part * extremal.middle, ..extremal.clone() });
     by_way_of(pushing, from.clone(), |_, _, _| {}, work)
@@ -243,13 +253,15 @@ fn through_bodies(
     by_way_of(body, at, carried, work)
 }
 
-/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates of the ends all along
-/// or scaled up to them: by a short one or by all of them, where the levels lead nowhere, as for fast bodies whose gyroscopic torques are
-/// of the size of the limits.
+/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one,
+/// with the rates of the ends all along or scaled up to them: by a short one or by all of them,
+/// where the levels lead nowhere, as for fast bodies whose gyroscopic torques are of the size of
+/// the limits.
 ///
-/// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which cubic angles are near; a
-/// longer one leads to other paths. Those of the shortest are beside the cubic paths of a level wherever these are not the quickest:
-/// a body of unequal moments or limits does not turn about a fixed axis.
+/// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which
+/// cubic angles are near; a longer one leads to other paths. Those of the shortest are beside the
+/// cubic paths of a level wherever these are not the quickest: a body of unequal moments or limits
+/// does not turn about a fixed axis.
 pub(super) fn by_durations(
     extremal: &Extremal,
     turn: &Turn,
@@ -274,8 +286,9 @@ pub(super) fn by_durations(
 
 /// A smoothed extremal of minimum time from one of a given duration.
 ///
-/// Times a factor for its costates and ε it stays one of that duration, as no input costs anything but by smoothing. So the factor is
-/// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
+/// Times a factor for its costates and ε it stays one of that duration, as no input costs anything
+/// but by smoothing. So the factor is taken at which the Hamiltonian vanishes; where more time
+/// would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
     let shortest = VANISHED * from.path.duration;
     let mut found = scaled(extremal, &from, work);
@@ -311,9 +324,10 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time without whole turns another by way
-/// of a short duration; one for each first path that leads to it where fuel counts and the duration is sought, where thrusters push
-/// unequally, which have extremals that no single path is near, and where `all` are asked for.
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time
+/// without whole turns another by way of a short duration; one for each first path that leads to it
+/// where fuel counts and the duration is sought, where thrusters push unequally, which have
+/// extremals that no single path is near, and where `all` are asked for.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
@@ -356,7 +370,8 @@ fn base(
     at_branching(extremal, found, work)
 }
 
-/// A first extremal on the intervals of those that are continued, at the ε where branches are told apart.
+/// A first extremal on the intervals of those that are continued, at the ε where branches are told
+/// apart.
 fn at_branching(extremal: &Extremal, mut found: Smoothed, work: &Work) -> Option<Smoothed> {
     while found.path.intervals() < INTERVALS {
         found.path = Smooth::of(extremal, found.epsilon).doubled(&found.path);

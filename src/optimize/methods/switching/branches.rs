@@ -1,34 +1,41 @@
-//! Branches of smoothed extremals: from each base down to a small ε, unbiased and tipped by biases of the law.
+//! Branches of smoothed extremals: from each base down to a small ε, unbiased and tipped by biases
+//! of the law.
 //!
-//! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the switching functions tips
-//! it off where branches part, and vanishes with ε.
+//! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the
+//! switching functions tips it off where branches part, and vanishes with ε.
 //!
 //! # How is the shortest maneuver found?
 //!
-//! In four layers, each of which takes away a way to fail (`optimize/methods/switching`). Smoothed extremals, by a Newton
-//! that has every node for unknown, so that nothing grows along the maneuver. Branches: from a polynomial path for either way
-//! round, by way of the isotropic body, with the law tipped to each side where branches part; an unbiased path of a symmetric
-//! maneuver would stay on its saddle, the turn about the axis. What tips it lies askew to the axes of the body, since along
-//! them it would have the symmetry as well, and tips each input alike, whatever its limit and the axes of the body; where
-//! inputs or moments differ more, and larger, sets of it are tried. The other way round may be far quicker about an axis of its
-//! own than about that of the short one: first paths lie beside whole turns about the two fastest axes of the inputs too, and
-//! of so many bases the first and the cheapest are tipped. `cargo run --release -p evidence -- dearer thorough` counts:
-//! for eight of 300 random maneuvers the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may
-//! part below the ε at which they are compared:
-//! one whose symmetry leaves an input unused is tipped once more at the last ε, and where the best is no quicker than the
-//! turn about a fixed axis, which is known in closed form, the search becomes a thorough one. `cargo run --release -p
-//! evidence -- minimum_time plain` counts. To let tipped starts go down on half of the intervals, since most lead to an
-//! extremal that is known, is quicker and lost a branch of one public case and of a box. Their bias is left before the last
-//! level of ε, when branches have parted, and unless a body is fast levels are further apart on the way: fewer iterations in
-//! all. How far apart decides a branch now and then, to either side; so far, none of the public set was lost. Where nothing
-//! comes to a small ε, as with fast bodies whose gyroscopic torques are of the size of the limits, first paths come by way of
-//! given durations: there the smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
-//! for its costates and ε it is an extremal of a sought duration. Where these turn back as well, arcs are looked for where
-//! they do. Newton on the switching times, which does not need a switch to exist to converge to it. And the grid: arcs of
-//! equal steps each, whose lengths are unknowns; stationarity in the length of an arc (the mean of its discrete Hamiltonians
-//! is zero) replaces the switching functions, so that the plan is the exact optimum of its own grid and its error series is
-//! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
-//! lengths could not meet six conditions.
+//! In four layers, each of which takes away a way to fail (`optimize/methods/switching`). Smoothed
+//! extremals, by a Newton that has every node for unknown, so that nothing grows along the
+//! maneuver. Branches: from a polynomial path for either way round, by way of the isotropic body,
+//! with the law tipped to each side where branches part; an unbiased path of a symmetric maneuver
+//! would stay on its saddle, the turn about the axis. What tips it lies askew to the axes of the
+//! body, since along them it would have the symmetry as well, and tips each input alike, whatever
+//! its limit and the axes of the body; where inputs or moments differ more, and larger, sets of it
+//! are tried. The other way round may be far quicker about an axis of its own than about that of
+//! the short one: first paths lie beside whole turns about the two fastest axes of the inputs too,
+//! and of so many bases the first and the cheapest are tipped.
+//! `cargo run --release -p evidence -- dearer thorough` counts: for eight of 300 random maneuvers
+//! the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may part
+//! below the ε at which they are compared: one whose symmetry leaves an input unused is tipped once
+//! more at the last ε, and where the best is no quicker than the turn about a fixed axis, which is
+//! known in closed form, the search becomes a thorough one.
+//! `cargo run --release -p evidence -- minimum_time plain` counts. To let tipped starts go down on
+//! half of the intervals, since most lead to an extremal that is known, is quicker and lost a
+//! branch of one public case and of a box. Their bias is left before the last level of ε, when
+//! branches have parted, and unless a body is fast levels are further apart on the way: fewer
+//! iterations in all. How far apart decides a branch now and then, to either side; so far, none of
+//! the public set was lost. Where nothing comes to a small ε, as with fast bodies whose gyroscopic
+//! torques are of the size of the limits, first paths come by way of given durations: there the
+//! smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
+//! for its costates and ε it is an extremal of a sought duration. Where these turn back as well,
+//! arcs are looked for where they do. Newton on the switching times, which does not need a switch
+//! to exist to converge to it. And the grid: arcs of equal steps each, whose lengths are unknowns;
+//! stationarity in the length of an arc (the mean of its discrete Hamiltonians is zero) replaces
+//! the switching functions, so that the plan is the exact optimum of its own grid and its error
+//! series is even in the step. Where two inputs switch together the arc between them stays in the
+//! equations without length: five lengths could not meet six conditions.
 
 use super::base::{Turn, bases, by_durations, relaxed, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
@@ -65,7 +72,8 @@ pub(super) struct Branches {
     pub one_way: Vec<Smoothed>,
 }
 
-/// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
+/// What branches are tried with: nothing, and where more than the quickest answer is wanted,
+/// biases.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     let along_axes = Vector3::zeros();
     let sets: &[(f64, Vector3)] = match thoroughness {
@@ -93,7 +101,8 @@ fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     std::iter::once(Bias::default()).chain(sets.iter().flat_map(of_set)).collect()
 }
 
-/// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike whatever its limit.
+/// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike
+/// whatever its limit.
 pub(super) fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
@@ -114,9 +123,10 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Turns to the target: those that are asked for; of the best the short way, and where it may be shorter in time the other, which about
-/// an axis of its own can take a fifth less than about that of the short one. Thrusters may be far stronger about one axis, and to one side
-/// of it, than another: theirs begin about all of them, and so does a thorough search.
+/// Turns to the target: those that are asked for; of the best the short way, and where it may be
+/// shorter in time the other, which about an axis of its own can take a fifth less than about that
+/// of the short one. Thrusters may be far stronger about one axis, and to one side of it, than
+/// another: theirs begin about all of them, and so does a thorough search.
 fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -157,8 +167,9 @@ fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
     }
 }
 
-/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: first those about which the inputs turn
-/// the body the fastest, then those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
+/// The rotation vector `phi` beside whole turns about other axes than its own, to either side:
+/// first those about which the inputs turn the body the fastest, then those across. All are of one
+/// class, and a turn that is nearly whole anyway is one about any axis.
 fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
     let eigen = (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen();
     let mut order = [0, 1, 2];
@@ -170,8 +181,9 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
     })
 }
 
-/// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of the same backwards: what a search of
-/// one misses, that of the other finds as a rule. What Newton does not find of these from here is brought to its limit there.
+/// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of
+/// the same backwards: what a search of one misses, that of the other finds as a rule. What Newton
+/// does not find of these from here is brought to its limit there.
 pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
         return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
@@ -225,7 +237,8 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
         each(&|turn| bases(other, turn, false, work).iter().filter_map(carried).collect())
     };
     let mut from = each(&|turn| bases(extremal, turn, all, work));
-    // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
+    // In less time than a turn about the axis of a symmetry takes there is no extremal that has the
+    // symmetry.
     for tilt in [ASKEW, OTHERWISE, -ASKEW, -OTHERWISE] {
         if from.is_empty() && !work.stopped() {
             let end_attitude = extremal.end_attitude * lie::exp(&(TILT * tilt));
@@ -255,7 +268,8 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     cheapest_first(extremal, distinct(extremal, turning_back))
 }
 
-/// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do not come so far turn back.
+/// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do
+/// not come so far turn back.
 fn descended(
     extremal: &Extremal,
     ask: &SearchRequest,
@@ -263,21 +277,24 @@ fn descended(
     work: &Work,
 ) -> (Vec<Smoothed>, Vec<Smoothed>) {
     let angle = lie::log(&extremal.end_attitude).norm();
-    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
+    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its
+    // price.
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let target = target.min(BRANCHING);
     let (mut found, mut folded) = (Vec::new(), Vec::new());
     let least = least(extremal, from);
     for (index, from) in from.iter().enumerate() {
-        // Of many bases the first and the cheapest are tipped: that tells nearly all branches apart, and takes the most time.
+        // Of many bases the first and the cheapest are tipped: that tells nearly all branches
+        // apart, and takes the most time.
         let one_of_few = index == 0 || from.cost(extremal) <= least;
         let tips = one_of_few || !extremal.seeks_time() || ask.thoroughness == Thoroughness::Thorough;
         for bias in biases(extremal, ask.thoroughness).into_iter().take_while(|bias| tips || !bias.tips()) {
             if work.stopped() {
                 break;
             }
-            // Fast bodies have many branches, and small turns branches that hardly differ: steep descents lose some of them.
+            // Fast bodies have many branches, and small turns branches that hardly differ: steep
+            // descents lose some of them.
             let close = is_fast(extremal) || angle < SMALL;
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
                 descend(extremal, from, target, &bias, work)

@@ -1,7 +1,7 @@
 //! Whether arcs satisfy the maximum principle, and by how much they fail it.
 //!
-//! Every input must be `−sign(s_j)` all along. The cost still to be gained, a duration where only time counts, is to first
-//! order
+//! Every input must be `−sign(s_j)` all along. The cost still to be gained, a duration where only
+//! time counts, is to first order
 //!
 //! ```text
 //! gap = ∫ Σ_j (|s_j| + s_j v_j) dt
@@ -9,12 +9,13 @@
 //!
 //! # When is a plan of minimum time called an extremal?
 //!
-//! The maximum principle is tested along every arc: an input must be at the limit opposite to its switching function. Where
-//! it is not, the integral of what is missing is the time still to be gained, to first order; it is the `gap`. With equal
-//! moments of inertia a quarter of all maneuvers has a singular arc, at whose ends inputs chatter: no finite list of switches
-//! is exact. They end as arcs with a small gap, or as a smoothed law with its ε, and the plan says which. A certificate says
-//! nothing of other branches: how often the answer is the best known is counted (`cargo run --release -p evidence --
-//! minimum_time`).
+//! The maximum principle is tested along every arc: an input must be at the limit opposite to its
+//! switching function. Where it is not, the integral of what is missing is the time still to be
+//! gained, to first order; it is the `gap`. With equal moments of inertia a quarter of all
+//! maneuvers has a singular arc, at whose ends inputs chatter: no finite list of switches is exact.
+//! They end as arcs with a small gap, or as a smoothed law with its ε, and the plan says which. A
+//! certificate says nothing of other branches: how often the answer is the best known is counted
+//! (`cargo run --release -p evidence -- minimum_time`).
 
 use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
@@ -34,7 +35,8 @@ pub(crate) struct Certified {
     pub gap: f64,
     /// Where an input has the wrong sign.
     pub wrong: Vec<Wrong>,
-    /// The same maneuver with the costates of the least gap, and where inputs have the wrong sign by those.
+    /// The same maneuver with the costates of the least gap, and where inputs have the wrong sign
+    /// by those.
     pub least: Option<(Arcs, Vec<Wrong>)>,
 }
 
@@ -123,7 +125,8 @@ impl Certified {
         }
     }
 
-    /// The inputs with a wrong sign somewhere, from 0, by the costates that the gap is measured with.
+    /// The inputs with a wrong sign somewhere, from 0, by the costates that the gap is measured
+    /// with.
     pub fn singular(&self) -> Vec<usize> {
         let wrong = self.least.as_ref().map_or(&self.wrong, |(_, wrong)| wrong);
         let mut inputs: Vec<usize> = wrong.iter().map(|wrong| wrong.input).collect();
@@ -132,8 +135,9 @@ impl Certified {
         inputs
     }
 
-    /// Returns the arcs with some of the wrong signs corrected, each on this part of its time about where it is most wrong: how long an
-    /// input should have the other sign is not how long it has the wrong one. `None` without a wrong sign.
+    /// Returns the arcs with some of the wrong signs corrected, each on this part of its time about
+    /// where it is most wrong: how long an input should have the other sign is not how long it has
+    /// the wrong one. `None` without a wrong sign.
     pub fn corrected(&self, runs: Runs, part: f64) -> Option<Arcs> {
         let arcs = &self.arcs;
         let (arcs, runs) = match (runs, &self.least) {
@@ -173,7 +177,8 @@ impl Certified {
 pub(crate) enum Runs {
     /// One, the worst at 0.
     Rank(usize),
-    /// The worst, and all of a fifth of its gap: the pulses of a singular arc lack others on all sides.
+    /// The worst, and all of a fifth of its gap: the pulses of a singular arc lack others on all
+    /// sides.
     Worst,
     /// These by the costates of the least gap.
     OfLeast,
@@ -181,8 +186,8 @@ pub(crate) enum Runs {
     All,
 }
 
-/// When an arc of this length is looked at, and half of the time for which each look stands: close together towards its ends, as
-/// costates that do not vanish at a switch do so a little beside it.
+/// When an arc of this length is looked at, and half of the time for which each look stands: close
+/// together towards its ends, as costates that do not vanish at a switch do so a little beside it.
 pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, f64)) -> Vec<(f64, f64)> {
     let count = POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
     let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());

@@ -62,9 +62,10 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
 
 /// How arcs lie on a grid, as its discrete optima tell it one after the other.
 ///
-/// Where two inputs switch together, as rest to rest at the middle, the arc between them stays in the equations with
-/// no length: without it the costates would not be determined. Where it comes out negative the two switch in the other
-/// order; where it does so in both orders, the optimum of the grid has them at the same node, and the arc is left out.
+/// Where two inputs switch together, as rest to rest at the middle, the arc between them stays in
+/// the equations with no length: without it the costates would not be determined. Where it comes
+/// out negative the two switch in the other order; where it does so in both orders, the optimum of
+/// the grid has them at the same node, and the arc is left out.
 pub(super) struct Layout {
     lengths: Vec<f64>,
     common: Vec<bool>,
@@ -108,7 +109,8 @@ impl Layout {
         arc == 0 || arc + 1 == self.lengths.len()
     }
 
-    /// Has the inputs about an arc of negative length switch in the other order or, the second time, together. Whether in the other.
+    /// Has the inputs about an arc of negative length switch in the other order or, the second
+    /// time, together. Whether in the other.
     pub fn mend(&mut self, arc: usize, arcs: &mut Arcs) -> bool {
         let exchanges = !self.exchanged[arc] && !self.is_outer(arc);
         if exchanges {
@@ -135,8 +137,8 @@ pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Op
     None
 }
 
-/// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found, not below
-/// `least`.
+/// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest
+/// that is found, not below `least`.
 pub(crate) fn smooth_on_grid(
     extremal: &Extremal,
     smooth: &Smoothed,
@@ -144,7 +146,8 @@ pub(crate) fn smooth_on_grid(
     steps: usize,
 ) -> Option<(OnGrid, f64)> {
     let start = of_smooth(extremal, smooth, steps);
-    // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that costs.
+    // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that
+    // costs.
     let jumps = matches!(extremal.law, TorqueLimit::Inputs(_)) || extremal.counts_fuel();
     let wish = if jumps { smooth.epsilon.max(FOLLOWED / steps as f64) } else { smooth.epsilon };
     let at = |grid: &OnGrid, epsilon: f64, most: usize| {

@@ -1,7 +1,9 @@
-//! The shortest turn about a fixed axis, for comparison, and whether one the other way round may be as short.
+//! The shortest turn about a fixed axis, for comparison, and whether one the other way round may be
+//! as short.
 //!
-//! On the way `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the inputs bound
-//! `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while it is stopped.
+//! On the way `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the
+//! inputs bound `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while
+//! it is stopped.
 
 use super::extremal::{Extremal, TorqueLimit};
 use super::tuning::SAME;
@@ -9,8 +11,9 @@ use super::tuning::limits::EIGENAXIS_PARTS;
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::TAU;
 
-/// Duration of the turn about the eigenaxis from rest to rest under the limits, scaled; `None` where the body does not
-/// rest at both ends or where inputs can stand for each other, so that limits and torque are not one to one.
+/// Duration of the turn about the eigenaxis from rest to rest under the limits, scaled; `None`
+/// where the body does not rest at both ends or where inputs can stand for each other, so that
+/// limits and torque are not one to one.
 pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -54,8 +57,9 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     Some((0..EIGENAXIS_PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
 }
 
-/// Whether the turn by `2π − |phi|` may be as quick as, or cost as little as, that by `phi` about its axis: both go as the angle over an
-/// acceleration, `√` of it or not, and an axis of its own may give the other one the largest that there is.
+/// Whether the turn by `2π − |phi|` may be as quick as, or cost as little as, that by `phi` about
+/// its axis: both go as the angle over an acceleration, `√` of it or not, and an axis of its own
+/// may give the other one the largest that there is.
 pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bool {
     let angle = phi.norm();
     let Some(axis) = phi.try_normalize(0.0) else { return false };
@@ -63,9 +67,10 @@ pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bo
     (TAU - angle) * along < angle * largest
 }
 
-/// The acceleration that the inputs give about an axis alone, the body at rest, and the largest about any. Those that symmetric limits
-/// allow are a zonotope, whose faces have the normals `bᵢ × bⱼ`. Of inputs in one plane the first is zero, about its axes too: either way
-/// is tried there.
+/// The acceleration that the inputs give about an axis alone, the body at rest, and the largest
+/// about any. Those that symmetric limits allow are a zonotope, whose faces have the normals
+/// `bᵢ × bⱼ`. Of inputs in one plane the first is zero, about its axes too: either way is tried
+/// there.
 pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     let b: Vec<Vector3> = match &extremal.law {
         TorqueLimit::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),

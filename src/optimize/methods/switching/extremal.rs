@@ -1,27 +1,32 @@
-//! A maneuver of minimum time or fuel in scaled units, and the inputs that minimise its Hamiltonian.
+//! A maneuver of minimum time or fuel in scaled units, and the inputs that minimise its
+//! Hamiltonian.
 //!
-//! Every input has the range `v ∈ [−1, 1]` about the middle of its limits, along an axis that has its half range for
-//! length; what it costs is `c_j v_j` beside a constant, which belongs to the price of time. The Hamiltonian is least at
-//! `v_j = −sign(s_j)` with the switching function `s_j = a_j·e + c_j`; smoothed,
+//! Every input has the range `v ∈ [−1, 1]` about the middle of its limits, along an axis that has
+//! its half range for length; what it costs is `c_j v_j` beside a constant, which belongs to the
+//! price of time. The Hamiltonian is least at `v_j = −sign(s_j)` with the switching function
+//! `s_j = a_j·e + c_j`; smoothed,
 //!
 //! ```text
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)
 //! ```
 //!
-//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs `c|τ|`, its size is
-//! one more such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and `s = ½U(c − ρ)`: the torque is off where
-//! `|e| < c`, and on otherwise it turns with the costate. What is added to a cost of inputs is not negative, so a
-//! smooth extremal is a feasible maneuver, and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to
-//! first order; of the norm up to terms of ε².
+//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs
+//! `c|τ|`, its size is one more such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and
+//! `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and on otherwise it turns with the costate.
+//! What is added to a cost of inputs is not negative, so a smooth extremal is a feasible maneuver,
+//! and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order; of the
+//! norm up to terms of ε².
 //!
 //! # What if no list of arcs is exact?
 //!
-//! What smoothing costs is the ε times the length of the singular arcs, and an ε that is small is worth nothing on intervals
-//! that do not see it: inputs jump within them. So the last extremal stands on intervals that are halved until no input
-//! changes by more than a third of its range on one, and is carried to ε = 2e-5 with a residual of 1e-8 (`switching/smooth`,
-//! `settle`). Where the branch ends before, as one does where two extremals meet, biases tip it to those that go on
-//! (`tipped`). Of the 1500 public cases the gap of singular ones went from 1e-4 to 1e-6 of a unit of time by it, and those
-//! that were longer than published from 15 to 1. The last one went with larger biases for bodies far from a sphere.
+//! What smoothing costs is the ε times the length of the singular arcs, and an ε that is small is
+//! worth nothing on intervals that do not see it: inputs jump within them. So the last extremal
+//! stands on intervals that are halved until no input changes by more than a third of its range on
+//! one, and is carried to ε = 2e-5 with a residual of 1e-8 (`switching/smooth`, `settle`). Where
+//! the branch ends before, as one does where two extremals meet, biases tip it to those that go on
+//! (`tipped`). Of the 1500 public cases the gap of singular ones went from 1e-4 to 1e-6 of a unit
+//! of time by it, and those that were longer than published from 15 to 1. The last one went with
+//! larger biases for bodies far from a sphere.
 
 use super::tuning::arcs::DETERMINED;
 use super::tuning::branches::ASIDE;
@@ -93,8 +98,8 @@ pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
     pub law: TorqueLimit,
-    /// `c_j`, one for each axis of [`TorqueLimit::Inputs`]: 0 where only time counts. Of [`TorqueLimit::Norm`] the price of the norm,
-    /// where it has one.
+    /// `c_j`, one for each axis of [`TorqueLimit::Inputs`]: 0 where only time counts. Of
+    /// [`TorqueLimit::Norm`] the price of the norm, where it has one.
     pub costs: Vec<f64>,
     /// What a unit of time costs beside the inputs about the middle of their limits.
     pub time_price: f64,
@@ -109,8 +114,8 @@ pub(crate) struct Extremal {
     pub halt: StopRequest,
 }
 
-/// What is added to the switching functions, in units of ε, to tip a path from one branch to another: a constant and a
-/// linear part for each component of the costate.
+/// What is added to the switching functions, in units of ε, to tip a path from one branch to
+/// another: a constant and a linear part for each component of the costate.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bias {
     pub constant: Vector3,
@@ -147,10 +152,12 @@ impl Extremal {
         Self { given_duration, ..self.clone() }
     }
 
-    /// The maneuver backwards in time: from its end to its start with rates of the other sign, under the same torques.
+    /// The maneuver backwards in time: from its end to its start with rates of the other sign,
+    /// under the same torques.
     ///
-    /// With `(R, Π)(t)` and the costates `(M, e)` an extremal, `(R_eᵀ R, −Π)(T − t)` and `(−R_eᵀ M, e)` are one of this maneuver
-    /// ([`Path::reversed`](super::smooth::Path::reversed)): the Hamiltonian is even in momentum and `M` together.
+    /// With `(R, Π)(t)` and the costates `(M, e)` an extremal, `(R_eᵀ R, −Π)(T − t)` and
+    /// `(−R_eᵀ M, e)` are one of this maneuver ([`Path::reversed`](super::smooth::Path::reversed)):
+    /// the Hamiltonian is even in momentum and `M` together.
     pub fn reversed(&self) -> Self {
         Self {
             start_rate: -self.end_rate,
@@ -245,7 +252,8 @@ impl Extremal {
         ArcLaw { held, turning: None }
     }
 
-    /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it is limited alone.
+    /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it
+    /// is limited alone.
     pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
         (0..self.switching_count()).map(|input| self.level(input, e, epsilon)).collect()
     }
@@ -256,7 +264,8 @@ impl Extremal {
         -s / (s * s + epsilon * epsilon).sqrt()
     }
 
-    /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of one burn.
+    /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of
+    /// one burn.
     pub fn fewest_switches(&self) -> usize {
         if self.counts_fuel() { 1 } else { DETERMINED }
     }
@@ -323,8 +332,9 @@ impl Extremal {
         }
     }
 
-    /// `A⁻ᵀ` of the first three axes that span the space, of determinant 1: what is of one size in these coordinates switches
-    /// each of these inputs alike, in whatever axes the body is described.
+    /// `A⁻ᵀ` of the first three axes that span the space, of determinant 1: what is of one size in
+    /// these coordinates switches each of these inputs alike, in whatever axes the body is
+    /// described.
     pub fn alike(&self) -> Matrix3 {
         let mut columns: Vec<Vector3> = Vec::with_capacity(3);
         let mut across: Vec<Vector3> = Vec::with_capacity(3);

@@ -1,4 +1,5 @@
-//! Extremals of minimum time and fuel: the motion of a free body and of its costates, and how both answer to a disturbance.
+//! Extremals of minimum time and fuel: the motion of a free body and of its costates, and how both
+//! answer to a disturbance.
 //!
 //! With the attitude costate fixed in space, `M = R m`, and the momentum costate `e` in body axes,
 //!
@@ -7,14 +8,16 @@
 //! H  = p + Σ c_j v_j + m·Ω + e·(Π×Ω + τ) ,   0 where the duration is sought, p the price of time
 //! ```
 //!
-//! A disturbance is `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, `δΠ`, `δe`, and `δM`:
+//! A disturbance is `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, `δΠ`, `δe`, and
+//! `δM`:
 //!
 //! ```text
 //! η'  = R J⁻¹ δΠ ,      δΠ' = (S(Π) J⁻¹ − S(Ω)) δΠ − G δe ,      G = −∂τ/∂e
 //! δe' = −J⁻¹Rᵀ (δM + M×η) + (S(e) J⁻¹ − J⁻¹S(e)) δΠ + (J⁻¹S(Π) − S(Ω)) δe
 //! ```
 //!
-//! The factor of `δe` is minus the transpose of that of `δΠ` in `δΠ'`, and `−J⁻¹S(e)` the transpose of `S(e) J⁻¹`.
+//! The factor of `δe` is minus the transpose of that of `δΠ` in `δΠ'`, and `−J⁻¹S(e)` the transpose
+//! of `S(e) J⁻¹`.
 
 #![expect(
     clippy::needless_range_loop,
@@ -51,7 +54,8 @@ impl Node {
     }
 }
 
-/// Derivatives of a node with respect to L parameters: rows `η`, `δΠ`, `δe`. The first three parameters are `M`.
+/// Derivatives of a node with respect to L parameters: rows `η`, `δΠ`, `δe`. The first three
+/// parameters are `M`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<const L: usize>(pub [[f64; L]; 9]);
 
@@ -130,8 +134,9 @@ impl Lanes<8> {
 
 /// The rows of the identity: one in a lane, zero in the others.
 ///
-/// What is added to a single lane is added as a product with such a row: a store to one lane, from which the whole row is then
-/// loaded, costs more. The compiler must not know where the zeros are, or it takes the rows apart.
+/// What is added to a single lane is added as a product with such a row: a store to one lane, from
+/// which the whole row is then loaded, costs more. The compiler must not know where the zeros are,
+/// or it takes the rows apart.
 pub(crate) struct UnitRows<const L: usize>([[f64; L]; L]);
 
 impl<const L: usize> UnitRows<L> {
@@ -219,8 +224,8 @@ struct Linear<T: Number> {
 }
 
 impl<T: Number> FlowStage<T> {
-    /// Rates of the lanes of one case, which `case` takes out of each number. To the lane `stretched` that of the node is
-    /// added, times a factor.
+    /// Rates of the lanes of one case, which `case` takes out of each number. To the lane
+    /// `stretched` that of the node is added, times a factor.
     #[inline(always)]
     fn times<const L: usize>(
         &self,
@@ -357,8 +362,8 @@ impl<T: Number> Course<T> {
         }
     }
 
-    /// One step of the flow over `length`, and into `stages` what its lanes need. `respond` gives the torque at a fraction of
-    /// the step and a costate.
+    /// One step of the flow over `length`, and into `stages` what its lanes need. `respond` gives
+    /// the torque at a fraction of the step and a costate.
     #[inline(always)]
     pub fn step<const S: usize>(
         &self,
@@ -422,8 +427,9 @@ impl<T: Number, const S: usize> FlowStages<T, S> {
         Self([FlowStage { linear, rate: [vector; 3] }; S])
     }
 
-    /// Carries lanes over the step of the case that `case` takes out of each number. To the lane `stretched` the rate of
-    /// change over the duration is added, for a duration that is a parameter.
+    /// Carries lanes over the step of the case that `case` takes out of each number. To the lane
+    /// `stretched` the rate of change over the duration is added, for a duration that is a
+    /// parameter.
     #[inline(always)]
     pub fn carry<const L: usize>(
         &self,

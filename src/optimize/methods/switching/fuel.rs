@@ -1,30 +1,36 @@
 //! The end game of minimum fuel: arcs for a branch whose pulses are not plain to read.
 //!
-//! Along a singular arc an input is between its limits, and the best that arcs can do is a train of pulses. Newton on switching times
-//! finds the best train of given pulses where it begins near it, and drops what is added to a train that it does not see the use of. So
-//! trains are read from a smoothed extremal that is known well, of more and more pulses; where that is not enough, pulses are
-//! added where the certificate lacks them and all times are laid out anew for the least fuel, which keeps what is of use.
+//! Along a singular arc an input is between its limits, and the best that arcs can do is a train of
+//! pulses. Newton on switching times finds the best train of given pulses where it begins near it,
+//! and drops what is added to a train that it does not see the use of. So trains are read from a
+//! smoothed extremal that is known well, of more and more pulses; where that is not enough, pulses
+//! are added where the certificate lacks them and all times are laid out anew for the least fuel,
+//! which keeps what is of use.
 //!
 //! # What if no list of arcs is exact?
 //!
-//! Fuel counted by inputs has more to it (`switching/fuel`). How much its gap is depends on the costates it is measured with,
-//! and those that vanish at the switches are not the best: six switches hardly apart determine them badly, and between the
-//! pulses of a singular arc they are a little off everywhere. Weak duality allows any: the least gap over all costates at the
-//! start is a convex problem in six numbers, the dual of the linear program over all inputs along the way, and no looser a
-//! bound (`switching/least_gap`). A duration that is sought is one more variable of that program, without a sign, and its
-//! reduced cost is the Hamiltonian: costates count that make it vanish, five numbers. Then the arcs. Newton on the switching
-//! functions drops most pulses that are added to a train: it looks for where they vanish, not for less fuel. So trains of one
-//! to eight pulses for each singular arc are read from a smoothed extremal on intervals that follow its inputs; and where
-//! their gap is not small, pulses are added where the certificate lacks them, by the own costates and by those of the least
-//! gap, and all times are laid out anew by the quadratic programming that pulses with a shortest length have, which burns
-//! less at every step. Equal intervals are no place to look from: at ε = 1e-4 the pulses are shorter than they, and the fuel
-//! that is read there is off by per cents.
+//! Fuel counted by inputs has more to it (`switching/fuel`). How much its gap is depends on the
+//! costates it is measured with, and those that vanish at the switches are not the best: six
+//! switches hardly apart determine them badly, and between the pulses of a singular arc they are a
+//! little off everywhere. Weak duality allows any: the least gap over all costates at the start is
+//! a convex problem in six numbers, the dual of the linear program over all inputs along the way,
+//! and no looser a bound (`switching/least_gap`). A duration that is sought is one more variable of
+//! that program, without a sign, and its reduced cost is the Hamiltonian: costates count that make
+//! it vanish, five numbers. Then the arcs. Newton on the switching functions drops most pulses that
+//! are added to a train: it looks for where they vanish, not for less fuel. So trains of one to
+//! eight pulses for each singular arc are read from a smoothed extremal on intervals that follow
+//! its inputs; and where their gap is not small, pulses are added where the certificate lacks them,
+//! by the own costates and by those of the least gap, and all times are laid out anew by the
+//! quadratic programming that pulses with a shortest length have, which burns less at every step.
+//! Equal intervals are no place to look from: at ε = 1e-4 the pulses are shorter than they, and the
+//! fuel that is read there is off by per cents.
 //!
-//! On few steps there may be no discrete optimum with the pulses of the equations of motion: a short one has no place in it,
-//! or comes in another order. The plan is then what pulses of a shortest length get, with a shortest length of nothing: times
-//! at the bounds that act and, where Newton finds no stationary times either, those that meet the end next to the continuous
-//! ones. The stationarity that is left is told, and that it is no discrete optimum (`beside_optimum` in the plan file). The
-//! smoothed law, which took that place before, burns per cents more.
+//! On few steps there may be no discrete optimum with the pulses of the equations of motion: a
+//! short one has no place in it, or comes in another order. The plan is then what pulses of a
+//! shortest length get, with a shortest length of nothing: times at the bounds that act and, where
+//! Newton finds no stationary times either, those that meet the end next to the continuous ones.
+//! The stationarity that is left is told, and that it is no discrete optimum (`beside_optimum` in
+//! the plan file). The smoothed law, which took that place before, burns per cents more.
 
 use super::arcs::Arcs;
 use super::branches::SearchRequest;
@@ -37,7 +43,8 @@ use super::tuning::limits::*;
 use super::tuning::smooth::RATIO;
 use super::work::Work;
 
-/// A branch to its limit from what Newton on switching times has found of it on the way to a smaller ε.
+/// A branch to its limit from what Newton on switching times has found of it on the way to a
+/// smaller ε.
 pub(super) fn fuel_limit(
     extremal: &Extremal,
     rival: &Smoothed,
@@ -75,8 +82,8 @@ pub(super) fn fuel_limit(
     BranchEnd::of(rival, settled, all, taken)
 }
 
-/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small, and none of
-/// another branch.
+/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them
+/// than make it small, and none of another branch.
 fn train(
     extremal: &Extremal,
     settled: &Smoothed,

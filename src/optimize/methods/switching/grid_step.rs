@@ -1,4 +1,5 @@
-//! One step of Lie–Verlet under a torque that is held over it, of its costates, and its discrete Hamiltonian.
+//! One step of Lie–Verlet under a torque that is held over it, of its costates, and its discrete
+//! Hamiltonian.
 //!
 //! ```text
 //! Π̃ = Π + (h/2) τ ,   h S(Π̃) = F J_d − J_d Fᵀ ,   R⁺ = R F ,   Π⁺ = FᵀΠ̃ + (h/2) τ
@@ -6,19 +7,20 @@
 //! 𝓗  = p + ℓ + m⁺·ξ' + e⁺·[(FᵀΠ̃)×ξ' + ½Fᵀτ + ½τ] ,   ξ' = FᵀE⁻¹(Π̃ + (h/2) τ)
 //! ```
 //!
-//! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the price of time, and
-//! `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of the costates at both ends, which makes
-//! the step implicit in the torque.
+//! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the
+//! price of time, and `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of
+//! the costates at both ends, which makes the step implicit in the torque.
 //!
-//! Over the drift, which is that of all other methods (`step/drift`), the discrete Hamiltonian is `D = m⁺·ξ + e⁺·(Π'×ξ)` with `Π' = FᵀΠ̃`
-//! and `ξ = FᵀE⁻¹Π̃`, and `𝓗 = p + ℓ + D + ½(e + e⁺)·τ`. The drift is symplectic, so that by what it makes of a change
+//! Over the drift, which is that of all other methods (`step/drift`), the discrete Hamiltonian is
+//! `D = m⁺·ξ + e⁺·(Π'×ξ)` with `Π' = FᵀΠ̃` and `ξ = FᵀE⁻¹Π̃`, and `𝓗 = p + ℓ + D + ½(e + e⁺)·τ`.
+//! The drift is symplectic, so that by what it makes of a change
 //!
 //! ```text
 //! δD = ξ·δm⁺ + (Π'×ξ)·δe⁺ − ∂e⁺/∂h·δΠ'
 //! ```
 //!
-//! and what depends on `h` follows from the scales: `F` and `e⁺` stay, and `D` is `s⁻²` times as large, where `h` is `s` times as long,
-//! and `m` and `Π̃` are `s⁻¹` times as large.
+//! and what depends on `h` follows from the scales: `F` and `e⁺` stay, and `D` is `s⁻²` times as
+//! large, where `h` is `s` times as long, and `m` and `Π̃` are `s⁻¹` times as large.
 
 use super::extremal::{ArcLaw, Extremal, LawResponse};
 use super::tuning::grid::{LAST_CHANGE, MOST_ITERATIONS};
@@ -146,8 +148,9 @@ impl Extremal {
         }
     }
 
-    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`; from the costate after
-    /// the step as it is expected, or else from that before.
+    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and
+    /// `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`; from the costate after the step as it is expected, or else from that
+    /// before.
     #[inline(always)]
     fn implicit_torque(
         &self,
@@ -174,7 +177,8 @@ impl Extremal {
         })
     }
 
-    /// One step of length `h`; `None` where it is too long. A law is solved for from the costate that is expected after it.
+    /// One step of length `h`; `None` where it is too long. A law is solved for from the costate
+    /// that is expected after it.
     pub fn grid_step(
         &self,
         m: &Vector3,
@@ -215,7 +219,8 @@ impl Extremal {
 }
 
 impl HeldStep {
-    /// The step, under the torque `torque`, with what its inputs cost and its derivatives with respect to the parameters.
+    /// The step, under the torque `torque`, with what its inputs cost and its derivatives with
+    /// respect to the parameters.
     fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> StepMap {
         StepMap {
             f: self.f,

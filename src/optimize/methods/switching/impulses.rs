@@ -1,10 +1,12 @@
 //! Least fuel in a long duration between rates, from its impulsive limit.
 //!
-//! As `T → ∞` burns become impulses, between which the body is free. Of two impulses three numbers are open, the momentum of the coast: with
-//! it the free motion has to come to the attitude at the end. The longer the duration the more such coasts there are, as the body may turn
-//! any number of times on the way; a smoothed law, whose inputs never rest, comes near none of them. Newton finds one from each of
-//! many momenta. The cheapest are given burns as long as limits ask for, all times are laid out for the least fuel, and burns are
-//! added where the certificate lacks them. It is asked too where a smoothed law has led to a spin that burns far more than two impulses.
+//! As `T → ∞` burns become impulses, between which the body is free. Of two impulses three numbers
+//! are open, the momentum of the coast: with it the free motion has to come to the attitude at the
+//! end. The longer the duration the more such coasts there are, as the body may turn any number of
+//! times on the way; a smoothed law, whose inputs never rest, comes near none of them. Newton finds
+//! one from each of many momenta. The cheapest are given burns as long as limits ask for, all times
+//! are laid out for the least fuel, and burns are added where the certificate lacks them. It is
+//! asked too where a smoothed law has led to a spin that burns far more than two impulses.
 
 use super::arcs::Arcs;
 use super::certificate::Certified;
@@ -43,16 +45,17 @@ impl Transfer {
     }
 }
 
-/// Whether the body moves at an end and has a duration that is long beside the time that a turn takes and what moves takes to stop.
+/// Whether the body moves at an end and has a duration that is long beside the time that a turn
+/// takes and what moves takes to stop.
 fn is_long(extremal: &Extremal) -> bool {
     let moves = (extremal.j * extremal.start_rate).norm() + (extremal.j * extremal.end_rate).norm();
     let quick = 2.0 * lie::log(&extremal.end_attitude).norm().sqrt() + moves;
     extremal.given_duration.is_some_and(|given| moves > 0.0 && given > LONG * quick)
 }
 
-/// Whether impulses may lead to what is cheaper than the best that is known: where the body moves for long, or where two of them cost
-/// less than half of it. About one axis burns of any length cost at most twice as much as impulses in the same duration,
-/// `2 √(J θ u)` in the shortest one.
+/// Whether impulses may lead to what is cheaper than the best that is known: where the body moves
+/// for long, or where two of them cost less than half of it. About one axis burns of any length
+/// cost at most twice as much as impulses in the same duration, `2 √(J θ u)` in the shortest one.
 pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &Work) -> bool {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else { return false };
     if is_long(extremal) {
@@ -106,7 +109,8 @@ pub(super) fn slow_turns(extremal: &Extremal, duration: f64, work: &Work) -> imp
     slow.filter_map(move |momentum| transfer(extremal, momentum, duration, work))
 }
 
-/// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at random, about it and about none.
+/// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at
+/// random, about it and about none.
 fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
     let ends =
@@ -126,7 +130,8 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
 fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Work) -> Option<Transfer> {
     count(&work.newtons);
     let coast = extremal.on_arc(&vec![-1.0; extremal.switching_count()]);
-    // A step turns the end by about a radian at most: beyond that the coast says nothing of another.
+    // A step turns the end by about a radian at most: beyond that the coast says nothing of
+    // another.
     let longest = extremal.j.trace() / (3.0 * duration);
     for _ in 0..FAR_ITERATIONS {
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
@@ -147,7 +152,8 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
     None
 }
 
-/// The levels that together push along `push`, at least cost, and for how long each is on a unit of time.
+/// The levels that together push along `push`, at least cost, and for how long each is on a unit of
+/// time.
 fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     let axes = extremal.axes();
     let count = axes.len().min(MOST_COMBINED);

@@ -1,19 +1,22 @@
 //! Of all costates along a maneuver of arcs, those that leave the smallest gap.
 //!
-//! Costates that follow their equations bound what is still to be gained whatever they are at the start: to first order no inputs
-//! within their limits that keep the ends cost less than the maneuver does by more than the gap. Where the inputs are held, a
-//! change `δ` of the costates at the start changes every switching function by `g_j(t)·δ`, and
+//! Costates that follow their equations bound what is still to be gained whatever they are at the
+//! start: to first order no inputs within their limits that keep the ends cost less than the
+//! maneuver does by more than the gap. Where the inputs are held, a change `δ` of the costates at
+//! the start changes every switching function by `g_j(t)·δ`, and
 //!
 //! ```text
 //! gap(δ) = ∫ Σ_j (|s_j + g_j·δ| + (s_j + g_j·δ) v_j) dt
 //! ```
 //!
-//! is convex: the dual of the linear program over all inputs along the way, whose optimum is the gap without slack. Costates that
-//! vanish where the inputs switch need not be those: of a few switches hardly apart they are determined badly, and between the
-//! pulses that stand for a singular arc they are all a little off. The least gap is found by Newton on `√(s² + μ²)`.
+//! is convex: the dual of the linear program over all inputs along the way, whose optimum is the
+//! gap without slack. Costates that vanish where the inputs switch need not be those: of a few
+//! switches hardly apart they are determined badly, and between the pulses that stand for a
+//! singular arc they are all a little off. The least gap is found by Newton on `√(s² + μ²)`.
 //!
-//! Where the duration is sought the program has it for one more variable, with the Hamiltonian for its reduced cost: that must vanish, at
-//! the start as along all of the way, which leaves five numbers.
+//! Where the duration is sought the program has it for one more variable, with the Hamiltonian for
+//! its reduced cost: that must vanish, at the start as along all of the way, which leaves five
+//! numbers.
 
 use super::arcs::Arcs;
 use super::certificate::looks;
@@ -35,8 +38,8 @@ struct Piece {
     slope: CostateChange,
 }
 
-/// The same maneuver with the costates of the least gap and, in a given duration, with those that are smaller by what an input lacks of
-/// being off. None where its inputs are not held.
+/// The same maneuver with the costates of the least gap and, in a given duration, with those that
+/// are smaller by what an input lacks of being off. None where its inputs are not held.
 pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     if !extremal.times_pulses() {
         return Vec::new();
@@ -85,7 +88,8 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     (pieces, at_ends)
 }
 
-/// The change of the costates that makes the gap least, where a number that is linear in it, given by its value and slope, vanishes.
+/// The change of the costates that makes the gap least, where a number that is linear in it, given
+/// by its value and slope, vanishes.
 fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateChange {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
     let along = vanishing.map(|(_, slope)| slope);
@@ -106,11 +110,12 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateCh
     best
 }
 
-/// Changes after which all costates are smaller by one factor, by which no input that is off should be on; `own` are those without a
-/// change.
+/// Changes after which all costates are smaller by one factor, by which no input that is off should
+/// be on; `own` are those without a change.
 ///
-/// In a long duration nearly all is coast, and an input that should be on for all of it, by however little, is worth more than the
-/// plan costs. What smaller costates add along the burns is as little of their cost.
+/// In a long duration nearly all is coast, and an input that should be on for all of it, by however
+/// little, is worth more than the plan costs. What smaller costates add along the burns is as
+/// little of their cost.
 fn without_excess(pieces: &[Piece], own: &CostateChange, change: &CostateChange) -> CostateChange {
     let excess = |piece: &Piece| {
         let price = piece.value - piece.slope.dot(own);

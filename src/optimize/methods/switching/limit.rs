@@ -1,15 +1,17 @@
-//! What a branch of extremals comes to: arcs at the limits of the inputs, corrected until their signs are right, or a smoothed
-//! extremal.
+//! What a branch of extremals comes to: arcs at the limits of the inputs, corrected until their
+//! signs are right, or a smoothed extremal.
 //!
 //! # What if no list of arcs is exact?
 //!
-//! A singular arc is a dozen pulses and more before hardly anything is to be gained. The certificate tells where an input has
-//! the wrong sign; how long it should have the other is not how long it has the wrong one, so the worst three runs are put
-//! right for all of their time and for smaller parts of it about where they are most wrong, and what leaves less of the gap
-//! is kept (`switching/limit`, `refined`). All arcs on that path are kept too: those with the fewest gaps may have no room on
-//! the grid, whose optimum needs two steps for every arc, and fewer pulses cost far less than what is smoothed. Where no arcs
-//! are good, the cheaper of both is the plan. The smoothed law comes to the grid from its smallest ε, or, where its Newton
-//! fails there, from the ε at which branches were compared.
+//! A singular arc is a dozen pulses and more before hardly anything is to be gained. The
+//! certificate tells where an input has the wrong sign; how long it should have the other is not
+//! how long it has the wrong one, so the worst three runs are put right for all of their time and
+//! for smaller parts of it about where they are most wrong, and what leaves less of the gap is kept
+//! (`switching/limit`, `refined`). All arcs on that path are kept too: those with the fewest gaps
+//! may have no room on the grid, whose optimum needs two steps for every arc, and fewer pulses cost
+//! far less than what is smoothed. Where no arcs are good, the cheaper of both is the plan. The
+//! smoothed law comes to the grid from its smallest ε, or, where its Newton fails there, from the ε
+//! at which branches were compared.
 
 use super::arcs::Arcs;
 use super::branches::directions;
@@ -34,8 +36,8 @@ pub(crate) struct BranchEnd {
     pub smooth: Smoothed,
     /// Arcs at the limits, where there are any; their certificate tells whether they are exact.
     pub arcs: Option<Certified>,
-    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which those have no room,
-    /// or none are good enough and what is smoothed is dearer.
+    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which
+    /// those have no room, or none are good enough and what is smoothed is dearer.
     pub looser: Vec<Certified>,
 }
 
@@ -54,7 +56,8 @@ impl BranchEnd {
         limit.is_exact(extremal).then_some(limit)
     }
 
-    /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such plan.
+    /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such
+    /// plan.
     pub fn led(&self, extremal: &Extremal, work: &Work) -> Option<Self> {
         if let Some(found) = &self.arcs {
             let arcs = polish(extremal, found.arcs.clone(), work).filter(|arcs| arcs.is_small(extremal))?;
@@ -178,9 +181,9 @@ pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<Cert
     Some(by_least_gap(extremal, solved.unwrap_or(laid)))
 }
 
-/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones, for all of their
-/// time or a part of it. Of fuel pulses are added where they lack, and all times are laid out anew for the least of it. Returns all of
-/// them, the best last.
+/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs,
+/// or the next ones, for all of their time or a part of it. Of fuel pulses are added where they
+/// lack, and all times are laid out anew for the least of it. Returns all of them, the best last.
 pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec<Certified> {
     let (by_times, [_, long, short, _]) = (extremal.times_pulses(), PARTS);
     let by_rank = (0..WORST).flat_map(|rank| PARTS.map(|part| (Runs::Rank(rank), part)));
@@ -212,7 +215,8 @@ pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec
     path
 }
 
-/// Returns arcs with their certificate, by the costates of the least gap where their own leave more.
+/// Returns arcs with their certificate, by the costates of the least gap where their own leave
+/// more.
 fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Certified {
     let mut found = Certified::of(extremal, arcs);
     if !found.is_exact(extremal) {

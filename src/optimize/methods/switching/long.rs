@@ -1,11 +1,13 @@
 //! Least fuel from rest to rest in a long duration, from a shorter one.
 //!
-//! As `T → ∞` the optimum becomes impulsive: it coasts nearly all of the time, at rates and with pulses that fall as `1/T`, along
-//! one and the same path. A smoothed law, whose inputs never rest, has nothing to do with that. So the maneuver is solved in a
-//! moderate duration, and its arcs are followed from there as the duration grows: coasts are stretched, pulses shortened, Newton on
-//! costates and switching times does the rest. Fuel never grows with the duration, since a slower motion along the same path is
-//! always one: what grows has left its branch. Where a second has a small price the duration grows as one over its square root, and the
-//! arcs are followed as the price falls.
+//! As `T → ∞` the optimum becomes impulsive: it coasts nearly all of the time, at rates and with
+//! pulses that fall as `1/T`, along one and the same path. A smoothed law, whose inputs never rest,
+//! has nothing to do with that. So the maneuver is solved in a moderate duration, and its arcs are
+//! followed from there as the duration grows: coasts are stretched, pulses shortened, Newton on
+//! costates and switching times does the rest. Fuel never grows with the duration, since a slower
+//! motion along the same path is always one: what grows has left its branch. Where a second has a
+//! small price the duration grows as one over its square root, and the arcs are followed as the
+//! price falls.
 
 use super::arcs::Arcs;
 use super::extremal::Extremal;
@@ -16,7 +18,8 @@ use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Vector3, lie};
 
-/// The same maneuver in a moderate duration, where its own is long; or at a price of time that makes it so.
+/// The same maneuver in a moderate duration, where its own is long; or at a price of time that
+/// makes it so.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let angle = lie::log(&extremal.end_attitude).norm();
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
@@ -34,8 +37,8 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     }
 }
 
-/// The same maneuver in shorter durations, and what parts of its own they are, where fuel that one-sided thrusters spend from rest to
-/// rest may be less along a plan of these, slowed down.
+/// The same maneuver in shorter durations, and what parts of its own they are, where fuel that
+/// one-sided thrusters spend from rest to rest may be less along a plan of these, slowed down.
 pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f64)> {
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
     let asked = extremal.counts_fuel() && rests && extremal.middle != Vector3::zeros();
@@ -43,7 +46,8 @@ pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f6
     given.into_iter().flat_map(|given| QUICKER.map(|part| (extremal.lasting(Some(part * given)), part)))
 }
 
-/// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
+/// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it
+/// cannot be followed so far.
 pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> Option<BranchEnd> {
     let first = limit.arcs.clone()?;
     // By what factor the duration grows, or the square root of the price of time falls.
@@ -75,7 +79,8 @@ pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> O
     Some(BranchEnd::of(&slower(&limit.branch), slower(&limit.smooth), vec![arcs], true))
 }
 
-/// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that leaves.
+/// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that
+/// leaves.
 fn stretched(arcs: &Arcs, extremal: &Extremal, factor: f64) -> Arcs {
     let burns =
         |signs: &[f64]| extremal.on_arc(signs).held().is_none() || signs.iter().any(|sign| *sign > 0.0);

@@ -1,26 +1,28 @@
 //! How the lengths of arcs under held inputs answer to a start beside that of the maneuver.
 //!
-//! With lengths `d`, the end `e(d, z)` from a start moved by `z`, prices `c` of the arcs and the costates `(M, e_0)` of the maneuver,
-//! an extremal has
+//! With lengths `d`, the end `e(d, z)` from a start moved by `z`, prices `c` of the arcs and the
+//! costates `(M, e_0)` of the maneuver, an extremal has
 //!
 //! ```text
 //! G_a = c_a + H_a(d, M, e_0, z) = 0  on every arc ,     e(d, z) = e(d*, 0)        (Σ d as given: G_a + κ = 0, Σ δd = 0)
 //! ```
 //!
-//! with `H_a` the Hamiltonian under the torque of the arc, constant along it. Differentiated, these are the equations of Karush,
-//! Kuhn and Tucker of `min c·d` with `ν` carried back to the start:
+//! with `H_a` the Hamiltonian under the torque of the arc, constant along it. Differentiated, these
+//! are the equations of Karush, Kuhn and Tucker of `min c·d` with `ν` carried back to the start:
 //!
 //! ```text
 //! [ ∇²_dd L  (∂e/∂d)ᵀ ; ∂e/∂d  0 ] [δd; δν] = −[ ∇²_dz L ; ∂e/∂z ] z
 //! ```
 //!
-//! Where there are as many arcs as conditions, the last rows alone decide: `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates are those that make
-//! all `G_a` zero, or least where the arcs are those of a grid and not quite an extremal's; `δd` leads to the end to first order
+//! Where there are as many arcs as conditions, the last rows alone decide:
+//! `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates are those that make all `G_a` zero, or least where the
+//! arcs are those of a grid and not quite an extremal's; `δd` leads to the end to first order
 //! whatever they are.
 //!
-//! The same matrix tells a minimum from a saddle: on the lengths that leave the end where it is, `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, as the
-//! costates at the start move `G` by `∂e/∂d` carried back. Where that falls along some `v`, other lengths of the same arcs cost less
-//! (Agrachev, Stefani and Zezza 2002; Maurer and Osmolovskii 2004).
+//! The same matrix tells a minimum from a saddle: on the lengths that leave the end where it is,
+//! `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, as the costates at the start move `G` by `∂e/∂d` carried back.
+//! Where that falls along some `v`, other lengths of the same arcs cost less (Agrachev, Stefani and
+//! Zezza 2002; Maurer and Osmolovskii 2004).
 
 use super::arcs::Arcs;
 use super::extremal::{Extremal, TorqueLimit};
@@ -72,11 +74,12 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
     Some(free * moved.rows_range(6..))
 }
 
-/// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same end: then it is no minimum. Not told of
-/// arcs whose torque turns with the costate.
+/// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same
+/// end: then it is no minimum. Not told of arcs whose torque turns with the costate.
 pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
     let lengths = arcs.lengths();
-    // Of inputs that switch together the arc between them can grow alone, which its certificate tells of.
+    // Of inputs that switch together the arc between them can grow alone, which its certificate
+    // tells of.
     let free: Vec<usize> =
         (0..lengths.len()).filter(|arc| lengths[*arc] > VANISHED * arcs.duration).collect();
     let given = extremal.given_duration.is_some();

@@ -1,10 +1,11 @@
 //! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
-//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step.
-//! Unknown are the costates before the first step and the lengths `d_a`; the equations are the six terminal conditions and that the
-//! means of the discrete Hamiltonians of all arcs are one, and vanish where the duration is sought: the discrete action is
-//! stationary in the length of every arc. Under a smoothed law all steps share one
-//! length. Every step starts from its own node, as in the smoothed problem, and the nodes go with the unknowns (`sequence`).
+//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits
+//! over every step. Unknown are the costates before the first step and the lengths `d_a`; the
+//! equations are the six terminal conditions and that the means of the discrete Hamiltonians of all
+//! arcs are one, and vanish where the duration is sought: the discrete action is stationary in the
+//! length of every arc. Under a smoothed law all steps share one length. Every step starts from its
+//! own node, as in the smoothed problem, and the nodes go with the unknowns (`sequence`).
 
 use super::extremal::Extremal;
 use super::flow::Node;
@@ -36,7 +37,8 @@ pub(crate) struct OnGrid {
     pub iterations: usize,
     /// Whether the terminal conditions alone are met.
     pub beside_optimum: bool,
-    /// Of pulses whose times are at bounds: how the lengths of the arcs go with the times that are free.
+    /// Of pulses whose times are at bounds: how the lengths of the arcs go with the times that are
+    /// free.
     pub of_free_times: Option<DMatrix<f64>>,
 }
 
@@ -97,10 +99,12 @@ impl OnGrid {
         }
     }
 
-    /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
+    /// Newton to round-off; `None` where it does not get there. An arc may come out with no length,
+    /// or a negative one.
     ///
-    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not. Of pulses
-    /// whose times are at bounds the solution has to be near.
+    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead
+    /// nowhere, shortened ones may not. Of pulses whose times are at bounds the solution has to be
+    /// near.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let whole = self.clone().newton(1, 0.0, MOST_ITERATIONS, extremal);
         if self.of_free_times.is_some() {
@@ -113,14 +117,14 @@ impl OnGrid {
         whole.or_else(|| self.newton(MOST_TRIALS, 0.0, MOST_ITERATIONS, extremal))
     }
 
-    /// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does not get there, or an arc would have
-    /// less than no length.
+    /// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does
+    /// not get there, or an arc would have less than no length.
     pub fn again(&self, extremal: &Extremal) -> Option<Self> {
         self.clone().solve(extremal).filter(|found| found.shorter_than_nothing().is_none())
     }
 
-    /// Newton until the residual is below `enough`, or to round-off, in `most` steps: whole ones or, where there are several trials of each,
-    /// such as make the residual smaller.
+    /// Newton until the residual is below `enough`, or to round-off, in `most` steps: whole ones
+    /// or, where there are several trials of each, such as make the residual smaller.
     pub(super) fn newton(
         mut self,
         trials: usize,
@@ -165,14 +169,15 @@ impl OnGrid {
         None
     }
 
-    /// Whether a residual after the last one is that of a solution: it falls no further, and what a sweep rounds off at every step adds up.
+    /// Whether a residual after the last one is that of a solution: it falls no further, and what a
+    /// sweep rounds off at every step adds up.
     fn is_solved(&self, residual: f64, last: f64) -> bool {
         let enough = CONVERGED.max(f64::EPSILON * self.steps.len() as f64);
         residual < enough && residual >= FALLING * last
     }
 
-    /// With costates and lengths by which the end is no longer missed by so much: the miss is known better than a sweep, whose products
-    /// of rotations are rounded, tells it.
+    /// With costates and lengths by which the end is no longer missed by so much: the miss is known
+    /// better than a sweep, whose products of rotations are rounded, tells it.
     pub fn nearer(self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
         let (swept, mut kkt) = self.swept(extremal)?;
         kkt.carried.fill(0.0);

@@ -6,9 +6,9 @@ use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
-/// Units of a maneuver of minimum time or fuel: `det J = 1` and `det B Bᵀ = 1`, so that durations are of the order of the
-/// square root of the angle; and half of what the dearest input costs at its limit, all of what the norm does, or 1 where
-/// only time counts.
+/// Units of a maneuver of minimum time or fuel: `det J = 1` and `det B Bᵀ = 1`, so that durations
+/// are of the order of the square root of the angle; and half of what the dearest input costs at
+/// its limit, all of what the norm does, or 1 where only time counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExtremalUnits {
     pub time: f64,

@@ -1,4 +1,5 @@
-//! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
+//! From branches to the answer: each rival branch is brought to its limit, and the shortest is
+//! taken.
 
 use super::arcs::Arcs;
 use super::branches::{Branches, SearchRequest, branches};
@@ -19,8 +20,9 @@ use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
-/// Searches the best extremals; what is found before somebody ends the work is kept. Where the best is a saddle, or no quicker than the
-/// turn about a fixed axis, which is one as a rule, the search becomes a thorough one.
+/// Searches the best extremals; what is found before somebody ends the work is kept. Where the best
+/// is a saddle, or no quicker than the turn about a fixed axis, which is one as a rule, the search
+/// becomes a thorough one.
 pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchEnds {
     let mut found = search_once(extremal, ask, work);
     if ask.thoroughness != Thoroughness::Default || work.stopped() {
@@ -53,8 +55,9 @@ fn search_once(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
-/// Adds what plans of shorter durations become in that of `extremal` where they are cheaper, slowed down, than what is known: first paths
-/// of thrusters that push unequally may lead nowhere in a long duration.
+/// Adds what plans of shorter durations become in that of `extremal` where they are cheaper, slowed
+/// down, than what is known: first paths of thrusters that push unequally may lead nowhere in a
+/// long duration.
 fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, work: &Work) {
     for (quicker, part) in long::quicker(extremal).take_while(|_| !work.stopped()) {
         let best = found.limits.first().map_or(f64::INFINITY, |best| best.cost(extremal));
@@ -82,7 +85,8 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
             Some(limit)
         });
         found.extend(extremal, limits);
-        // From rest to rest one path is the best in all long durations, and what is smoothed there of no use.
+        // From rest to rest one path is the best in all long durations, and what is smoothed there
+        // of no use.
         if !found.limits.is_empty() {
             return found;
         }
@@ -118,7 +122,8 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
-/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it is a saddle.
+/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it
+/// is a saddle.
 fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
     let size = |input: usize| {
         let nodes = branch.path.nodes.iter();
@@ -145,8 +150,8 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
         if work.stopped() {
             break;
         }
-        // By the crossings of the switching functions; where fuel counts by pulses too, of which some only graze zero, while others have
-        // hardly a gap between them.
+        // By the crossings of the switching functions; where fuel counts by pulses too, of which
+        // some only graze zero, while others have hardly a gap between them.
         for by_pulses in if fuel { &[true, false][..] } else { &[false] } {
             let (path, epsilon) = (&at.path, at.epsilon);
             let first = if *by_pulses {
@@ -201,8 +206,8 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     BranchEnd::of(rival, smooth, all, taken)
 }
 
-/// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
-/// Newton finds it.
+/// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal
+/// without smoothing, where Newton finds it.
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();

@@ -1,15 +1,18 @@
-//! Arcs one after the other, over the flow or over the steps of a grid: how the end and the Hamiltonians answer to costates and lengths.
+//! Arcs one after the other, over the flow or over the steps of a grid: how the end and the
+//! Hamiltonians answer to costates and lengths.
 //!
 //! ```text
 //! c(d, λ) = e(d) ,      ∂L/∂d_a = H_a      with the lengths d, the costates λ = (M, e_0) at the start
 //! ```
 //!
-//! are the conditions of least cost ([`KktSystem`]): `H_a` is the Hamiltonian on arc a of the flow, or the mean of the discrete Hamiltonians of its
-//! steps. It is linear in `λ` where torques are held, and there `∂c/∂λ` vanishes.
+//! are the conditions of least cost ([`KktSystem`]): `H_a` is the Hamiltonian on arc a of the flow,
+//! or the mean of the discrete Hamiltonians of its steps. It is linear in `λ` where torques are
+//! held, and there `∂c/∂λ` vanishes.
 //!
-//! Every step may start from its own stored node. Of a path that Newton goes on from, lanes carry from node to node how the motion answers
-//! to costates, lengths and the gaps between the steps; with them the nodes drop out of the Newton step, and follow it afterwards:
-//! nothing grows along the maneuver but derivatives (Bock's condensing of multiple shooting).
+//! Every step may start from its own stored node. Of a path that Newton goes on from, lanes carry
+//! from node to node how the motion answers to costates, lengths and the gaps between the steps;
+//! with them the nodes drop out of the Newton step, and follow it afterwards: nothing grows along
+//! the maneuver but derivatives (Bock's condensing of multiple shooting).
 
 #![expect(
     clippy::needless_range_loop,
@@ -43,11 +46,13 @@ pub(super) struct Sequence<'a> {
     /// Of the arcs.
     pub lengths: &'a [f64],
     pub steps: &'a [Step],
-    /// Where steps start and the last one ends. Where there are no more of them, each starts where the one before ends.
+    /// Where steps start and the last one ends. Where there are no more of them, each starts where
+    /// the one before ends.
     pub nodes: &'a [Node],
     /// By how much the start is beside the first node.
     pub beside: [Vector3; 3],
-    /// Over the flow the longest step of its integration, as a part of the duration; none over the steps of a grid.
+    /// Over the flow the longest step of its integration, as a part of the duration; none over the
+    /// steps of a grid.
     pub longest: Option<f64>,
 }
 
@@ -79,8 +84,8 @@ impl Sequence<'_> {
     /// The start is the first node.
     pub const AT_THE_NODE: [Vector3; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];
 
-    /// Sweeps with lanes enough; `None` where a step has no solution or a number is not finite, for more arcs than there are lanes, or
-    /// where somebody asks to stop.
+    /// Sweeps with lanes enough; `None` where a step has no solution or a number is not finite, for
+    /// more arcs than there are lanes, or where somebody asks to stop.
     pub fn swept(&self, extremal: &Extremal) -> Option<SweptArcs> {
         match 7 + self.lengths.len() {
             ..=8 => self.sweep::<8>(extremal),
@@ -245,13 +250,15 @@ fn carried<const L: usize>(
     out[9]
 }
 
-/// How many steps of at most a part of the duration, and of a revolution at the rate of a node, cover a length.
+/// How many steps of at most a part of the duration, and of a revolution at the rate of a node,
+/// cover a length.
 pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
     let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
     ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
 }
 
-/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a revolution at the rate with which it begins.
+/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a
+/// revolution at the rate with which it begins.
 pub(super) fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,

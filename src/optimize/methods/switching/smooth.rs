@@ -1,8 +1,9 @@
 //! Smoothed extremals by a lifted Newton.
 //!
-//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. A sweep integrates every interval from its
-//! own node and tells the gaps between them. Of a path that Newton goes on from another one chains the derivatives with respect to the
-//! seven parameters and the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
+//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. A sweep
+//! integrates every interval from its own node and tells the gaps between them. Of a path that
+//! Newton goes on from another one chains the derivatives with respect to the seven parameters and
+//! the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
 //! derivatives.
 
 use super::extremal::{Bias, Extremal, LawResponse};
@@ -45,8 +46,8 @@ struct Answers {
     carried: SVector<f64, 7>,
 }
 
-/// What sweeps leave behind, eight intervals at once: what derivatives need of each, and its gap; and the derivatives of the
-/// nodes.
+/// What sweeps leave behind, eight intervals at once: what derivatives need of each, and its gap;
+/// and the derivatives of the nodes.
 #[derive(Default)]
 struct SweptIntervals {
     stages: Vec<FlowStages<Eight, 4>>,
@@ -73,8 +74,8 @@ impl Path {
         self.nodes.len() - 1
     }
 
-    /// An extremal of the reversed maneuver as one of `extremal`, from its start on: where the other one ends is known no better than
-    /// its residual, and a start is not mended.
+    /// An extremal of the reversed maneuver as one of `extremal`, from its start on: where the
+    /// other one ends is known no better than its residual, and a start is not mended.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
         let mut nodes: Vec<Node> = self.nodes.iter().rev().map(|node| node.reversed(extremal)).collect();
         nodes[0] = Node::at_start(extremal, nodes[0].e);
@@ -86,7 +87,8 @@ impl Path {
         }
     }
 
-    /// The path at rates that are smaller by a factor: switching functions are of the size of the price whatever the pace.
+    /// The path at rates that are smaller by a factor: switching functions are of the size of the
+    /// price whatever the pace.
     pub fn slower(&self, factor: f64) -> Self {
         let nodes = self.nodes.iter().map(|node| Node { pi: node.pi / factor, ..*node }).collect();
         Self { m: self.m / factor, duration: factor * self.duration, nodes, parts: self.parts.clone() }
@@ -107,8 +109,9 @@ impl<'a> Smooth<'a> {
         Self { extremal, epsilon, bias: Bias::default() }
     }
 
-    /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
-    /// the merit is not below `most`, which as a rule the first intervals show.
+    /// Every interval from its own node, without derivatives: most paths that are tried are not
+    /// gone on from. `None` where the merit is not below `most`, which as a rule the first
+    /// intervals show.
     fn sweep(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> Option<Misses> {
         let residual = self.residual(path);
         let at_end = residual.norm_squared();
@@ -145,7 +148,8 @@ impl<'a> Smooth<'a> {
         self.extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0))
     }
 
-    /// The law at a fraction of a stretch, given by the parts of the duration where it begins and ends.
+    /// The law at a fraction of a stretch, given by the parts of the duration where it begins and
+    /// ends.
     #[inline(always)]
     fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> LawResponse<T> {
         #[inline(always)]
@@ -155,7 +159,8 @@ impl<'a> Smooth<'a> {
         }
     }
 
-    /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no longer below `most`.
+    /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no
+    /// longer below `most`.
     #[inline(always)]
     fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> f64 {
         let n = path.intervals();
@@ -226,7 +231,8 @@ impl<'a> Smooth<'a> {
         Answers { jacobian: SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]), carried }
     }
 
-    /// Newton until the merit is below `tolerance`; `None` where it does not get there, or is stopped.
+    /// Newton until the merit is below `tolerance`; `None` where it does not get there, or is
+    /// stopped.
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, work: &Work) -> Option<Path> {
         if work.stopped() {
             return None;
@@ -288,7 +294,8 @@ impl<'a> Smooth<'a> {
         Some(path)
     }
 
-    /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
+    /// The path on more intervals, where it has too few: not enough in all, or one on which an
+    /// input changes by more than
     /// [`RESOLVED`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
         let fuel = self.extremal.counts_fuel();
@@ -320,8 +327,8 @@ impl<'a> Smooth<'a> {
         })
     }
 
-    /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
-    /// has been divided.
+    /// The path with each interval divided in halves as often as `divide` says, of the nodes at its
+    /// ends and how often it has been divided.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), FlowStages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
@@ -400,7 +407,8 @@ impl Smoothed {
         self.integral(extremal, |_, law| extremal.time_price + law.running)
     }
 
-    /// Over the duration, along cubics between the nodes: an input may go from one limit to the other between two of them.
+    /// Over the duration, along cubics between the nodes: an input may go from one limit to the
+    /// other between two of them.
     fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &LawResponse) -> f64) -> f64 {
         let (none, path) = (Vector3::zeros(), &self.path);
         let law = |e: &Vector3| extremal.smooth(e, self.epsilon, &none);
@@ -420,8 +428,8 @@ impl Smoothed {
     }
 }
 
-/// An extremal to all its digits, at `target` or as near to it as it comes: on intervals that follow every change of the
-/// inputs.
+/// An extremal to all its digits, at `target` or as near to it as it comes: on intervals that
+/// follow every change of the inputs.
 pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Work) -> Smoothed {
     let mut at = from;
     let mut epsilon = at.epsilon;
@@ -436,8 +444,9 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Wo
     }
 }
 
-/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came. On the way coarse
-/// intervals do. Pulses of fuel, some of which only show where their switching functions graze zero, are read from equal ones.
+/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came.
+/// On the way coarse intervals do. Pulses of fuel, some of which only show where their switching
+/// functions graze zero, are read from equal ones.
 pub(crate) fn descend(
     extremal: &Extremal,
     from: &Smoothed,
@@ -460,8 +469,8 @@ pub(crate) enum Intervals {
     Close,
 }
 
-/// The same by this ratio of one ε to the one before, on intervals of a kind. In fewer levels of ε Newton takes more iterations on
-/// each, but fewer in all.
+/// The same by this ratio of one ε to the one before, on intervals of a kind. In fewer levels of ε
+/// Newton takes more iterations on each, but fewer in all.
 pub(crate) fn descend_by(
     ratio: f64,
     intervals: Intervals,

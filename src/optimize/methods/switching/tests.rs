@@ -1,4 +1,5 @@
-//! The pieces of minimum time against finite differences, closed forms and another program's optima.
+//! The pieces of minimum time against finite differences, closed forms and another program's
+//! optima.
 
 use super::arcs::Arcs;
 use super::branches::{SearchRequest, branches};
@@ -202,7 +203,8 @@ fn lanes_of_the_flow_are_its_derivatives() {
             };
             let difference = moved(1.0).minus(&moved(-1.0)).map(|part| part / (2.0 * h));
             for (block, difference) in difference.iter().enumerate() {
-                // FOURTH of the variation is not the variation of FOURTH: they differ at the order of the step.
+                // FOURTH of the variation is not the variation of FOURTH: they differ at the order
+                // of the step.
                 assert!((lanes.block(block, lane) - difference).norm() < 2e-4, "{block} {lane}");
             }
         }
@@ -271,7 +273,8 @@ fn the_costate_expected_after_a_step_of_the_grid_does_not_change_it() {
     }
 }
 
-/// The least `e·τ + c|τ|` with what smoothing adds: its slope is the torque, and `c|τ|` is what is counted.
+/// The least `e·τ + c|τ|` with what smoothing adds: its slope is the torque, and `c|τ|` is what is
+/// counted.
 #[test]
 fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
     let given = extremals().pop().unwrap();
@@ -294,8 +297,8 @@ fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
     }
 }
 
-/// 3.2430832775 and 28.6304065350 by another program, bang-bang shooting to ten and twelve digits; published are 3.2431
-/// (Bilimoria and Wie) and 28.630408 (Betts).
+/// 3.2430832775 and 28.6304065350 by another program, bang-bang shooting to ten and twelve digits;
+/// published are 3.2431 (Bilimoria and Wie) and 28.630408 (Betts).
 #[test]
 fn reference_optima_are_met_in_continuous_time_and_by_extrapolation_on_aligned_grids() {
     let xte = Matrix3::from_diagonal(&Vector3::new(5621.0, 4547.0, 2364.0));
@@ -384,9 +387,9 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
     }
 }
 
-/// Three torques of both signs that cost their size, from rest to rest.
-/// Two of the bodies whose gyroscopic torques are of the size of their limits: of the first no cubic path leads to a smoothed
-/// extremal, of the second those that are found turn back before a small ε.
+/// Three torques of both signs that cost their size, from rest to rest. Two of the bodies whose
+/// gyroscopic torques are of the size of their limits: of the first no cubic path leads to a
+/// smoothed extremal, of the second those that are found turn back before a small ε.
 #[test]
 fn fast_bodies_are_solved_by_way_of_given_durations() {
     let along = |limits: [f64; 3]| TorqueLimit::Inputs((0..3).map(|k| Vector3::ith(k, limits[k])).collect());
@@ -489,12 +492,13 @@ fn an_input_between_its_limits_is_read_as_so_many_pulses_of_its_area() {
     }
 }
 
-/// Bodies of unequal moments under unequal limits turn quickest along paths that no turn about a fixed axis is near: durations by
-/// direct multiple shooting in another program (CasADi and IPOPT, inputs held on 60 intervals, so these are upper bounds;
-/// `tests/exchange/direct.py`).
+/// Bodies of unequal moments under unequal limits turn quickest along paths that no turn about a
+/// fixed axis is near: durations by direct multiple shooting in another program (CasADi and IPOPT,
+/// inputs held on 60 intervals, so these are upper bounds; `tests/exchange/direct.py`).
 #[test]
 fn turns_that_are_far_from_a_fixed_axis_are_found() {
-    // In the units of the search, and its unit of time: those of the mean moment and the mean limit.
+    // In the units of the search, and its unit of time: those of the mean moment and the mean
+    // limit.
     let turn = |moments: [f64; 3], limits: [f64; 3], axis: [f64; 3], degrees: f64| {
         let [inertia, torque] = [moments, limits].map(|three| three.iter().product::<f64>().cbrt());
         let axes = (0..3).map(|input| Vector3::ith(input, limits[input] / torque)).collect();
@@ -515,8 +519,9 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
     }
 }
 
-/// Six one-sided thrusters, for a turn from rest to rest in 17.3 s.
-/// Of a cube about one of its axes the torque is 1/√3 of that about the diagonal; of a sphere under a limit of the norm all are alike.
+/// Six one-sided thrusters, for a turn from rest to rest in 17.3 s. Of a cube about one of its axes
+/// the torque is 1/√3 of that about the diagonal; of a sphere under a limit of the norm all are
+/// alike.
 #[test]
 fn the_other_way_round_may_be_shorter_from_the_angle_of_its_best_axis_on() {
     let still = |law: &TorqueLimit, turn: Vector3| {
@@ -579,8 +584,9 @@ fn by_thrusters() -> Extremal {
     scaled(&problem).unwrap().0
 }
 
-/// Claim: an extremal of fuel is called a saddle where other lengths of the same arcs burn less, as those show that sequential
-/// quadratic programming finds from beside it; of the best known one they burn as much.
+/// Claim: an extremal of fuel is called a saddle where other lengths of the same arcs burn less, as
+/// those show that sequential quadratic programming finds from beside it; of the best known one
+/// they burn as much.
 #[test]
 fn a_saddle_is_told_from_a_minimum() {
     let whole = by_thrusters();
@@ -614,7 +620,8 @@ fn a_saddle_is_told_from_a_minimum() {
     assert!(saddles > 0 && minima > 0, "{saddles} saddles, {minima} minima");
 }
 
-/// Claim: what is asked to stop at its first, or at its hundredth, Newton does no other: first paths, all durations and branches hear it.
+/// Claim: what is asked to stop at its first, or at its hundredth, Newton does no other: first
+/// paths, all durations and branches hear it.
 #[test]
 fn first_paths_hear_a_stop() {
     let rates = [Vector3::new(0.1, 0.0, -0.2), Vector3::zeros()];

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Counts, and who may end the work early: every Newton asks, so that whatever is made of Newtons ends soon.
+/// Counts, and who may end the work early: every Newton asks, so that whatever is made of Newtons
+/// ends soon.
 pub(crate) struct Work<'a> {
     /// Sweeps of smoothed problems.
     pub sweeps: Cell<usize>,
@@ -26,7 +27,8 @@ impl<'a> Work<'a> {
     }
 }
 
-/// A request to stop that long loops look at: the flag of the observer, or the end of the time limit.
+/// A request to stop that long loops look at: the flag of the observer, or the end of the time
+/// limit.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StopRequest {
     flag: Option<Arc<AtomicBool>>,

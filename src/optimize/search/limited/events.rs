@@ -1,19 +1,22 @@
-//! The events of a discrete optimum within limits: the times at which an input switches, or a limit begins or ceases to act.
+//! The events of a discrete optimum within limits: the times at which an input switches, or a limit
+//! begins or ceases to act.
 //!
-//! A node of the grid stands for the cell about it. Between two arcs an input has cells whose value lies between those of the arcs. The
-//! switch divides these cells so that the impulse is kept:
+//! A node of the grid stands for the cell about it. Between two arcs an input has cells whose value
+//! lies between those of the arcs. The switch divides these cells so that the impulse is kept:
 //!
 //! ```text
 //! t = t_L + Σ κ_k (u_k − u_R)/(u_L − u_R)
 //! ```
 //!
-//! with the values `u_L`, `u_R` of the arcs on either side, `t_L` where the last cell of the left one ends, and the sum over the cells
-//! between. Where a node is at the switch its input is the mean of both sides, and `t` is the time of that node. An input whose rate is
-//! limited has steps in place of cells, and its rates in place of its values. A cone that is touched within a step has its
-//! event there; one that is touched at a node has it where the parabola through the nodes about the touch is highest.
+//! with the values `u_L`, `u_R` of the arcs on either side, `t_L` where the last cell of the left
+//! one ends, and the sum over the cells between. Where a node is at the switch its input is the
+//! mean of both sides, and `t` is the time of that node. An input whose rate is limited has steps
+//! in place of cells, and its rates in place of its values. A cone that is touched within a step
+//! has its event there; one that is touched at a node has it where the parabola through the nodes
+//! about the touch is highest.
 //!
-//! A row acts where it has a multiplier: at an optimum of the interior point the product of multiplier and slack is the barrier term,
-//! and the smaller of the two is told as nothing.
+//! A row acts where it has a multiplier: at an optimum of the interior point the product of
+//! multiplier and slack is the barrier term, and the smaller of the two is told as nothing.
 
 use super::settings::ON_EVENTS;
 use crate::lie;
@@ -40,7 +43,8 @@ struct Cell {
     at: f64,
     value: f64,
     level: Level,
-    /// By how much the cost presses the input to its limit, for a unit of the input as a part of its limit and of time; zero within.
+    /// By how much the cost presses the input to its limit, for a unit of the input as a part of
+    /// its limit and of time; zero within.
     press: f64,
 }
 
@@ -48,7 +52,8 @@ struct Cell {
 #[derive(Clone, Debug)]
 pub(super) struct Event {
     pub at: f64,
-    /// Steps of the coarsest grid about it that are equal: none of a switch, one of a touch within a step, two of a touch at a node.
+    /// Steps of the coarsest grid about it that are equal: none of a switch, one of a touch within
+    /// a step, two of a touch at a node.
     pub about: usize,
     pub switches: Vec<Switch>,
 }
@@ -122,7 +127,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// By how much the cost presses an input to its limit at a node, for a unit of the input as a part of its limit and of time.
+    /// By how much the cost presses an input to its limit at a node, for a unit of the input as a
+    /// part of its limit and of time.
     fn press(&self, input: usize, node: usize) -> f64 {
         let kick = self.model().kick_weight(node);
         let own = self.chain.rows.range(node).filter(
@@ -198,7 +204,8 @@ impl<'a> Read<'a> {
         let apart = ON_EVENTS.apart;
         let mut events = Vec::new();
         for input in 0..self.model().m {
-            // A pull acts on the value of an input at a node: an input whose rate is limited has none.
+            // A pull acts on the value of an input at a node: an input whose rate is limited has
+            // none.
             let drawn = !self.has_rate(input);
             let own = switches(&self.cells(input), &self.levels(input)).into_iter();
             events.extend(own.map(|(at, levels, slope)| {
@@ -218,7 +225,8 @@ impl<'a> Read<'a> {
         merged.collect()
     }
 
-    /// Returns the cones that the motion touches, by their groups, with the times of the touch, and whether that is within a step.
+    /// Returns the cones that the motion touches, by their groups, with the times of the touch, and
+    /// whether that is within a step.
     pub fn touches(&self) -> Vec<(usize, f64, bool)> {
         let (model, rows) = (self.model(), &self.chain.rows);
         let mut touched = Vec::new();
@@ -252,7 +260,8 @@ impl<'a> Read<'a> {
         touched
     }
 
-    /// The highest point of a cone's row on the step behind a node: the fraction of the step, and the value.
+    /// The highest point of a cone's row on the step behind a node: the fraction of the step, and
+    /// the value.
     fn highest(&self, cone: &Cone, stage: usize) -> Option<(usize, f64, f64)> {
         let (model, state) = (self.model(), &self.iterate.states[stage]);
         let turn = lie::log(&step::drift(model, stage, state).ok()?.1);
@@ -276,8 +285,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// Returns the groups of the constraints that act at every node from one time to another, and of limits that inputs of limited
-    /// rates keep.
+    /// Returns the groups of the constraints that act at every node from one time to another, and
+    /// of limits that inputs of limited rates keep.
     pub fn held(&self, from: f64, to: f64) -> Vec<usize> {
         let rows = &self.chain.rows;
         let inside: Vec<usize> = (0..self.model().steps)
@@ -294,7 +303,8 @@ impl<'a> Read<'a> {
         (0..rows.groups.len()).filter(all).collect()
     }
 
-    /// Returns the level of an input in the middle of an arc, and that of its rate; zero where its rate is not limited.
+    /// Returns the level of an input in the middle of an arc, and that of its rate; zero where its
+    /// rate is not limited.
     pub fn middle(&self, input: usize, from: f64, to: f64) -> (Level, Level) {
         let middle = 0.5 * (from + to);
         let after = self.nodes.partition_point(|node| *node <= middle).clamp(1, self.model().steps);
@@ -304,7 +314,8 @@ impl<'a> Read<'a> {
         (self.level(input, nearest.max(self.model().first_input())), change)
     }
 
-    /// Returns the mean of an input from one event to another, as a part of its limit: at its ends it is continued from within.
+    /// Returns the mean of an input from one event to another, as a part of its limit: at its ends
+    /// it is continued from within.
     pub fn mean(&self, input: usize, from: f64, to: f64) -> f64 {
         let nodes = &self.nodes;
         let near = |at: f64| {
@@ -369,7 +380,8 @@ impl Run<'_> {
         a.value + (b.value - a.value) * (at - a.at) / (b.at - a.at)
     }
 
-    /// The rate of the switching function beside a switch at `at`, where it is zero: from the nearest cell that is at its limit.
+    /// The rate of the switching function beside a switch at `at`, where it is zero: from the
+    /// nearest cell that is at its limit.
     fn slope(&self, first: usize, at: f64) -> f64 {
         let inside = &self.cells[self.settled.clone()];
         let cell = if first == 0 { &inside[0] } else { &inside[inside.len() - 1] };
@@ -377,8 +389,8 @@ impl Run<'_> {
     }
 }
 
-/// The times at which an input switches whose arcs have these levels: each with the levels before and after, and the rate of the
-/// switching function. A pulse that is too short is none.
+/// The times at which an input switches whose arcs have these levels: each with the levels before
+/// and after, and the rate of the switching function. A pulse that is too short is none.
 fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
     let mut runs: Vec<(usize, Run)> = Vec::new();
     let mut first = 0;
@@ -438,8 +450,8 @@ fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
     found
 }
 
-/// The width and the middle of a pulse that is shorter than the cells that it lies in, beside an arc at a level; with that level and its
-/// own.
+/// The width and the middle of a pulse that is shorter than the cells that it lies in, beside an
+/// arc at a level; with that level and its own.
 fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64; 2])> {
     let Level::At(base) = beside.cells[0].level else { return None };
     let off = |cell: &Cell| (cell.to - cell.from) * (cell.value - base);
@@ -493,7 +505,8 @@ mod tests {
 
     #[test]
     fn what_is_within_its_limits_is_continued_to_its_ends() {
-        // From 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6: the cell between has the mean.
+        // From 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6: the cell between
+        // has the mean.
         are(&times(&[1.0, 1.0, 0.8, 0.5, 0.4, 0.3, 0.3], &[-1.0, 1.0]), &[0.25]);
     }
 

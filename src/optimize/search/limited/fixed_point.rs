@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Anderson's acceleration: the combination of the last moves that would leave nothing if the map were linear.
+/// Anderson's acceleration: the combination of the last moves that would leave nothing if the map
+/// were linear.
 ///
 /// Anderson, *Iterative procedures for nonlinear integral equations*, 1965.
 #[derive(Default)]

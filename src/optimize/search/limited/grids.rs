@@ -30,9 +30,9 @@ use crate::optimize::methods::interior_point::chain::warm::Warm;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::search::chains::{along, resampled};
 use crate::optimize::search::context::Context;
-use crate::optimize::search::transfer::{Interpolant, transfer};
+use crate::optimize::search::starts::transfer::{Interpolant, transfer};
+use crate::optimize::search::strategies::chains::{along, resampled};
 use std::cell::Cell;
 use std::rc::Rc;
 

@@ -18,7 +18,8 @@ fn three_grids_give_what_an_even_expansion_has_at_no_step() {
     assert!((limit - 2.0).abs() < 1e-15 && error > 0.0, "{limit} {error}");
 }
 
-/// Torques of 1 N·m about the axes of a body of the moments 1, 2, 2.9, from rest to rest about an axis.
+/// Torques of 1 N·m about the axes of a body of the moments 1, 2, 2.9, from rest to rest about an
+/// axis.
 fn turn(angle_deg: f64, axis: Vector3, rule: Rule) -> Problem {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.9)).unwrap(), mass: None };
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
@@ -79,7 +80,8 @@ fn least_time_and_fuel_past_a_cone_do_not_depend_on_the_grid() {
     }
 }
 
-/// A flight by thrust that is fixed to the body, and wheels that fill: the continuous cost is the same on other grids.
+/// A flight by thrust that is fixed to the body, and wheels that fill: the continuous cost is the
+/// same on other grids.
 #[test]
 fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
     let wheels = by_wheels(120.0, Vector3::new(1.0, 2.0, 3.0), 0.9);
@@ -98,8 +100,8 @@ fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
     }
 }
 
-/// A short way takes less time than the turn: forces have more than they need, and the flight lasts as long as the turn alone, which has
-/// arcs of its own.
+/// A short way takes less time than the turn: forces have more than they need, and the flight lasts
+/// as long as the turn alone, which has arcs of its own.
 #[test]
 fn a_flight_by_forces_that_have_time_to_spare_lasts_as_long_as_its_turn() {
     let mut alone = turn(120.0, Vector3::new(1.0, 2.0, 3.0), cone()).with_steps(60);

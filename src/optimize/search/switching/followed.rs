@@ -1,7 +1,7 @@
 //! Extremals whose inputs switch, followed from the end of a maneuver to others.
 //!
-//! The end changes with its roll, and with the time at which it is come to where the target moves. A whole
-//! search at one end finds all extremals. Newton on the arcs of each leads to ends nearby.
+//! The end changes with its roll, and with the time at which it is come to where the target moves.
+//! A whole search at one end finds all extremals. Newton on the arcs of each leads to ends nearby.
 
 use super::{Extremals, Scaled};
 use crate::Vector3;
@@ -20,13 +20,14 @@ pub(in crate::optimize::search) struct Followed {
     pub cost: f64,
     /// How long it takes \[s\].
     pub duration: f64,
-    /// The costates of the attitude, in body axes, and of the momentum at the end, per radian and per N·m·s.
+    /// The costates of the attitude, in body axes, and of the momentum at the end, per radian and
+    /// per N·m·s.
     pub costates: [Vector3; 2],
 }
 
 impl Followed {
-    /// Returns the extremals that go the way that is asked for, the cheapest first: all that cost more
-    /// than it by a part of `close` at most.
+    /// Returns the extremals that go the way that is asked for, the cheapest first: all that cost
+    /// more than it by a part of `close` at most.
     ///
     /// # Errors
     /// What the search ends with where nothing is to move, or somebody asks to stop.

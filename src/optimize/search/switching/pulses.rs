@@ -1,7 +1,7 @@
 //! Minimum fuel by pulses: inputs that are off or at a limit, and on for a shortest time at least.
 //!
-//! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are made of, and what their cost is told
-//! against.
+//! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are
+//! made of, and what their cost is told against.
 
 use super::{Extremals, Planned, Scaled, ended, finished, noted, rivals};
 use crate::maneuver::problem::Problem;
@@ -111,7 +111,8 @@ impl Scaled<'_> {
     }
 }
 
-/// Tells the shortest pulse of a plan that was solved again, where it has pulses; false where one is shorter than it may be.
+/// Tells the shortest pulse of a plan that was solved again, where it has pulses; false where one
+/// is shorter than it may be.
 pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
     let (Some(pulses), Some(least)) = (&mut plan.switching.pulses, problem.shortest_pulse()) else {
         return true;

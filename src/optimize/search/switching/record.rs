@@ -1,4 +1,5 @@
-//! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units, from the start on.
+//! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units,
+//! from the start on.
 
 use super::Scaled;
 use crate::maneuver::problem::Problem;
@@ -16,7 +17,8 @@ use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Vector1, Vector6};
 
-/// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
+/// An input of a smoothed plan stays within its limits where it is within this part of them, on
+/// this part of the steps.
 const WITHIN: f64 = 0.9;
 const FOR: f64 = 1.0 / 12.0;
 
@@ -47,9 +49,11 @@ const OF_ROUND_OFF: f64 = 5e-13;
 impl Scaled<'_> {
     /// Replays a plan from the start and records every node.
     ///
-    /// Compensated sums show what the products of ten thousand rotations on the grid round off, and costates and lengths make up for that.
-    /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-    /// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
+    /// Compensated sums show what the products of ten thousand rotations on the grid round off, and
+    /// costates and lengths make up for that. In a long duration a burn is so short that the last
+    /// digits of the recorded times are a part of it that matters: then inputs are recorded that
+    /// give the impulse of the plan in the time that is recorded, and are below their limits by
+    /// these digits.
     pub(super) fn record(&self, grid: &OnGrid) -> Option<Planned> {
         let mut best = self.replayed(grid, false)?;
         for impulses in [false, true] {
@@ -73,7 +77,8 @@ impl Scaled<'_> {
             (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
         let count = problem.actuation.count();
         let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
-        // What ten thousand additions round off would be some parts in 1e12 of the rates at the end.
+        // What ten thousand additions round off would be some parts in 1e12 of the rates at the
+        // end.
         let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
         let mut m_e = (grid.m, grid.nodes[0].e);
         let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
@@ -198,7 +203,8 @@ fn drifted(extremal: &Extremal, momentum: &Vector3) -> Option<Matrix3> {
     drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley_minus_identity(&c))
 }
 
-/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest rotation to the end.
+/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest
+/// rotation to the end.
 fn sense(problem: &Problem, extremal: &Extremal, duration: f64, path: &Follower) -> Sense {
     let start = &problem.start.attitude;
     let h = duration / COAST_STEPS as f64;

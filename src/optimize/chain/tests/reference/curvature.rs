@@ -4,8 +4,8 @@
 //! L = Σ κ ½uᵀWu + Σ λ_k·(step_k − y_{k+1}) + η·e + Σ ν c
 //! ```
 //!
-//! All parts are central differences of exact gradients, taken along the group, good to nine digits.
-//! The duration is given.
+//! All parts are central differences of exact gradients, taken along the group, good to nine
+//! digits. The duration is given.
 
 use super::evaluated::Evaluated;
 use super::rows::{Place, RowValue};
@@ -108,7 +108,8 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     Ok(block)
 }
 
-/// What a gradient of `rows` components gains from a step back to a step ahead along each of so many unknowns.
+/// What a gradient of `rows` components gains from a step back to a step ahead along each of so
+/// many unknowns.
 fn differences(
     rows: usize,
     columns: usize,

@@ -121,8 +121,8 @@ impl Evaluated<'_> {
     }
 }
 
-/// The terminal equations at a chain's last state, and their derivative, up to `J_r⁻¹` of the attitude
-/// error.
+/// The terminal equations at a chain's last state, and their derivative, up to `J_r⁻¹` of the
+/// attitude error.
 fn terminal(model: &Model, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
     let error = model.terminal_error(state);
     let mut slope = DMatrix::identity(error.len(), model.n);

@@ -5,8 +5,8 @@
 //! [ C    −ε ] [ δ(multipliers)    ]
 //! ```
 //!
-//! with `C` the derivatives of dynamics, terminal conditions and acting rows. Its unknowns stand stage by
-//! stage, so that it couples neighbours alone.
+//! with `C` the derivatives of dynamics, terminal conditions and acting rows. Its unknowns stand
+//! stage by stage, so that it couples neighbours alone.
 
 use super::curvature::blocks;
 use super::evaluated::Evaluated;
@@ -82,8 +82,8 @@ impl Entries {
 }
 
 impl Kkt {
-    /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows; `None` where a step
-    /// of the dynamics cannot be differentiated, and where it is stopped.
+    /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows;
+    /// `None` where a step of the dynamics cannot be differentiated, and where it is stopped.
     pub fn of(at: &Evaluated, multipliers: &Multipliers, active: &[bool], proximal: f64) -> Option<Self> {
         let (model, limits) = (at.model, at.limits);
         let curvature = blocks(at, multipliers).ok()?;

@@ -5,13 +5,13 @@
 //! defects = 0 ,  e = 0 ,                            ν ≥ 0 ,  c ≤ 0 ,  ν c = 0
 //! ```
 //!
-//! A row acts where `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. That is Newton's method
-//! on the complementarity, and the primal-dual active set method; it finds the active set by itself
-//! from a near one. Ordered stage by stage the matrix is a band.
+//! A row acts where `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. That is Newton's
+//! method on the complementarity, and the primal-dual active set method; it finds the active set by
+//! itself from a near one. Ordered stage by stage the matrix is a band.
 //!
-//! On fine grids rows of neighbouring nodes and arcs nearly repeat each other, and an equation too many throws the
-//! multipliers about. There the method is stabilised by a proximal term `δ` on the multipliers of rows (stabilised
-//! sequential quadratic programming: Wright 1998, Hager 1999),
+//! On fine grids rows of neighbouring nodes and arcs nearly repeat each other, and an equation too
+//! many throws the multipliers about. There the method is stabilised by a proximal term `δ` on the
+//! multipliers of rows (stabilised sequential quadratic programming: Wright 1998, Hager 1999),
 //!
 //! ```text
 //! c + C δz − δ (ν⁺ − ν) = 0 ,     a row acts where ν + c/δ > 0
@@ -19,8 +19,8 @@
 //!
 //! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
 //!
-//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has either
-//! sign. Newton is plain at first, and stabilised where that fails.
+//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has
+//! either sign. Newton is plain at first, and stabilised where that fails.
 
 use super::banded::Banded;
 use super::evaluated::Evaluated;
@@ -43,8 +43,8 @@ const TOLERANCE: f64 = 1e-11;
 const MOST: usize = 60;
 /// Steps that turn a node by more than this \[rad\] are shortened.
 const LONGEST_TURN: f64 = 0.4;
-/// The largest proximal term, and the least share of a term that the next one is: the set of rows must
-/// keep up.
+/// The largest proximal term, and the least share of a term that the next one is: the set of rows
+/// must keep up.
 const WIDEST: f64 = 1e-3;
 const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain and the stabilised method give up.
@@ -64,7 +64,8 @@ pub(crate) struct Polished {
     pub residual: f64,
 }
 
-/// Returns the point that meets all conditions near an iterate; `None` where Newton does not settle.
+/// Returns the point that meets all conditions near an iterate; `None` where Newton does not
+/// settle.
 pub(crate) fn newton(
     model: &Model,
     rows: &LimitRows,
@@ -74,7 +75,8 @@ pub(crate) fn newton(
     let newton = |stabilised: bool| {
         let at = iterate.evaluate(model, rows, Watch::NONE).ok()?.smooth();
         let (newton, report) = run(Newton::new(at, multipliers.clone(), stabilised), MOST, &|| None);
-        // At the end of its steps and where a matrix is singular the best point may do all the same.
+        // At the end of its steps and where a matrix is singular the best point may do all the
+        // same.
         let ended = [Outcome::Converged, Outcome::IterationLimit, Outcome::Singular];
         let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
         best.filter(|best| best.residual <= TOLERANCE)
@@ -282,7 +284,8 @@ impl Residuals {
         Self { inputs, states, scale }
     }
 
-    /// The largest residual of the equations that the set of rows makes, and of rows that are violated or pull.
+    /// The largest residual of the equations that the set of rows makes, and of rows that are
+    /// violated or pull.
     fn largest(&self, at: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
         let norm = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
         let steps = self.inputs.len() as f64;

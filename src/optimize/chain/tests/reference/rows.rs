@@ -23,8 +23,8 @@ impl RowValue {
         Self::Half { c, state, inputs, next: None }
     }
 
-    /// The same with a limit that is so many times as large: `c ≤ by − 1`, or `|v| ≤ by`. Its growth with the duration is in no
-    /// derivative here.
+    /// The same with a limit that is so many times as large: `c ≤ by − 1`, or `|v| ≤ by`. Its
+    /// growth with the duration is in no derivative here.
     fn grown(self, by: f64) -> Self {
         match self {
             Self::Half { c, state, inputs, next } => Self::Half { c: c + 1.0 - by, state, inputs, next },
@@ -56,7 +56,8 @@ pub(crate) struct Place<'a> {
 }
 
 impl RowValue {
-    /// Returns the derivatives of a smooth row by the state, the inputs, and those of the stage after.
+    /// Returns the derivatives of a smooth row by the state, the inputs, and those of the stage
+    /// after.
     pub fn slopes(&self) -> [Option<&DVector<f64>>; 3] {
         match self {
             Self::Half { state, inputs, next, .. } => [state.as_ref(), inputs.as_ref(), next.as_ref()],

@@ -1,9 +1,10 @@
 //! The sweep's controls are stationary, checked by dual numbers through the plain dynamics alone.
 //!
 //! For any costate, solved or not, the controls that the sweep generates satisfy
-//! `w_j h W u_j + (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the costate at
-//! the end. That holds signs, indices and end weights of every scheme and input frame to account. Within
-//! limits what is left over pushes against the limit that acts, and is zero elsewhere.
+//! `w_j h W u_j + (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the
+//! costate at the end. That holds signs, indices and end weights of every scheme and input frame to
+//! account. Within limits what is left over pushes against the limit that acts, and is zero
+//! elsewhere.
 
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};

@@ -41,8 +41,8 @@ fn torsion<const N: usize>(a: Vector3) -> SMatrix<f64, N, N> {
     out
 }
 
-/// The symplectic form on states at body momentum `a`, in units of the rotation's action; `ratio` is that
-/// of the translation over it.
+/// The symplectic form on states at body momentum `a`, in units of the rotation's action; `ratio`
+/// is that of the translation over it.
 fn form<const N: usize>(a: Vector3, ratio: f64) -> SMatrix<f64, N, N> {
     let mut out = -torsion::<N>(a);
     for pair in 0..N / 6 {
@@ -77,7 +77,8 @@ fn check<const N: usize>(problem: &Problem, random: &mut Random) {
         &problem.actuation.force.as_ref().map_or(AxisFrame::Reference, |c| c.frame()),
     ] == [&AxisFrame::Body, &AxisFrame::Reference];
 
-    // Inputs that turn against the coordinates feed the attitude back: volume is kept in the pair only.
+    // Inputs that turn against the coordinates feed the attitude back: volume is kept in the pair
+    // only.
     if body_inputs {
         let dense = DMatrix::from_fn(N, N, |row, column| a[(row, column)]);
         small("det A = 1", problem, SMatrix::<f64, 1, 1>::new(dense.determinant() - 1.0), 1.0);

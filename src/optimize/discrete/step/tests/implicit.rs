@@ -22,7 +22,8 @@ fn the_reference_cayley_vectors_are_met() {
     }
 }
 
-/// `(J_d, J, g)` of a random body with `J_d` of eigenvalues from `least` to 1, and `|J⁻¹g|` up to `bound`.
+/// `(J_d, J, g)` of a random body with `J_d` of eigenvalues from `least` to 1, and `|J⁻¹g|` up to
+/// `bound`.
 fn random_step(random: &mut Random, least: f64, bound: f64) -> (Matrix3, Matrix3, Vector3) {
     // J_d = ∫ρρᵀdm.
     let spread = Vector3::from_fn(|_, _| least.powf(0.5 - 0.5 * random.uniform()));

@@ -1,4 +1,5 @@
-//! The discrete dynamics against reference values, an independent twin in dual numbers, and its laws.
+//! The discrete dynamics against reference values, an independent twin in dual numbers, and its
+//! laws.
 
 mod first_order;
 mod identities;

@@ -45,8 +45,8 @@ pub fn zoo() -> Vec<(Problem, Field)> {
     zoo
 }
 
-/// Ten times the residuals of the survey, for `A` and `H`; MacCullagh's field, with its sixth powers of
-/// the distance, has twice those of the cloud.
+/// Ten times the residuals of the survey, for `A` and `H`; MacCullagh's field, with its sixth
+/// powers of the distance, has twice those of the cloud.
 fn limits(motion: Motion) -> (f64, f64) {
     match motion {
         Motion::Attitude => (1.3e-14, 5e-15),

@@ -1,7 +1,8 @@
 //! A twin of one step, for any number type: fields, drift and kick written down a second time.
 //!
-//! Nothing is taken from the code under test but its scaled constants. The implicit equation is solved
-//! by Newton in the number type itself, so that dual numbers carry exact derivatives through it.
+//! Nothing is taken from the code under test but its scaled constants. The implicit equation is
+//! solved by Newton in the number type itself, so that dual numbers carry exact derivatives through
+//! it.
 
 use crate::optimize::discrete::step::Dynamics;
 use crate::{Matrix3, Vector3};
@@ -215,9 +216,11 @@ impl Twin<'_> {
         after
     }
 
-    /// `λ · (step)` with the effort of the optimal inputs added, whose gradient is the costate before.
+    /// `λ · (step)` with the effort of the optimal inputs added, whose gradient is the costate
+    /// before.
     ///
-    /// The configuration part of the product is linear in variations only: it is left to the caller.
+    /// The configuration part of the product is linear in variations only: it is left to the
+    /// caller.
     fn hamiltonian<const N: usize, D: Number>(&self, drifted: &State<D>, costate: &na::SVector<f64, N>) -> D {
         let (gamma, pi) = duals::<N, D>(costate);
         let (force, torque) = self.optimal(drifted, &gamma, &pi);
@@ -242,7 +245,8 @@ impl Twin<'_> {
         a
     }
 
-    /// `λ_{k−1}` of `λ_k`, as a function of the state: gradient of `λ · step`, by an outer dual part.
+    /// `λ_{k−1}` of `λ_k`, as a function of the state: gradient of `λ · step`, by an outer dual
+    /// part.
     fn costate_before<const N: usize, D: Number>(
         &self,
         state: &State<D>,

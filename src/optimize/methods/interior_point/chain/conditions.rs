@@ -21,8 +21,8 @@
 //!
 //! What counts is the curvature relative to the effort. The test is made with the effort slightly
 //! lowered and raised, so that neither a symmetry nor round-off decides. A row acts where its
-//! multiplier exceeds its slack. A row that is met without a multiplier may act or not: for a minimum
-//! it must not be needed, and for a decrease it must hold along the direction.
+//! multiplier exceeds its slack. A row that is met without a multiplier may act or not: for a
+//! minimum it must not be needed, and for a decrease it must hold along the direction.
 
 use super::super::iteration::nan_max;
 use super::super::program::{Derivatives, Duals, Point, Program, RowKind, Shape};
@@ -67,8 +67,8 @@ impl<'a> Conditions<'a> {
         program.derivatives(&point, &duals, &mut at).then_some(Self { program, duals, at, watch })
     }
 
-    /// Returns the largest slope of the Lagrangian by an input over a whole maneuver, relative to the
-    /// largest costate.
+    /// Returns the largest slope of the Lagrangian by an input over a whole maneuver, relative to
+    /// the largest costate.
     pub fn stationarity(&self) -> f64 {
         let shape = self.program.shape();
         let inputs = |stage: usize| gradient(shape, &self.at, &self.duals, stage)[..shape.m].to_vec();
@@ -235,8 +235,8 @@ fn write_costates(shape: &Shape, at: &Derivatives, duals: &mut Duals) {
     }
 }
 
-/// Returns the gradient of the Lagrangian by the inputs and the state of a stage, but for the costate
-/// of that state.
+/// Returns the gradient of the Lagrangian by the inputs and the state of a stage, but for the
+/// costate of that state.
 fn gradient(shape: &Shape, at: &Derivatives, duals: &Duals, stage: usize) -> Vec<f64> {
     let (n, z) = (shape.n, shape.z());
     let mut gradient = at.gradients[stage * z..][..z].to_vec();

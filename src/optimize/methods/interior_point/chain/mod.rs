@@ -295,7 +295,8 @@ impl<'a> ChainProgram<'a> {
         self.limits.rows[self.rows[row].row].group
     }
 
-    /// Returns whether a row may be violated on the way of a method that keeps linear limits of the inputs.
+    /// Returns whether a row may be violated on the way of a method that keeps linear limits of the
+    /// inputs.
     pub fn may_be_violated(&self, row: usize) -> bool {
         self.shape.kinds[row] != RowKind::Hard || self.what_of(&self.rows[row]).is_some_and(What::is_ball)
     }

@@ -37,8 +37,8 @@ pub(super) struct Stage {
 }
 
 impl ChainProgram<'_> {
-    /// Returns the values of stage k. The inputs of the chain and the wheels after the kick are left in
-    /// `space`.
+    /// Returns the values of stage k. The inputs of the chain and the wheels after the kick are
+    /// left in `space`.
     pub(super) fn stage(&self, at: &Point, k: usize, space: &mut Space) -> Option<Stage> {
         let Shape { m, coordinates: c, .. } = self.shape;
         let model = self.model;

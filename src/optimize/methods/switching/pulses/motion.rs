@@ -1,9 +1,10 @@
 //! The motion under pulses, and how its end and its Hamiltonians answer to their times.
 //!
-//! Between the times are arcs under held torques, from the start on one after the other (`sequence`): with the lengths `d = D t` the
-//! conditions of least fuel in the times are those in the lengths, tied by `D`. The Lagrangian of the fuel and of the terminal conditions has
-//! the derivative `∓2 s_j(t_j)` with respect to a time on or off, the step that the Hamiltonian makes there, and with respect to a duration
-//! that is sought the Hamiltonian at the end.
+//! Between the times are arcs under held torques, from the start on one after the other
+//! (`sequence`): with the lengths `d = D t` the conditions of least fuel in the times are those in
+//! the lengths, tied by `D`. The Lagrangian of the fuel and of the terminal conditions has the
+//! derivative `∓2 s_j(t_j)` with respect to a time on or off, the step that the Hamiltonian makes
+//! there, and with respect to a duration that is sought the Hamiltonian at the end.
 
 use super::super::arcs::{Arcs, Switch};
 use super::super::extremal::Extremal;
@@ -23,8 +24,8 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// From the start to the end, with the costates `(M, e_0)`, in steps of at most this part of the duration; `None` where a number is
-    /// not finite.
+    /// From the start to the end, with the costates `(M, e_0)`, in steps of at most this part of
+    /// the duration; `None` where a number is not finite.
     pub fn of(
         extremal: &Extremal,
         schedule: &Schedule,

@@ -1,7 +1,8 @@
 //! The discrete optimum of pulses: that of their grid, with the bounds that act on their times.
 //!
-//! With the lengths of the arcs `d = d_0 + D y`, free `y`, it meets the terminal conditions and `Dᵀ𝓗 = 0`, where `𝓗` are the means of the
-//! discrete Hamiltonians of the arcs: the discrete action is stationary in every time that no bound holds.
+//! With the lengths of the arcs `d = d_0 + D y`, free `y`, it meets the terminal conditions and
+//! `Dᵀ𝓗 = 0`, where `𝓗` are the means of the discrete Hamiltonians of the arcs: the discrete action
+//! is stationary in every time that no bound holds.
 
 use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
@@ -56,7 +57,8 @@ pub(crate) fn placed(
         }
         let (counts, kept) = (layout.counts(steps).map_err(Unplaced::Steps)?, layout.kept());
         let matrix = ties.matrix();
-        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still, but for one that is sought.
+        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still, but
+        // for one that is sought.
         let of_length = DMatrix::from_fn(kept.len(), matrix.ncols(), |row, free| {
             let arc = kept[row];
             let end = order.get(arc).copied().or(schedule.end()).map_or(0.0, |time| matrix[(time, free)]);
@@ -113,8 +115,8 @@ pub(crate) fn placed(
     Err(none)
 }
 
-/// Arcs of fuel on so many steps, whose own discrete optimum may lack one of the pulses or have them in another order: with times at the
-/// bounds that act, however short pulses become.
+/// Arcs of fuel on so many steps, whose own discrete optimum may lack one of the pulses or have
+/// them in another order: with times at the bounds that act, however short pulses become.
 pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     if !extremal.times_pulses() {
         return None;

@@ -1,8 +1,10 @@
-//! The best times of given pulses: least fuel under the terminal conditions and the bounds of the times.
+//! The best times of given pulses: least fuel under the terminal conditions and the bounds of the
+//! times.
 //!
-//! Sequential quadratic programming that stays on the terminal conditions. A step minimises the quadratic model of the Lagrangian along
-//! them, whose curvature is that of the exact second derivative with its negative part turned over; Gauss and Newton bring
-//! what it misses back, within the bounds.
+//! Sequential quadratic programming that stays on the terminal conditions. A step minimises the
+//! quadratic model of the Lagrangian along them, whose curvature is that of the exact second
+//! derivative with its negative part turned over; Gauss and Newton bring what it misses back,
+//! within the bounds.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
@@ -28,7 +30,8 @@ fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bou
     kept.chain(limits).collect()
 }
 
-/// Brings the motion to the terminal conditions; `None` where it does not get there in so many iterations.
+/// Brings the motion to the terminal conditions; `None` where it does not get there in so many
+/// iterations.
 fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: usize) -> Option<Schedule> {
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
@@ -42,7 +45,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: us
             return Some(schedule);
         }
         let times = schedule.times();
-        // What a step leaves of the residual is unknown too: eliminated, it would leave a matrix of large condition.
+        // What a step leaves of the residual is unknown too: eliminated, it would leave a matrix of
+        // large condition.
         let count = times.len();
         let weights = DVector::from_fn(count + 6, |row, _| if row < count { 1.0 } else { STIFF });
         let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
@@ -93,7 +97,8 @@ fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatri
     Some((rows, DVector::from_vec(values)))
 }
 
-/// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
+/// A positive definite matrix that agrees with `hessian` along the equations where that is
+/// positive.
 fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     let count = hessian.nrows();
     let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
@@ -108,7 +113,8 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     weighted * eigen.eigenvectors.transpose()
 }
 
-/// The best times near those of a schedule; `None` where the terminal conditions are not met near it.
+/// The best times near those of a schedule; `None` where the terminal conditions are not met near
+/// it.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseRequest) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
     let start = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
@@ -158,8 +164,8 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseReque
     Some(Best { schedule, costates, cost })
 }
 
-/// Arcs with the best times of their pulses, however short; pulses that have vanished are left out. `None` where the terminal conditions
-/// are not met near them.
+/// Arcs with the best times of their pulses, however short; pulses that have vanished are left out.
+/// `None` where the terminal conditions are not met near them.
 pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     let ask = PulseRequest::free(extremal);
     let vanished = VANISHED * arcs.duration;
@@ -178,7 +184,8 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     Some(Motion::of(extremal, &schedule, &costates, FINE)?.arcs)
 }
 
-/// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them do.
+/// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them
+/// do.
 #[derive(Clone, Debug)]
 pub(super) struct Settled {
     pub schedule: Schedule,
@@ -192,8 +199,9 @@ pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator
     bounds.iter().zip(acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound)
 }
 
-/// Puts the times at the bounds that they are near to, and brings the others to where the end is met and the Lagrangian is stationary;
-/// where Newton finds no such times near by, to where the end is met alone.
+/// Puts the times at the bounds that they are near to, and brings the others to where the end is
+/// met and the Lagrangian is stationary; where Newton finds no such times near by, to where the end
+/// is met alone.
 pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Option<Settled> {
     let bounds = best.schedule.bounds(ask);
     let times = best.schedule.times();

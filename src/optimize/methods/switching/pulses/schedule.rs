@@ -1,8 +1,9 @@
 //! Pulses of inputs that are off or at a limit, and what their times must keep to.
 //!
-//! Of every input the times rise, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least so long: bounds of differences of
-//! times, whatever the other inputs do. An input of both signs is two levels of the extremal that take turns. Where the duration is
-//! sought it is one more of the times, the last.
+//! Of every input the times rise, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least so
+//! long: bounds of differences of times, whatever the other inputs do. An input of both signs is
+//! two levels of the extremal that take turns. Where the duration is sought it is one more of the
+//! times, the last.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
@@ -79,8 +80,8 @@ pub(crate) struct Best {
 }
 
 impl Schedule {
-    /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they must be, moved apart. `None`
-    /// where the pulses of an input need more than all of the time.
+    /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they
+    /// must be, moved apart. `None` where the pulses of an input need more than all of the time.
     pub fn kept(mut pulses: Vec<Pulse>, duration: f64, ask: &PulseRequest) -> Option<Self> {
         pulses.sort_by(|a, b| {
             let key = |pulse: &Pulse| ask.input_of[pulse.level];

@@ -1,9 +1,11 @@
 //! Which pulses: schedules to start from, and what is taken away, joined or added to burn less.
 //!
-//! The best times of given pulses are found to a local minimum; which pulses there are is a choice among very many. They come from the
-//! extremals without a shortest pulse, of which short pulses are dropped, made longer or joined; from two impulses that turn the body
-//! slowly to the end; and from some of these with times moved at random and pairs of pulses added, more of
-//! them where no schedule meets the end. The best of them are then changed by one pulse at a time, as long as that burns less.
+//! The best times of given pulses are found to a local minimum; which pulses there are is a choice
+//! among very many. They come from the extremals without a shortest pulse, of which short pulses
+//! are dropped, made longer or joined; from two impulses that turn the body slowly to the end; and
+//! from some of these with times moved at random and pairs of pulses added, more of them where no
+//! schedule meets the end. The best of them are then changed by one pulse at a time, as long as
+//! that burns less.
 
 use super::super::arcs::Arcs;
 use super::super::certificate::Certified;
@@ -115,7 +117,8 @@ fn alike(a: &Schedule, b: &Schedule) -> bool {
     last && a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
 }
 
-/// Pulses with a gap below `joined` between them made one of the same area and centroid, and then those shorter than `dropped` left out.
+/// Pulses with a gap below `joined` between them made one of the same area and centroid, and then
+/// those shorter than `dropped` left out.
 fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     let mut kept: Vec<Pulse> = Vec::with_capacity(pulses.len());
     // The end of the last pulse as it was.
@@ -133,7 +136,8 @@ fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     kept
 }
 
-/// Schedules with times moved at random and pairs of pulses added: a few, and more until one meets the end.
+/// Schedules with times moved at random and pairs of pulses added: a few, and more until one meets
+/// the end.
 fn at_random(
     extremal: &Extremal,
     starts: &[Schedule],
@@ -187,7 +191,8 @@ fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut Pul
     }
 }
 
-/// Schedules with one pulse less, two joined, or one more where the maximum principle would have one.
+/// Schedules with one pulse less, two joined, or one more where the maximum principle would have
+/// one.
 fn neighbours(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Vec<Schedule> {
     let Schedule { pulses, duration, .. } = &best.schedule;
     let mut all = Vec::new();

@@ -1,4 +1,5 @@
-//! Derivatives of the motion under pulses against finite differences, quadratic programs against their conditions, and ties.
+//! Derivatives of the motion under pulses against finite differences, quadratic programs against
+//! their conditions, and ties.
 
 use super::motion::Motion;
 use super::on_grid::{Placed, placed};
@@ -165,7 +166,8 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             let slack = bound.slack(&found.p);
             assert!(slack > -1e-9 && (!acts || slack < 1e-7), "case {case}: {slack}");
         }
-        // The pull is a combination of the equations, and the slope beside it one of the bounds that are met, none of which pulls.
+        // The pull is a combination of the equations, and the slope beside it one of the bounds
+        // that are met, none of which pulls.
         let combined = |rows: DMatrix<f64>, slope: &DVector<f64>| {
             let shares = rows.clone().svd(true, true).solve(slope, 1e-12).unwrap();
             assert!((slope - rows * &shares).amax() < 1e-7, "case {case}");
@@ -200,7 +202,8 @@ fn a_program_without_room_has_no_solution() {
 fn times_hang_on_the_bounds_that_act() {
     let schedule = schedule();
     let bounds = schedule.bounds(&ask());
-    // The first pulse starts with the maneuver and lasts as long as it must; the second ends with it.
+    // The first pulse starts with the maneuver and lasts as long as it must; the second ends with
+    // it.
     let of = |a: Option<usize>, b: Option<usize>| move |bound: &Bound| bound.a == a && bound.b == b;
     let first = of(None, Some(0));
     let short = of(Some(0), Some(1));

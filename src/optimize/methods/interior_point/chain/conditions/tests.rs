@@ -172,8 +172,8 @@ impl Reduced<'_> {
     }
 }
 
-/// Number of directions with negative curvature of the cost along curves on which all conditions hold: no
-/// multipliers, no second derivatives. `None` where one is too flat to tell.
+/// Number of directions with negative curvature of the cost along curves on which all conditions
+/// hold: no multipliers, no second derivatives. `None` where one is too flat to tell.
 fn descents_along_curves(
     model: &Model,
     rows: &LimitRows,

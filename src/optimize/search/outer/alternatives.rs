@@ -1,0 +1,448 @@
+//! Sets of cones that hold in turns.
+//!
+//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act
+//! at times. Along a plan every step has a set that has the most room, and those sets are the next
+//! schedule: the plan holds it too, so that no next plan need be dearer, and a set that presses is
+//! left as soon as another holds. That ends where no shift changes. A moment at which one set ends
+//! to hold and another begins, between which the path is caught, is moved by itself, to either
+//! side, as long as that costs less.
+//!
+//! Schedules are compared by the interior point, from the plan of the schedule before: on the
+//! coarse grid first, and the cheapest on the requested grid, where moments move by less. The
+//! maneuver with the cheapest schedule is then planned as any other, from that plan too. First
+//! schedules are those of the optima without the sets, and every set all along.
+
+use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
+use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
+use crate::maneuver::solution::{Outcome, Rung, Solution};
+use crate::optimize::chain::{Chain, path};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::given_duration::search_of;
+use crate::optimize::search::ladder::{Ask, Search};
+use crate::optimize::search::outer::Inner;
+use crate::optimize::search::outer::free_end::Posed;
+use crate::optimize::search::starts::detour::detours;
+use crate::optimize::search::starts::transfer::transfer;
+use crate::optimize::search::strategies::chains::{descend, distinct, optimised_near};
+use crate::optimize::search::strategies::seeds;
+use crate::optimize::search::{Guess, Observer, PlanError, check_for_no_guess, check_guess};
+use crate::{Matrix3, lie};
+use std::time::Instant;
+
+/// Plans on the way from one schedule: each holds what the one before held, and costs that fall end
+/// sooner.
+const MOST_ROUNDS: usize = 12;
+/// Part of the cost that is a gain.
+const GAINED: f64 = 1e-7;
+/// Room that is none, as a plan has of a cone that it touches \[rad\].
+const TOUCHING: f64 = 1e-6;
+/// Parts of the duration by which a moment is moved at first, on the coarse grid and on the
+/// requested one, and at last.
+const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
+/// Passes over all moments: eight halvings lead from the first to the last of these parts, and most
+/// gain nothing.
+const MOST_PASSES: usize = 24;
+/// Most steps of the grid on which moments are moved at last: they depend on it by the square of
+/// the step.
+const MOST_STEPS: usize = 200;
+/// A shift of a plan whose duration is not known lasts until then \[s\].
+const FOR_GOOD: f64 = f64::MAX;
+
+/// Which set of each of the alternatives holds when.
+type Schedule = Vec<Turns>;
+
+/// Solves a maneuver with alternatives.
+pub fn solve(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+    inner: Inner,
+) -> Result<Solution, PlanError> {
+    if Formulation::of(problem) != Formulation::Extremal || problem.duration.known().is_none() {
+        check_for_no_guess(guess)?;
+    }
+    check_guess(problem, guess)?;
+    let began = Instant::now();
+    let scheduled = match problem.motion {
+        Motion::Attitude => scheduled::<6>(problem, settings, guess, observer),
+        Motion::RigidBody => scheduled::<12>(problem, settings, guess, observer),
+    };
+    let mut plan = |schedule: &Schedule, guess: Option<&Guess>| {
+        let given = problem.in_turns(schedule);
+        let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
+        let settings = Settings { time_limit: remaining, ..settings.clone() };
+        let found = match inner(&given, &settings, guess, observer) {
+            // The schedule and not the maneuver is at odds with an end.
+            Err(PlanError::Problem(ProblemError::Violated { .. })) => {
+                Ok(Solution::unsolved(&given, settings.tolerance))
+            }
+            found => found,
+        };
+        let told =
+            |found| Solution { turns: schedule.clone(), solve_time: began.elapsed().as_secs_f64(), ..found };
+        found.map(told)
+    };
+    let ended = |found: &Solution| {
+        matches!(found.outcome, Outcome::Converged | Outcome::Interrupted | Outcome::TimeLimit)
+    };
+    let mut failed = None;
+    for (schedule, guess) in &scheduled {
+        let found = plan(schedule, Some(guess))?;
+        if ended(&found) {
+            return Ok(found);
+        }
+        failed = failed.or(Some(found));
+    }
+    // What no plan can do without the sets it cannot with them.
+    let free = plan(&never(problem), guess)?;
+    if free.outcome != Outcome::Converged {
+        return Ok(free);
+    }
+    let found = plan(&roomiest(problem, &Followed::recorded(problem, &free)), guess)?;
+    if ended(&found) {
+        return Ok(found);
+    }
+    // That one schedule has no plan does not prove that none has.
+    let failed = failed.unwrap_or(found);
+    let outcome = if failed.infeasible.is_some() { Outcome::Stalled } else { failed.outcome };
+    Ok(Solution { outcome, infeasible: None, ..failed })
+}
+
+/// Returns no shift of any of the sets.
+fn never(problem: &Problem) -> Schedule {
+    problem.alternatives.iter().map(|of| Turns { of: of.clone(), shifts: Vec::new() }).collect()
+}
+
+/// Returns the schedules that have plans on the chain, the cheapest first, each with the path of
+/// its plan.
+fn scheduled<const N: usize>(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Vec<(Schedule, Guess)> {
+    let settings = Settings {
+        target: Target::Discrete,
+        test_second_order: false,
+        method: Method::InteriorPoint,
+        ..settings.clone()
+    };
+    let context = Context::new(&settings, observer);
+    let ends = problem.aim().and_then(|aim| {
+        let ends = problem.ends_on(aim, problem.duration.known().unwrap_or(0.0)).ok()?;
+        Some((aim, ends))
+    });
+    let on = ends.as_ref().map(|(aim, ends)| (*aim, ends));
+    let Some(posed) = Posed::of(problem, on).filter(|_| problem.aim().is_none() == on.is_none()) else {
+        return Vec::new();
+    };
+    let search = search_of::<N>(&posed.faced[0], &context, posed.ask(&settings));
+    let known = InTurns { problem, search: &search }.found(&posed, guess);
+    let path = |Turned { schedule, attempt }: Turned| {
+        (schedule, Guess::of_plan(&search.fine.dynamics, search.problem.seconds(), &attempt.candidate))
+    };
+    known.into_iter().map(path).collect()
+}
+
+/// A schedule, and its plan on the chain.
+#[derive(Clone)]
+struct Turned {
+    schedule: Schedule,
+    attempt: Attempt,
+}
+
+impl Turned {
+    /// Whether it is cheaper than another.
+    fn gains(&self, other: &Self) -> bool {
+        self.attempt.cost < other.attempt.cost * (1.0 - GAINED)
+    }
+}
+
+/// The cheapest first.
+fn sorted(mut turned: Vec<Turned>) -> Vec<Turned> {
+    turned.sort_by(|a, b| a.attempt.foreseen().total_cmp(&b.attempt.foreseen()));
+    turned
+}
+
+/// A search for schedules.
+struct InTurns<'s, 'a, 'c, const N: usize> {
+    problem: &'s Problem,
+    /// That of the maneuver in a stated duration.
+    search: &'s Search<'a, 'c, N>,
+}
+
+impl<const N: usize> InTurns<'_, '_, '_, N> {
+    /// Returns the schedules that have plans, the cheapest first.
+    fn found(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
+        let Self { search, .. } = self;
+        let steps = posed.steps();
+        let mut best = self.first(posed, guess);
+        let few = search.context.tuning.carried;
+        best.truncate(few);
+        let better = |turned: Turned, by: f64| self.moved(self.improved(turned), by);
+        let mut best = sorted(best.into_iter().map(|turned| better(turned, MOVED[0])).collect());
+        let fine = search.problem.steps.min(MOST_STEPS);
+        if let Some(cheapest) = best.first_mut().filter(|_| fine > steps)
+            && let Some(finer) = self.on(fine, cheapest)
+        {
+            *cheapest = better(finer, MOVED[1]);
+        }
+        best
+    }
+
+    /// Returns the plans of the first schedules on the coarse grid, the cheapest first: of that of
+    /// an optimum without the sets alone, where the optimum keeps it.
+    fn first(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
+        let Self { problem, search } = self;
+        let (steps, one, few) = (posed.steps(), search.context.tuning.one, search.context.tuning.carried);
+        let without = search.problem.in_turns(&never(problem));
+        let mut found = Found::default();
+        {
+            let search = search.of(&without, search.ask.clone());
+            let chain = search.chain(steps);
+            let guessed = guess.and_then(|guess| guess.seed(&chain.model));
+            let paths = guessed.into_iter().chain(posed.paths(&search, &chain));
+            for seed in paths.flat_map(|path| detours(&without, path)) {
+                descend(&search, &mut found, &chain, seed);
+            }
+        }
+        let (mut turned, grid) = (Vec::new(), Grid::uniform(problem.scheme, 1.0, steps));
+        for free in distinct(found.take_plans(), one).into_iter().take(few) {
+            let followed = self.followed(&free);
+            let roomiest = roomiest(problem, &followed);
+            if followed.keeps(problem, &roomiest) {
+                turned.push(Turned { schedule: roomiest, attempt: free });
+                break;
+            }
+            let poses = free.candidate.states.iter().map(Point::pose);
+            let own = [path(&free.candidate.provenance.start, &grid, poses)];
+            for schedule in all_along(problem, roomiest) {
+                let given = search.problem.in_turns(&schedule);
+                let mut attempts = self.along(&given, search.ask.clone(), &own, followed.seconds());
+                // To a free end a long way round may lead nowhere where to a given one it is a
+                // plan, which begins the way to the free one.
+                for faced in posed.faced.iter().filter(|_| !problem.ends_in_any_attitude()) {
+                    let given = faced.in_turns(&schedule);
+                    if attempts.is_empty() && given.check().is_ok() {
+                        let ask = Ask { family: None, ..search.ask.clone() };
+                        let paths = seeds::of(&search.of(&given, ask.clone()), steps, Thoroughness::Quick);
+                        attempts = self.along(&given, ask, &paths, followed.seconds());
+                    }
+                }
+                let turn = |attempt| Turned { schedule: schedule.clone(), attempt };
+                turned.extend(attempts.into_iter().map(turn));
+            }
+        }
+        let mut turned = sorted(turned);
+        turned.dedup_by(|b, a| b.attempt.foreseen() <= a.attempt.foreseen() * (1.0 + one));
+        turned
+    }
+
+    /// Returns the plans of a maneuver near the first path that leads to one, past the cones that
+    /// it violates.
+    fn along(&self, given: &Problem, ask: Ask, paths: &[Candidate], seconds: f64) -> Vec<Attempt> {
+        let search = self.search.of(given, ask);
+        let (lasting, mut found) = (given.clone().lasting(seconds), Found::default());
+        for path in paths {
+            let chain = search.chain(path.steps());
+            for seed in detours(&lasting, path.clone()) {
+                descend(&search, &mut found, &chain, seed);
+            }
+            if found.is_done() {
+                break;
+            }
+        }
+        distinct(found.take_plans(), search.context.tuning.one)
+    }
+
+    /// Returns the motion of a plan.
+    fn followed(&self, plan: &Attempt) -> Followed {
+        Followed::planned(self.search.problem, &plan.candidate)
+    }
+
+    /// Returns the plan of a schedule near another plan on the same grid, where there is one.
+    fn near(&self, schedule: Schedule, from: &Candidate) -> Option<Turned> {
+        let Search { problem, context, ask, .. } = self.search;
+        let given = problem.in_turns(&schedule);
+        let chain = match &ask.goal {
+            None => Chain::new(&given, from.steps()),
+            Some(goal) => Chain::with_goal(&given, from.steps(), goal),
+        };
+        let tuning = Tuning::near();
+        let method = InteriorPoint { family: ask.family, ..InteriorPoint::of(&chain, &tuning) };
+        let attempt = context.attempt(Rung::InteriorPoint, &method, from.clone());
+        attempt.converged().then_some(Turned { schedule, attempt })
+    }
+
+    /// Returns the plan of a schedule on another grid.
+    fn on(&self, steps: usize, Turned { schedule, attempt }: &Turned) -> Option<Turned> {
+        let given = self.search.problem.in_turns(schedule);
+        let search = self.search.of(&given, self.search.ask.clone());
+        let chains = [attempt.candidate.steps(), steps].map(|steps| search.chain(steps));
+        let start = transfer([&chains[0], &chains[1]], &attempt.candidate);
+        let attempt = optimised_near(&search, &chains[1], start);
+        attempt.converged().then(|| Turned { schedule: schedule.clone(), attempt })
+    }
+
+    /// The plan that a schedule leads to, each next one by the sets that have the most room along
+    /// the one before.
+    fn improved(&self, mut best: Turned) -> Turned {
+        for _ in 0..MOST_ROUNDS {
+            let next = roomiest(self.problem, &self.followed(&best.attempt));
+            match self.near(next, &best.attempt.candidate).filter(|found| found.gains(&best)) {
+                Some(found) => best = found,
+                None => break,
+            }
+        }
+        best
+    }
+
+    /// The plan with each moment between two shifts moved, by a part of the duration at first, as
+    /// long as that costs less.
+    fn moved(&self, mut best: Turned, first: f64) -> Turned {
+        let mut by = first;
+        for _ in 0..MOST_PASSES {
+            if by <= MOVED[2] {
+                break;
+            }
+            let mut gained = false;
+            for of in 0..best.schedule.len() {
+                for after in 1..best.schedule[of].shifts.len() {
+                    let followed = self.followed(&best.attempt);
+                    if !followed.is_caught(self.problem, &best.schedule[of], after) {
+                        continue;
+                    }
+                    let moved = [by, -by].into_iter().find_map(|step| {
+                        let mut schedule = best.schedule.clone();
+                        let shifts = &mut schedule[of].shifts;
+                        let moment = shifts[after].from + step * followed.seconds();
+                        let [least, most] = [shifts[after - 1].from, shifts[after].to];
+                        (moment > least && moment < most).then_some(())?;
+                        (shifts[after - 1].to, shifts[after].from) = (moment, moment);
+                        self.near(schedule, &best.attempt.candidate).filter(|found| found.gains(&best))
+                    });
+                    if let Some(moved) = moved {
+                        (best, gained) = (moved, true);
+                    }
+                }
+            }
+            if !gained {
+                by *= 0.5;
+            }
+        }
+        best
+    }
+}
+
+/// Returns a schedule, and those in which one set of an alternative holds all along.
+fn all_along(problem: &Problem, schedule: Schedule) -> Vec<Schedule> {
+    let end = problem.duration.known().unwrap_or(FOR_GOOD);
+    let mut all = vec![schedule.clone()];
+    for (index, of) in problem.alternatives.iter().enumerate() {
+        for set in 0..of.sets.len() {
+            let mut other = schedule.clone();
+            other[index].shifts = vec![Shift { set, from: 0.0, to: end }];
+            all.push(other);
+        }
+    }
+    all
+}
+
+/// A motion at its nodes, in inertial space.
+struct Followed {
+    time: Vec<f64>,
+    attitude: Vec<Matrix3>,
+}
+
+impl Followed {
+    /// Returns the motion of a plan on the chain of a maneuver in a stated duration.
+    fn planned(problem: &Problem, plan: &Candidate) -> Self {
+        let time = (0..=plan.steps()).map(|node| problem.seconds() * plan.grid.time(node)).collect();
+        Self::of(problem, time, plan.states.iter().map(|state| state.attitude.value))
+    }
+
+    /// Returns the motion of a solution.
+    fn recorded(problem: &Problem, plan: &Solution) -> Self {
+        let attitudes = plan.trajectory.quaternion.iter().map(lie::rotation_from_quaternion);
+        Self::of(problem, plan.trajectory.time.clone(), attitudes)
+    }
+
+    fn of(problem: &Problem, time: Vec<f64>, attitudes: impl Iterator<Item = Matrix3>) -> Self {
+        let frame_rate = problem.environment.frame_rate();
+        let turned = |(attitude, time): (Matrix3, &f64)| lie::exp(&(frame_rate * *time)) * attitude;
+        Self { attitude: attitudes.zip(&time).map(turned).collect(), time }
+    }
+
+    /// How long it takes \[s\].
+    fn seconds(&self) -> f64 {
+        self.time.last().copied().unwrap_or(0.0)
+    }
+
+    /// The least room that the cones of a set leave in a step \[rad\].
+    fn room(&self, problem: &Problem, members: &[String], step: usize) -> f64 {
+        let [start, to] = [step, step + 1].map(|node| self.attitude[node]);
+        let arc = Arc { start, turn: lie::minus(&to, &start) };
+        let (time, length) = (self.time[step], self.time[step + 1] - self.time[step]);
+        let frame_rate = problem.environment.frame_rate();
+        let cones = members.iter().filter_map(|name| {
+            let named = problem.constraints.iter().find(|one| one.name == *name)?;
+            if let Rule::Pointing(cone) = &named.rule { Some(cone) } else { None }
+        });
+        let rooms = cones.flat_map(|cone| {
+            cone.pairs().filter_map(move |(boresight, direction)| {
+                let target = on_arc(direction, time, length, &frame_rate);
+                Some(cone.least_room(&arc, boresight, &target, [time, length])?.1)
+            })
+        });
+        rooms.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether it has room of the sets of a schedule.
+    fn keeps(&self, problem: &Problem, schedule: &Schedule) -> bool {
+        let holds = |turns: &Turns, step: usize| {
+            let acts = |shift: &&Shift| shift.from <= self.time[step] && self.time[step] < shift.to;
+            let set = turns.shifts.iter().find(acts).map(|shift| &turns.of.sets[shift.set]);
+            set.is_some_and(|set| self.room(problem, set, step) >= 0.0)
+        };
+        let steps = self.time.len().saturating_sub(1);
+        schedule.iter().all(|turns| (0..steps).all(|step| holds(turns, step)))
+    }
+
+    /// Whether it has no room of the one set before a moment, and of the other after it.
+    fn is_caught(&self, problem: &Problem, Turns { of, shifts }: &Turns, after: usize) -> bool {
+        let [before, next] = [&shifts[after - 1], &shifts[after]];
+        let at = self.time.partition_point(|time| *time < next.from).clamp(1, self.time.len() - 1);
+        [at - 1, at].into_iter().filter(|step| step + 1 < self.time.len()).any(|step| {
+            [before, next].iter().any(|shift| self.room(problem, &of.sets[shift.set], step) < TOUCHING)
+        })
+    }
+}
+
+/// Of each of the alternatives the set that has the most room in each step of a motion.
+fn roomiest(problem: &Problem, motion: &Followed) -> Schedule {
+    let of = |alternatives: &Alternatives| {
+        let mut shifts: Vec<Shift> = Vec::new();
+        for step in 0..motion.time.len().saturating_sub(1) {
+            let room = |set: &usize| motion.room(problem, &alternatives.sets[*set], step);
+            let most = (0..alternatives.sets.len()).max_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(0);
+            if shifts.last().is_none_or(|shift| shift.set != most) {
+                shifts.iter_mut().last().into_iter().for_each(|last| last.to = motion.time[step]);
+                shifts.push(Shift { set: most, from: motion.time[step], to: FOR_GOOD });
+            }
+        }
+        if let (Some(last), Some(duration)) = (shifts.last_mut(), problem.duration.known()) {
+            last.to = duration;
+        }
+        Turns { of: alternatives.clone(), shifts }
+    };
+    problem.alternatives.iter().map(of).collect()
+}

@@ -1,0 +1,283 @@
+//! The shortest duration or the least fuel within limits and constraints, and the least fuel of
+//! forces and in fields: by the interior point on the chain, with the duration as an unknown where
+//! it is sought ([`crate::optimize::methods::interior_point`]).
+//!
+//! The plan is one of equal steps with its inputs at the nodes, as a plan of least effort in the
+//! duration found. Switching times are those of continuous time, which `search/limited` finds from
+//! the plan where it can.
+//!
+//! A constraint that does not act does not choose the plan. Where the cheapest plan of arcs without
+//! constraints, or one of its images, keeps them all in its true motion, nothing that keeps them is
+//! cheaper. It is then the answer, with its arcs and its gap.
+//!
+//! What is found is a local minimum. How far the cheapest of them is the cheapest of all nobody
+//! knows.
+//!
+//! # How is the duration an unknown?
+//!
+//! It is a state of the chain that every step leaves as it is (`optimize/chain/model`). All else is
+//! in the units that go with the duration. A step of a free body then does not depend on it; ends,
+//! fields and limits do, and grow as `s`, `s²` and `s³`.
+//!
+//! # From which paths?
+//!
+//! From turns about a fixed axis, bent to six sides, and their detours around the cones that they
+//! cross (`search/strategies/seeds`). Where a force or a field acts, also from the extremals of
+//! least effort without limits, and of fuel from the plans of least effort within all limits. A
+//! search that is local in the duration too may miss a cheaper plan: least fuel in the duration
+//! found is therefore looked for once more.
+
+use crate::Vector3;
+use crate::flight::{Excess, Flight};
+use crate::lie;
+use crate::maneuver::constraint::Constraint;
+use crate::maneuver::objective::{Fuel, Objective};
+use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
+use crate::maneuver::settings::Method;
+use crate::maneuver::shortfall::Shortfall;
+use crate::maneuver::solution::{Outcome, Solution, Trajectory};
+use crate::mechanics::environment::Free;
+use crate::optimize::chain::model::Goal;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::given_duration::{search_of, searched};
+use crate::optimize::search::ladder::Ask;
+use crate::optimize::search::record::goal::{SAME_COST, cheapest};
+use crate::optimize::search::starts::coarse::chain_steps;
+use crate::optimize::search::starts::first_duration;
+use crate::optimize::search::strategies::chains::{effort_paths, resampled, unlimited_paths};
+use crate::optimize::search::strategies::{advice, seeds};
+use crate::optimize::search::switching;
+
+/// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least
+/// effort with a duration that is sought.
+pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
+    let once = |problem: &Problem| match Formulation::of(problem) {
+        Formulation::Extremal => {
+            let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
+            searched(problem, context, ask)
+        }
+        _ if problem.objective.switches() => solve_once(problem, context, known),
+        _ => effort_sought(problem, context),
+    };
+    match problem.duration.at_most() {
+        Some(longest) => switching::up_to(longest, problem, context, &once),
+        None => once(problem),
+    }
+}
+
+/// Least effort in the best duration. The search for it is a local one, from that of a turn about a
+/// fixed axis without limits.
+fn effort_sought(problem: &Problem, context: &Context) -> Solution {
+    let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
+    let free = first_duration::of_effort(problem, problem.objective.time_price());
+    let stated = problem.clone().with_duration(free.min(longest));
+    let stated = stated.with_objective(problem.objective.with_time_price(None));
+    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
+    let mut solution = match stated.check() {
+        Err(error) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
+        Ok(()) => of_stated(&stated, problem, context, &Trajectory::default()),
+    };
+    solution.ladder = context.ladder.take();
+    solution.solve_time = context.began.elapsed().as_secs_f64();
+    solution
+}
+
+/// In a given duration, or in the best one of all.
+fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
+    let unsolved = Solution::unsolved(problem, context.settings.tolerance);
+    let mut bare = bare(problem);
+    // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a
+    // field that is a path to begin from.
+    let free = problem.is_free_turn();
+    let open = problem.ends_in_any_attitude();
+    if open {
+        bare.end.attitude = bare.start.attitude;
+    }
+    // To any attitude there is none, unless the body has the rate that it should have.
+    let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
+    let mut within = None;
+    // A plan of arcs is the answer where it keeps all constraints, and where the body is already at
+    // the end.
+    let unconstrained =
+        problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
+    let there = arrived && !open && problem.start.attitude == problem.end.attitude && free;
+    let quick = if unconstrained {
+        let bare = without_field(bare);
+        let found = switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan));
+        within = found.within;
+        let solved = found.cheapest.outcome == Outcome::Converged;
+        if solved { found.cheapest } else { unsolved.clone() }
+    } else if there {
+        switching::solve_discrete(&bare, context)
+    } else {
+        unsolved.clone()
+    };
+    *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
+    if free && quick.trajectory.time.len() == 1 {
+        // The body is where it should be.
+        let stored = problem.actuation.wheels.iter().flat_map(|wheels| wheels.momentum.clone()).collect();
+        let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
+        return Solution { trajectory, ..quick };
+    }
+    // Nothing that keeps more is cheaper than the cheapest of all.
+    let is_cheapest = |plan: &Solution| {
+        let cost = plan.landing.as_ref().map_or(plan.cost, |landing| landing.cost_before);
+        cost <= quick.cost * (1.0 + SAME_COST) && !switching::is_dear(plan)
+    };
+    if let Some(answer) = within.take_if(|plan| is_cheapest(plan)) {
+        return answer;
+    }
+    let sought = problem.duration.known().is_none();
+    let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
+    let path = if known.time.len() > 1 { known } else { &quick.trajectory };
+    let duration = stated.or(problem.duration.known()).unwrap_or_else(|| first_duration::of_time(problem));
+    let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
+    // Checked as what it is: effort takes less than time and fuel.
+    let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
+        (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
+        (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
+        (Ok(()), None) => of_stated(&stated, problem, context, path),
+    };
+    if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
+        solution = cheaper;
+    }
+    if let Some(within) = within
+        && !(solution.outcome == Outcome::Converged && solution.cost <= within.cost)
+    {
+        solution = within;
+    }
+    solution.ladder = context.ladder.take();
+    solution.solve_time = context.began.elapsed().as_secs_f64();
+    solution
+}
+
+/// A maneuver without its constraints, whose inputs may jump.
+fn bare(problem: &Problem) -> Problem {
+    Problem {
+        constraints: Vec::new(),
+        actuation: problem.actuation.of_jumping_inputs(),
+        stepping: Stepping::Formulated,
+        ..problem.clone()
+    }
+}
+
+/// Whether a maneuver without its constraints is one of arcs, so that these may be its plan.
+fn may_be_unconstrained(problem: &Problem) -> bool {
+    problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches()
+}
+
+/// Whether a plan of arcs keeps all constraints of a maneuver: the discrete motion at its nodes,
+/// and the true motion all along.
+fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
+    let planned = plan.on_grid(&problem.clone().planned_on_arcs());
+    if plan.outcome != Outcome::Converged {
+        return false;
+    }
+    let found = &plan.trajectory;
+    let frame_rate = planned.environment.frame_rate();
+    let at_nodes = found.quaternion.iter().zip(&found.angular_velocity).zip(&found.time);
+    let keeps = |((quaternion, rate), time): ((&[f64; 4], &Vector3), &f64)| {
+        let attitude = lie::rotation_from_quaternion(quaternion);
+        let violated =
+            |rule: &Constraint| rule.violation(&attitude, rate, Some(*time), &frame_rate).is_some();
+        !planned.constraints.iter().any(violated)
+    };
+    let Some(mut excess) = Excess::of(&planned) else { return true };
+    let steps = Flight::of_plan(&planned, found);
+    let flown = Flight::new(&planned).fly(&steps, Some(&mut excess));
+    at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
+}
+
+/// The same maneuver of least fuel once more along what is cheaper in the duration that was found,
+/// where anything is: a search that is local in the duration too misses more.
+fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Option<Solution> {
+    let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
+    let fuel = problem.objective.fuel().filter(|_| converged(found))?;
+    let duration = *found.trajectory.time.last()?;
+    let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
+    let noted = context.ladder.borrow().clone();
+    let given = solve_once(
+        &problem.clone().with_objective(objective).with_duration(duration),
+        context,
+        &Trajectory::default(),
+    );
+    *context.ladder.borrow_mut() = noted;
+    let price = problem.objective.time_price();
+    let dearer = found.cost * (1.0 - SAME_COST);
+    if !converged(&given) || given.cost + price * duration >= dearer {
+        return None;
+    }
+    let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
+    let again = of_stated(&stated, problem, context, &given.trajectory);
+    (converged(&again) && again.cost < dearer).then_some(again)
+}
+
+/// The attitude alone of a body that nothing acts on, at the rates that it has in the reference
+/// frame.
+fn without_field(problem: Problem) -> Problem {
+    let rate = problem.environment.frame_rate();
+    let relative = |state: &State| State {
+        angular_velocity: state.angular_velocity - state.attitude.tr_mul(&rate),
+        ..*state
+    };
+    let (start, end) = (relative(&problem.start), relative(&problem.end));
+    Problem { start, end, ..problem }.with_environment(Free)
+}
+
+/// The solution of a maneuver of minimum time or fuel, or of least effort in a duration that is
+/// sought, with the duration of `stated` as the unit of time.
+fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Trajectory) -> Solution {
+    match stated.motion {
+        Motion::Attitude => of_dimension::<6>(stated, problem, context, quick),
+        Motion::RigidBody => of_dimension::<12>(stated, problem, context, quick),
+    }
+}
+
+/// The same in the tangent dimension of the motion.
+fn of_dimension<const N: usize>(
+    stated: &Problem,
+    problem: &Problem,
+    context: &Context,
+    quick: &Trajectory,
+) -> Solution {
+    let objective = &problem.objective;
+    let goal = Goal { objective: objective.clone() };
+    let advise = !objective.counts_time();
+    let lands = context.lands() || stated.met().is_some();
+    let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
+    let ask = Ask { advise, lands, longest, ..Ask::of_goal(Some(goal), context.settings) };
+    let search = search_of::<N>(stated, context, ask.clone());
+    let coarse = search.chain(chain_steps(stated));
+    let mut paths = resampled(&coarse, objective.name(), quick);
+    if !stated.ends_in_any_attitude() {
+        let turns = seeds::of(&search, coarse.model.steps, context.settings.search);
+        if objective.fuel().is_some() && stated.is_free_turn() {
+            paths.extend(effort_paths(&search, &turns));
+        }
+        paths.extend(turns);
+    }
+    if stated.ends_in_any_attitude() || !stated.is_free_turn() {
+        let unlimited = unlimited_paths(&search, &coarse);
+        if objective.fuel().is_some() {
+            paths.extend(effort_paths(&search, &unlimited));
+        }
+        paths.extend(unlimited);
+    }
+    let search = search.of(stated, Ask { paths: &paths, ..ask });
+    let (found, cheapest) = cheapest(&search);
+    let Some(cheapest) = cheapest else {
+        // The nearest miss may have a duration of its own, which is none of a plan.
+        let missed = found.missed();
+        let mut unsolved = Solution {
+            method: Method::InteriorPoint,
+            outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
+            shortfall: missed.and_then(|missed| missed.shortfall.clone()),
+            ..Solution::unsolved(stated, context.settings.tolerance)
+        };
+        if advise {
+            advice::advise(&search, found.shortest, &mut unsolved);
+        }
+        return unsolved;
+    };
+    cheapest.written(&search, &found)
+}

@@ -1,0 +1,364 @@
+//! An end on a target, and when it is come to.
+//!
+//! The interior point finds the best ends (`free_end`): the roll about the boresight is an unknown
+//! of its Newton steps, and so is the time where the duration is sought and the target moves. The
+//! maneuver to the end that is found is then solved as any to a given end, with all its starts and
+//! senses.
+//!
+//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best
+//! roll differs from that of the chain of equal steps by the square of the step, and is found from
+//! there by the slope of the least cost (`rolls`). To a target that moves the arrival T is then the
+//! first time at which the quickest plan to the end *at that time* takes no longer, a root of
+//! `T*(T) − T`. Both follow the extremals of one search by Newton on their arcs
+//! (`switching/followed`).
+
+use crate::maneuver::aim::{Aim, Ends};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{Problem, ProblemError};
+use crate::maneuver::settings::{Settings, Thoroughness};
+use crate::maneuver::solution::{Outcome, Rival, Sense, Solution, Trajectory};
+use crate::optimize::landing::{MET, left};
+use crate::optimize::search::context::Context;
+use crate::optimize::search::halt::Halt;
+use crate::optimize::search::outer::Inner;
+use crate::optimize::search::outer::free_end::{self, FreeEnd, Reached};
+use crate::optimize::search::outer::illinois::Illinois;
+use crate::optimize::search::outer::rolls::{CLOSE, Rolls};
+use crate::optimize::search::starts::GUESS;
+use crate::optimize::search::switching::followed::Followed;
+use crate::optimize::search::{Guess, Observer, PlanError};
+use crate::{Matrix3, Vector3, lie};
+use std::time::Instant;
+
+/// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is
+/// followed from there.
+const NEAR: f64 = 1e-9;
+
+/// Relative difference of two times whose plans tell how late a plan is as the time passes.
+const APART: f64 = 1e-3;
+
+/// The slope of how late a plan is to an end that stands.
+const STANDS: f64 = -1.0;
+
+/// Most times that are looked at.
+const MOST_TIMES: usize = 40;
+
+/// Where the times to look at begin, as a part of the time in which the chain of equal steps comes
+/// to the target: that differs from the time of inputs that switch by less.
+const BEFORE: f64 = 0.98;
+
+/// Solves a maneuver that ends on a target.
+pub fn solve_to(
+    problem: &Problem,
+    aim: &Aim,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+    inner: Inner,
+) -> Result<Solution, PlanError> {
+    let mut search =
+        OnTarget { problem, aim, settings, guess, near: None, began: Instant::now(), observer, inner };
+    let moves = aim.moves(&problem.environment.frame_rate());
+    let searched = match (problem.duration.known(), problem.duration.at_most()) {
+        (Some(duration), _) => search.in_time(duration),
+        (None, _) if !moves => search.in_time(0.0),
+        (None, Some(longest)) => search.up_to(longest),
+        (None, None) => search.moving(),
+    };
+    let took = search.began.elapsed().as_secs_f64();
+    match searched {
+        Ok(solution) => Ok(Solution { solve_time: took, ..solution }),
+        Err(Halt::Stopped(solution)) => Ok(Solution { solve_time: took, ..*solution }),
+        Err(Halt::Refused(error)) => Err(error),
+    }
+}
+
+/// A search for the best end on a target.
+struct OnTarget<'a> {
+    problem: &'a Problem,
+    aim: &'a Aim,
+    settings: &'a Settings,
+    /// What is begun from too, in a given duration.
+    guess: Option<&'a Guess>,
+    /// The extremal that was the quickest to an end before.
+    near: Option<Followed>,
+    began: Instant,
+    observer: &'a mut dyn Observer,
+    inner: Inner<'a>,
+}
+
+impl OnTarget<'_> {
+    /// Returns the ends at a time.
+    fn ends_at(&self, time: f64) -> Result<Ends, PlanError> {
+        let ends = self.problem.ends_on(self.aim, time);
+        ends.map_err(|error| ProblemError::from(error).into())
+    }
+
+    /// Returns the settings with the time that is left.
+    fn settings(&self) -> Settings {
+        let left = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
+        Settings { time_limit: left, ..self.settings.clone() }
+    }
+
+    /// Returns the best ends that the interior point finds on the steps of `problem`, near that of
+    /// a motion that is known, or that of the plan that a search begins from.
+    fn free_end(&mut self, problem: &Problem, ends: &Ends, known: Option<&Trajectory>) -> FreeEnd {
+        if let Some(reached) = self.begun_from().filter(|_| known.is_none()) {
+            return FreeEnd { reached: vec![reached], stopped: None };
+        }
+        free_end::found(problem, (self.aim, ends), known, &self.settings(), self.observer)
+    }
+
+    /// Returns the plan to the best of the ends of one time.
+    fn in_time(&mut self, time: f64) -> Result<Solution, Halt> {
+        let ends = self.ends_at(time)?;
+        if !ends.has_roll() {
+            return self.plan(&self.problem.facing(&ends, 0.0), None);
+        }
+        let is_guess = self.guess.is_some_and(|guess| !guess.is_known());
+        let of_guess = self.guessed().filter(|_| is_guess).map(|attitude| ends.nearest(&attitude));
+        if let Some(roll) = of_guess.filter(|_| self.guess.is_some_and(|guess| guess.alone)) {
+            return self.plan(&self.problem.facing(&ends, roll), None);
+        }
+        let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
+        loop {
+            // On the steps that its plan has chosen an end is looked for near that plan.
+            let motion = before.as_ref().map(|plan| &plan.trajectory);
+            let FreeEnd { reached, .. } = self.free_end(&problem, &ends, motion);
+            let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
+            let reached = if by_arcs { self.by_arcs(&problem, &ends, reached)? } else { reached };
+            let roll = reached.first().map_or(0.0, |best| ends.nearest(&best.attitude));
+            let known = reached.first().and_then(|best| best.known.as_ref());
+            let mut found = self.plan(&problem.facing(&ends, roll), known)?;
+            if let Some(roll) = of_guess {
+                let other = self.plan(&problem.facing(&ends, roll), None)?;
+                let is_plan = |plan: &Solution| plan.outcome == Outcome::Converged;
+                if is_plan(&other) && !(is_plan(&found) && found.cost <= other.cost) {
+                    found = other;
+                }
+            }
+            // Steps that are chosen are those of the plan at the best roll so far.
+            let again = before.is_none()
+                && problem.chooses_steps
+                && found.outcome == Outcome::Converged
+                && found.steps != problem.steps;
+            if again {
+                problem = problem.planned_by(found.method).with_steps(found.steps);
+                before = Some(found);
+                continue;
+            }
+            let lands = |plan: &Solution| {
+                let flown = plan.on_grid(self.problem);
+                plan.outcome == Outcome::Converged && left(&flown, &plan.trajectory) <= MET
+            };
+            // A plan to nearly the same roll may land where this one does not.
+            let kept = before.take_if(|before| lands(before) && !lands(&found));
+            let chosen = found.chosen.or(before.and_then(|before| before.chosen));
+            return Ok(with_rivals(kept.unwrap_or(Solution { chosen, ..found }), &reached));
+        }
+    }
+
+    /// Returns the attitude at which the path of the guess ends, if it has one.
+    fn guessed(&self) -> Option<Matrix3> {
+        let last = self.guess?.quaternion.last()?;
+        Some(lie::project_to_rotation(&lie::rotation_from_quaternion(last)))
+    }
+
+    /// Returns the end of the plan that a search begins from.
+    fn begun_from(&self) -> Option<Reached> {
+        let (time, attitude, known) = (*self.guess?.time.last()?, self.guessed()?, self.guess.cloned());
+        let rival = Rival::new(GUESS, Sense::Short, f64::NAN, f64::NAN);
+        Some(Reached { time, attitude, rival, known })
+    }
+
+    /// Solves the maneuver to a given end, from the plan that has found it if one has.
+    fn plan(&mut self, given: &Problem, known: Option<&Guess>) -> Result<Solution, Halt> {
+        Ok((self.inner)(given, &self.settings(), known.or(self.guess), self.observer)?)
+    }
+
+    /// Returns ends as the arcs of continuous time have them, the cheapest first.
+    fn by_arcs(
+        &mut self,
+        problem: &Problem,
+        ends: &Ends,
+        mut reached: Vec<Reached>,
+    ) -> Result<Vec<Reached>, Halt> {
+        let settings = self.settings();
+        let context = Context::new(&settings, self.observer);
+        let rolls = Rolls { problem, ends, context: &context };
+        let best = reached.first().map_or(f64::NAN, |best| best.rival.cost);
+        for end in reached.iter_mut().filter(|end| end.rival.cost <= best * (1.0 + CLOSE)) {
+            if let Some(best) = rolls.lowest(ends.nearest(&end.attitude))? {
+                end.attitude = ends.at(best.roll).0;
+                end.rival.cost = best.cost;
+            }
+        }
+        reached.sort_by(|a, b| a.rival.cost.total_cmp(&b.rival.cost));
+        Ok(reached)
+    }
+
+    /// Returns the plan up to a longest duration: the better of all the time and the best duration.
+    fn up_to(&mut self, longest: f64) -> Result<Solution, Halt> {
+        let price = self.problem.objective.given_time_price().unwrap_or(0.0);
+        let priced = |time_price| {
+            self.problem.clone().with_objective(self.problem.objective.with_time_price(time_price))
+        };
+        let all = priced(None).lasting(longest);
+        let mut all =
+            OnTarget { problem: &all, near: None, observer: self.observer, ..*self }.in_time(longest)?;
+        all.pay_for_time(price * longest);
+        let sought = priced(Some(price));
+        let sought = OnTarget { problem: &sought, near: None, observer: self.observer, ..*self }.moving()?;
+        let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
+        let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
+        let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
+        Ok(if cheaper { sought } else { all })
+    }
+
+    /// Returns the plan to a target that moves, in the best duration.
+    fn moving(&mut self) -> Result<Solution, Halt> {
+        let ends = self.ends_at(0.0)?;
+        let FreeEnd { reached, stopped } = self.free_end(self.problem, &ends, None);
+        let Some(best) = reached.first() else {
+            let unsolved = Solution::unsolved(self.problem, self.settings.tolerance);
+            return Ok(Solution { outcome: stopped.unwrap_or(Outcome::Stalled), ..unsolved });
+        };
+        let found = match self.problem.objective {
+            Objective::Time if self.problem.switches() => self.quickest(best)?,
+            Objective::Time => self.meeting((best.time, &best.attitude, STANDS), best.known.as_ref())?,
+            _ => self.in_best_time(best)?,
+        };
+        Ok(with_rivals(found, &reached))
+    }
+
+    /// Returns the plan of effort or fuel to where the target is at the best time.
+    fn in_best_time(&mut self, best: &Reached) -> Result<Solution, Halt> {
+        let ends = self.ends_at(best.time)?;
+        let priced = self.problem.objective.time_price() * best.time;
+        let given = self.problem.facing(&ends, ends.nearest(&best.attitude)).lasting(best.time);
+        let mut found = self.plan(&given, best.known.as_ref())?;
+        found.pay_for_time(priced);
+        Ok(found)
+    }
+
+    /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of
+    /// how late a plan is.
+    fn meeting(
+        &mut self,
+        (time, attitude, slope): (f64, &Matrix3, f64),
+        known: Option<&Guess>,
+    ) -> Result<Solution, Halt> {
+        let meeting = self.problem.meeting(self.aim, attitude, time, slope).map_err(ProblemError::from);
+        self.plan(&meeting.map_err(PlanError::from)?, known)
+    }
+
+    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the
+    /// time at its roll, the best roll at that time, and the time at that roll, as the time depends
+    /// on the roll to second order.
+    fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
+        let time = self.arrival(best.time, &best.attitude)?;
+        let ends = self.ends_at(time)?;
+        let quick = self.quick();
+        let context = Context::new(&quick, self.observer);
+        let rolls = Rolls { problem: self.problem, ends: &ends, context: &context };
+        let found = rolls.lowest(ends.nearest(&best.attitude))?;
+        let attitude = found.map_or(best.attitude, |found| ends.at(found.roll).0);
+        let time = self.arrival(time, &attitude)?;
+        let mut slope = STANDS;
+        let later = time * (1.0 + APART);
+        if let Some(now) = self.late(time, &attitude)?
+            && let Some(then) = self.late(later, &attitude)?
+        {
+            slope = (then - now) / (later - time);
+        }
+        self.meeting((time, &attitude, if slope < 0.0 { slope } else { STANDS }), None)
+    }
+
+    /// Returns the first time from about `time` on at which the quickest plan to the roll of an
+    /// attitude takes no longer.
+    fn arrival(&mut self, time: f64, attitude: &Matrix3) -> Result<f64, Halt> {
+        let mut late = |time: f64| self.late(time, attitude);
+        for first in [BEFORE * time, 0.0] {
+            if let Some([from, to]) = first_reached(first, &mut late)? {
+                return root(from, to, NEAR, &mut late);
+            }
+        }
+        Ok(time)
+    }
+
+    /// Returns how late the quickest plan to the roll of an attitude is, where the target is at
+    /// `time`.
+    fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
+        let ends = self.ends_at(time)?;
+        let given = self.problem.facing(&ends, ends.nearest(attitude));
+        let quick = self.quick();
+        let context = Context::new(&quick, self.observer);
+        let led = self.near.as_ref().and_then(|near| near.led(&given, &context));
+        let found = match led {
+            Some(led) => Some(led),
+            None => Followed::all(&given, &context, 0.0)?.into_iter().next(),
+        };
+        let Some(found) = found else { return Ok(None) };
+        let late = found.duration - time;
+        self.near = Some(found);
+        Ok(Some(late))
+    }
+
+    /// Returns the settings of plans that are compared.
+    fn quick(&self) -> Settings {
+        Settings { search: Thoroughness::Quick, ..self.settings() }
+    }
+}
+
+/// Returns a plan with the other ends beside it that were found.
+fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
+    found.rivals.extend(reached.iter().skip(1).map(|end| end.rival.clone()));
+    found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    found
+}
+
+/// A time, and how late a plan is that is to end then \[s\].
+type Late = [f64; 2];
+
+/// The first interval from `time` on at whose start a plan takes longer than there is time and at
+/// whose end it does not, with how late it is at either; none where it is not late at first.
+fn first_reached(
+    mut time: f64,
+    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
+) -> Result<Option<[Late; 2]>, Halt> {
+    let Some(mut delay) = late(time)?.filter(|delay| *delay > 0.0) else { return Ok(None) };
+    for _ in 0..MOST_TIMES {
+        // By the time that the plan would take the target is elsewhere.
+        let next = time + delay;
+        let Some(then) = late(next)? else { return Ok(None) };
+        if then <= 0.0 {
+            return Ok(Some([[time, delay], [next, then]]));
+        }
+        (time, delay) = (next, then);
+    }
+    Ok(None)
+}
+
+/// A root between two times, to a relative width.
+fn root(
+    mut low: Late,
+    mut high: Late,
+    width: f64,
+    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
+) -> Result<f64, Halt> {
+    let mut illinois = Illinois::new([low[1], high[1]]);
+    for _ in 0..MOST_TIMES {
+        let next = low[0] + illinois.part() * (high[0] - low[0]);
+        if !(next > low[0] && next < high[0]) || high[0] - low[0] <= width * high[0] {
+            break;
+        }
+        let Some(delay) = late(next)? else { break };
+        if delay.abs() <= width * next {
+            return Ok(next);
+        }
+        let moved = usize::from(delay <= 0.0);
+        illinois.moved(moved, delay);
+        *[&mut low, &mut high][moved] = [next, delay];
+    }
+    Ok(high[0])
+}

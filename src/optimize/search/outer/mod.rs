@@ -1,0 +1,21 @@
+//! Searches that plan many times: over the end of a target, its roll and the arrival there, over
+//! schedules of cones, over the duration, and over the number of steps. Each gets the search that
+//! it repeats as a parameter.
+
+pub mod alternatives;
+pub mod cheapest;
+pub mod ends;
+pub mod free_end;
+mod illinois;
+pub mod known;
+mod rolls;
+pub mod steps;
+
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Settings;
+use crate::maneuver::solution::Solution;
+use crate::optimize::search::{Guess, Observer, PlanError};
+
+/// The search that is repeated.
+pub type Inner<'a> =
+    &'a dyn Fn(&Problem, &Settings, Option<&Guess>, &mut dyn Observer) -> Result<Solution, PlanError>;

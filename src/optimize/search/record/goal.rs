@@ -1,0 +1,101 @@
+//! The cheapest plan of a goal: time, fuel, or effort in a duration that is sought.
+
+use crate::maneuver::problem::State;
+use crate::maneuver::solution::{ContinuousCost, ContinuousGap, Landing, Solution};
+use crate::optimize::landing::Landed;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::asked::held_to_all;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::ladder::Search;
+use crate::optimize::search::record::answer::{rival_of_cost, write_aimed};
+use crate::optimize::search::record::continuous::estimated;
+use crate::optimize::search::record::first_order::gap;
+use crate::optimize::search::record::landed::{can_be_flown, landed_with_goal};
+
+/// Costs that differ by less than this part are those of one plan.
+pub const SAME_COST: f64 = 1e-6;
+
+/// The cheapest plan that was found.
+pub struct Cheapest {
+    /// Its duration \[s\].
+    pub duration: f64,
+    /// Its cost in the unit of the user.
+    pub cost: f64,
+    /// The plan, as the chain of that duration takes it.
+    pub attempt: Attempt,
+    /// Other local minima, each with its cost. They cost more, and some are on a coarse grid.
+    pub rivals: Vec<(Attempt, f64)>,
+    /// What it costs in continuous time, estimated.
+    pub continuous: Option<ContinuousCost>,
+    /// What inputs that may switch between the nodes could save, to first order.
+    pub gap: Option<ContinuousGap>,
+    /// The target at which it lands, where that was asked for.
+    pub landed: Option<(State, Landing)>,
+}
+
+impl Cheapest {
+    /// Writes the plan as a solution.
+    pub fn written<const N: usize>(self, search: &Search<N>, found: &Found<N>) -> Solution {
+        let Self { duration, cost, attempt, rivals, continuous, gap, landed } = self;
+        let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
+        let planned = search.problem.clone().with_duration(duration);
+        let written = search.of(&planned, search.ask.clone());
+        let mut solution = Solution::unsolved(&planned, search.context.settings.tolerance);
+        let target = landed.as_ref().map(|(target, _)| target);
+        write_aimed(&written, &found.work, &mut solution, &attempt, target, &attempt);
+        if let Some((_, landing)) = landed {
+            solution.landing = Some(landing);
+        }
+        if let Some(work) = &mut solution.interior {
+            work.continuous = continuous;
+            work.continuous_gap = gap;
+        }
+        // A duration to the last bit.
+        solution.cost = if of_duration { duration } else { cost };
+        solution.widen_by_landing();
+        solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
+        held_to_all(&written, solution)
+    }
+
+    /// Makes an optimum of a goal land where that is asked for.
+    fn of<const N: usize>(search: &Search<N>, mut plan: Attempt) -> Self {
+        let stated = search.problem.seconds();
+        let chain = search.chain(search.problem.steps);
+        let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
+        let duration = |plan: &Attempt| stated * plan.candidate.grid.duration();
+        let before = if of_duration { duration(&plan) } else { chain.price(&plan.candidate) };
+        let before = before * plan.share_of_optimum();
+        let (continuous, landed) = (estimated(search, &plan), landed_with_goal(search, &plan));
+        let gap = gap(search, &plan, landed.as_ref().map(|landed| &landed.landing));
+        let landed = landed.map(|Landed { attempt, target, landing }| {
+            plan = attempt;
+            (target, Landing { cost_before: before, ..landing })
+        });
+        let (duration, cost) = (duration(&plan), chain.price(&plan.candidate));
+        let attempt = chain.of_given_duration(plan, &search.problem.clone().with_duration(duration));
+        Self { duration, cost, attempt, rivals: Vec::new(), continuous, gap, landed }
+    }
+}
+
+/// Returns the cheapest of the local minima along the paths of a search with a goal, and what else
+/// is known.
+pub fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
+    let mut found = search.climb();
+    let mut plans = found.take_plans();
+    let requested = |plan: &Attempt| plan.candidate.steps() == search.problem.steps;
+    let flies = |plan: &Attempt| requested(plan) && can_be_flown(search, plan);
+    if let Some(flown) = plans.iter().position(flies) {
+        let first = plans.remove(flown);
+        plans.insert(0, first);
+    }
+    let mut plans = plans.into_iter();
+    let first = plans.next().filter(requested);
+    let cheapest = first.map(|first| {
+        let price = |rival: Attempt| {
+            let cost = search.chain(rival.candidate.steps()).price(&rival.candidate);
+            (rival, cost)
+        };
+        Cheapest { rivals: plans.map(price).collect(), ..Cheapest::of(search, first) }
+    });
+    (found, cheapest)
+}

@@ -1,0 +1,205 @@
+//! Where descents start, and how many: by what the maneuver is and how thorough the search is to
+//! be.
+
+use crate::Vector3;
+use crate::maneuver::problem::{Motion, Path, Problem};
+use crate::maneuver::settings::Thoroughness;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::search::starts::paths::{self, Paces};
+use std::f64::consts::TAU;
+
+/// A body that turns by less than this without inputs takes few starts \[rad\].
+const SLOW: f64 = 1e-3;
+/// A body that turns by more without inputs must find the best way to slow down \[rad\].
+const FAST: f64 = 3.0;
+/// A body that turns by more without inputs may be slowed at any phase of its rotation \[rad\].
+const TUMBLING: f64 = 10.0;
+/// The ratio of moments above which a body that moves takes random paths, from both ends
+/// (`evidence -- unequal_moments`).
+const UNEQUAL: f64 = 4.0;
+/// Turns about the axis of the least moment that paths of such a body have more. They cost little,
+/// and the gyroscopic torques of a spinning rod bend its path.
+const TWISTS: [i32; 4] = [1, -1, 2, -2];
+/// Turns that a coarse grid has to resolve where paths are twisted.
+const TWISTED: f64 = 2.0;
+/// Most minima of the coarse grid that are followed further: as a rule, and of a body with unequal
+/// moments, whose minima lie so near to each other that the coarse grid ranks them wrongly.
+const MOST_MINIMA: usize = 6;
+const MOST_MINIMA_UNEQUAL: usize = 8;
+/// Random paths: as a rule, for a free body that turns by less than that, for one with unequal
+/// moments (from each end), where inputs about an axis are missing, where they are dear, and in a
+/// thorough search.
+const RANDOM: usize = 24;
+const RANDOM_FREE: usize = 56;
+const RANDOM_UNEQUAL: usize = 16;
+const RANDOM_FEW_INPUTS: usize = 72;
+const RANDOM_STIFF: usize = 144;
+const RANDOM_THOROUGH: usize = 160;
+/// Hops from minimum to minimum without a new one that counts: where inputs about an axis are
+/// missing or dear, and in a thorough search.
+const HOPS: usize = 48;
+const HOPS_THOROUGH: usize = 96;
+
+/// Which families of paths a search starts from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Starts {
+    /// The rotation vector to follow.
+    given: Option<Vector3>,
+    /// Turns of smooth and of coasting paths.
+    smooth: Vec<i32>,
+    coasting: Vec<i32>,
+    /// At how many paces.
+    slowed: Paces,
+    /// Humps of bent paths \[rad\].
+    bent: Vec<f64>,
+    random: usize,
+    /// Whether smooth and random paths begin at the end as well, which makes others of them.
+    from_end: bool,
+    /// The axis of the least moment, if likely paths are twisted about it.
+    pub twist: Option<Vector3>,
+    /// Hops from minimum to minimum that may lead to none that counts before the search ends.
+    pub hops: usize,
+}
+
+impl Starts {
+    /// Those for a maneuver.
+    pub fn of<const N: usize>(
+        problem: &Problem,
+        bvp: &BoundaryValueProblem<N>,
+        thoroughness: Thoroughness,
+    ) -> Self {
+        let dynamics = &bvp.dynamics;
+        let few = !dynamics.has_all_axes();
+        let stiff = dynamics.is_stiff();
+        let coupled = problem.motion == Motion::RigidBody && dynamics.is_coupled();
+        let simple = problem.environment.is_free() && !few && !stiff && !coupled;
+        let turned = problem.start.angular_velocity.norm().max(problem.end.angular_velocity.norm())
+            * problem.seconds();
+        let given = if let Path::AsGiven(rotation) = problem.path { Some(rotation) } else { None };
+        let turns = super::wanted_turns(problem);
+        let plain = Self { given, smooth: turns.clone(), coasting: turns, ..Self::default() };
+        let simple_slew = simple && turned <= SLOW && thoroughness == Thoroughness::Default;
+        if given.is_some()
+            || problem.path != Path::Best && (simple_slew || thoroughness == Thoroughness::Quick)
+        {
+            return plain;
+        }
+        let (hops, random) = match (few, stiff) {
+            (true, _) => (HOPS, RANDOM_FEW_INPUTS),
+            (false, true) => (HOPS, RANDOM_STIFF),
+            (false, false) => (0, RANDOM),
+        };
+        // Half of them go the other way round, and are not followed where one is asked for.
+        let senses = if problem.path == Path::Best { 1 } else { 2 };
+        let twist =
+            (simple && turned > SLOW && is_unequal(problem)).then(|| problem.body.inertia.least_axis());
+        let all = Self { hops, random: senses * random, from_end: twist.is_some(), twist, ..Self::all() };
+        match thoroughness {
+            Thoroughness::Quick => {
+                let all = Self { from_end: false, twist: None, ..all };
+                Self { slowed: Paces::None, bent: Vec::new(), random: 0, hops: 0, ..all }
+            }
+            Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
+            Thoroughness::Default if simple && turned <= SLOW => {
+                Self { smooth: vec![0, -1], ..Self::default() }
+            }
+            // Gyroscopic torques are of the size of the others: many minima lie side by side.
+            Thoroughness::Default if simple && turned <= TUMBLING && is_unequal(problem) => {
+                Self { slowed: Paces::Even, bent: Vec::new(), random: senses * RANDOM_UNEQUAL, ..all }
+            }
+            Thoroughness::Default if simple && turned <= FAST => {
+                Self { slowed: Paces::None, bent: Vec::new(), random: 0, ..all }
+            }
+            // Shifted in phase they lead to the same few minima here: random paths lead to more.
+            Thoroughness::Default if simple && turned <= TUMBLING => {
+                Self { slowed: Paces::Even, random: senses * RANDOM_FREE, ..all }
+            }
+            Thoroughness::Default => all,
+        }
+    }
+
+    /// Whether there are more than those of the ways round.
+    pub fn is_wide(&self) -> bool {
+        self.slowed != Paces::None || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
+    }
+
+    /// All families.
+    pub fn all() -> Self {
+        Self {
+            smooth: vec![0, -1, 1, -2],
+            coasting: vec![0, -1, 1],
+            slowed: Paces::Shifted,
+            bent: vec![2.0, 1.0],
+            random: RANDOM,
+            from_end: false,
+            twist: None,
+            given: None,
+            hops: 0,
+        }
+    }
+
+    /// The paths: likely ones first, then the others of all families in turn, since a search may
+    /// end before the last.
+    pub fn paths<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
+        let as_given = |rotation: &Vector3| paths::smooth(bvp, "as given".into(), rotation, paths::straight);
+        let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();
+        out.extend(paths::smooth_ways(bvp, &self.smooth));
+        out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
+        let slowed = paths::slowed(bvp, self.slowed);
+        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by)).collect();
+        let mut random: Vec<Candidate> = paths::random(bvp, self.random).collect();
+        if self.from_end {
+            let reversed = bvp.reversed();
+            out.extend(paths::smooth_ways(&reversed, &self.smooth).map(backwards));
+            // In turn, since a search may end before the last.
+            let others = paths::random(&reversed, self.random).map(backwards);
+            random = random.into_iter().zip(others).flat_map(|(one, other)| [one, other]).collect();
+        }
+        if let Some(axis) = &self.twist {
+            let twisted = TWISTS
+                .iter()
+                .flat_map(|turns| out.iter().map(|path| paths::twisted(bvp, path, axis, *turns)));
+            out.extend(twisted.collect::<Vec<_>>());
+        }
+        out.extend(in_turn([slowed, bent, random]));
+        out
+    }
+}
+
+/// The path that one of the reversed maneuver is.
+fn backwards(mut path: Candidate) -> Candidate {
+    path.states.reverse();
+    path.provenance.start.push_str(" from the end");
+    path
+}
+
+/// The angle by which a body with unequal moments that moves at an end turns more about the axis of
+/// the least moment \[rad\]; nothing for other bodies.
+pub fn twisted_by(problem: &Problem) -> f64 {
+    let moves = [&problem.start, &problem.end].iter().any(|end| end.angular_velocity != Vector3::zeros());
+    if moves && is_unequal(problem) { TAU * TWISTED } else { 0.0 }
+}
+
+/// The most minima of the coarse grid that are followed further.
+pub fn most_minima(problem: &Problem) -> usize {
+    if is_unequal(problem) { MOST_MINIMA_UNEQUAL } else { MOST_MINIMA }
+}
+
+/// Whether the moments of a body differ so much that random paths lead to minima that no others do.
+fn is_unequal(problem: &Problem) -> bool {
+    let moments = problem.body.inertia.principal();
+    moments[2] > UNEQUAL * moments[0]
+}
+
+/// The elements of several lists, each list spread evenly over the whole.
+fn in_turn(lists: [Vec<Candidate>; 3]) -> Vec<Candidate> {
+    let mut placed: Vec<(f64, Candidate)> = Vec::new();
+    for list in lists {
+        let count = list.len() as f64;
+        let place = |(index, candidate): (usize, Candidate)| ((index as f64 + 0.5) / count, candidate);
+        placed.extend(list.into_iter().enumerate().map(place));
+    }
+    placed.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    placed.into_iter().map(|(_, candidate)| candidate).collect()
+}

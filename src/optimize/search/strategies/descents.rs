@@ -1,0 +1,316 @@
+//! Descents on paths: the minima of the coarse grid, made extremals there.
+//!
+//! # How is the best way found?
+//!
+//! The lifted Newton is also what carries a minimum of an unstable body, where single shooting
+//! amplifies. The coarse grid resolves how fast a field may swing the body, and not only the turn
+//! asked for: on 32 steps the cheapest plan of a stiff pendulum does not exist. No count of starts
+//! makes the lowest cost found the global minimum: how often it is the best known is counted
+//! (`cargo run --release -p evidence -- families`).
+
+use crate::Vector3;
+use crate::maneuver::problem::Path;
+use crate::maneuver::settings::Thoroughness;
+use crate::maneuver::solution::Rung;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Dynamics;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::descent::Descent;
+use crate::optimize::methods::lifted::LiftedNewton;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::asked::{is_of_the_sense, lowest};
+use crate::optimize::search::ladder::Search;
+use crate::optimize::search::pool::Pool;
+use crate::optimize::search::starts::coarse::rough_grid;
+use crate::optimize::search::starts::families::{Starts, most_minima};
+use crate::optimize::search::starts::paths;
+use crate::optimize::search::strategies::authority::Authority;
+use crate::optimize::search::strategies::minima::{Minima, SAME_MINIMUM};
+use crate::optimize::search::strategies::shots::shoot;
+
+/// Tolerance of the lifted Newton, which the shooting polishes.
+pub const LIFTED_TOLERANCE: f64 = 1e-10;
+/// What a descent on the coarse grid may leave of the cost, relative.
+const DESCENT_TOLERANCE: f64 = 1e-9;
+/// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
+/// cheapest.
+pub const MARGIN: f64 = 0.15;
+/// Starts without a lower minimum after which a search that is half done ends, unless it is to be
+/// thorough.
+const IDLE: usize = 20;
+/// Costs of a minimum and of its extremal on one grid differ by less, relative.
+pub const SAME_BRANCH: f64 = 1e-4;
+/// The same where the last of a widened authority is taken away.
+pub const NARROW: f64 = 0.02;
+/// Most minima that authority is taken away from, counted level by level.
+const MOST_BRANCHES: usize = 100;
+/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the
+/// hops in vain at most.
+const HOP_FROM: usize = 4;
+const HOPS_BY: [f64; 2] = [0.4, 1.0];
+const MOST_HOPS: usize = 10;
+/// So many of the lowest minima are twisted to either side, and so many minima at most.
+const TWIST_FROM: usize = 4;
+const MOST_TWISTED: usize = 40;
+/// Most paths that the lifted Newton is tried on directly.
+const MOST_LIFTED: usize = 2;
+/// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
+const ROUGH_MARGIN: f64 = 0.5;
+
+/// Descents from all starts; the cheapest minima, made extremals of the coarse grid.
+pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
+    pool.descended = true;
+    let coarse = search.coarse.clone();
+    let starts = Starts::of(search.problem, &coarse, search.context.settings.search);
+    let authority = Authority::of(&coarse.dynamics);
+    let given = matches!(search.problem.path, Path::AsGiven(_));
+    let nothing = lowest(search, pool.waiting()).is_infinite();
+    if given || nothing || authority == Authority::Missing {
+        lift(search, pool, &coarse, starts.paths(&coarse));
+    }
+    let mut minima = Minima::default();
+    if authority == Authority::Even {
+        minima = minima_from(search, pool, &coarse, &starts, 0);
+    } else {
+        let rough = search.fine.on_steps(rough_grid(search.problem, &coarse)).heard_by(search.context);
+        let last = authority.levels().len() - 1;
+        let wide = authority == Authority::Missing || starts.hops > 0;
+        let levels = [(0, wide), (last, authority == Authority::Uneven)];
+        let mut open = Vec::new();
+        for (level, _) in levels.into_iter().filter(|(_, wanted)| *wanted) {
+            let minima = minima_from(search, pool, &rough, &starts, level).0;
+            open.extend(minima.into_iter().map(|minimum| (level, minimum)));
+        }
+        narrow(search, pool, &coarse, open, &mut minima);
+    }
+    let margin = if given { f64::INFINITY } else { MARGIN };
+    let enough = minima.0.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
+    let most = most_minima(search.problem);
+    for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(most) {
+        if !search.stopped() {
+            arrive(search, pool, &coarse, minimum);
+        }
+    }
+}
+
+/// What descents from all starts end at, with the authority of a level.
+fn minima_from<const N: usize>(
+    search: &Search<N>,
+    pool: &Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    starts: &Starts,
+    level: usize,
+) -> Minima {
+    let wide = descends_on(&coarse.dynamics, level);
+    let mut minima = Minima::default();
+    let known = pool.waiting().iter().filter_map(|found| {
+        let path = paths::of_extremal(&search.coarse, &found.candidate).ok()?;
+        Some(if path.steps() == coarse.dynamics.grid.steps() { path } else { paths::on_grid(coarse, &path) })
+    });
+    let all = known.chain(starts.paths(coarse)).filter(|path| is_of_the_sense(search, path));
+    let all: Vec<Candidate> = all.collect();
+    let most = all.len();
+    let patient = search.context.settings.search == Thoroughness::Thorough || starts.hops > 0;
+    let mut idle = 0;
+    for (done, start) in all.into_iter().enumerate() {
+        if search.stopped() || (!patient && idle >= IDLE && 2 * done >= most) {
+            break;
+        }
+        let minimum = descended(search, coarse, &wide, start, DESCENT_TOLERANCE, &minima.0);
+        let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
+        idle = if place == Some(0) { 0 } else { idle + 1 };
+    }
+    if let Some(axis) = &starts.twist {
+        twist(search, coarse, &wide, &mut minima, axis);
+    }
+    hop(search, coarse, &wide, &mut minima, starts.hops);
+    minima
+}
+
+/// Descends from the lowest minima with a turn more, and with one less, about the axis of the least
+/// moment, until all of the lowest have been tried.
+fn twist<const N: usize>(
+    search: &Search<N>,
+    coarse: &BoundaryValueProblem<N>,
+    wide: &Dynamics,
+    minima: &mut Minima,
+    axis: &Vector3,
+) {
+    let mut tried: Vec<f64> = Vec::new();
+    while tried.len() < MOST_TWISTED && !search.stopped() {
+        let is_tried = |cost: f64| tried.iter().any(|other| (other - cost).abs() <= SAME_MINIMUM * cost);
+        let next = minima.0.iter().take(TWIST_FROM).find(|minimum| !is_tried(minimum.cost));
+        let Some(from) = next else { return };
+        tried.push(from.cost);
+        let starts = [1, -1].map(|turns| paths::twisted(coarse, &from.candidate, axis, turns));
+        for start in starts {
+            let minimum = descended(search, coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
+            if is_of_the_sense(search, &minimum.candidate) {
+                minima.add(minimum);
+            }
+        }
+    }
+}
+
+/// Hops from the lowest minima to others near them: bent at random, and descended again. Where
+/// minima are many the lowest lie side by side, and are met sooner from one another than from afar.
+fn hop<const N: usize>(
+    search: &Search<N>,
+    coarse: &BoundaryValueProblem<N>,
+    wide: &Dynamics,
+    minima: &mut Minima,
+    patience: usize,
+) {
+    let mut bends = paths::Bends::new();
+    let (mut idle, mut hops) = (0, 0);
+    while idle < patience && hops < MOST_HOPS * patience && !search.stopped() {
+        let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
+        let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
+        let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
+        let minimum = descended(search, coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
+        let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
+        idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
+        hops += 1;
+    }
+}
+
+/// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
+fn lift<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    paths: Vec<Candidate>,
+) {
+    let (start, target) = (&coarse.start, coarse.terminal.target());
+    let level = if coarse.dynamics.has_all_axes() { usize::MAX } else { 0 };
+    let dynamics = descends_on(&coarse.dynamics, level);
+    let (tolerance, known) = (0.0, &[][..]);
+    let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance, known };
+    for path in paths.into_iter().take(MOST_LIFTED) {
+        if search.stopped() {
+            return;
+        }
+        if let Some(nodes) = descent.lifted(path) {
+            let _ = lift_nodes(search, pool, coarse, nodes);
+        }
+    }
+}
+
+/// The dynamics on which a descent works at a level.
+pub fn descends_on(dynamics: &Dynamics, level: usize) -> Dynamics {
+    let levels = Authority::of(dynamics).levels();
+    match levels[level.min(levels.len() - 1)] {
+        0.0 => dynamics.clone(),
+        more => dynamics.widened(more),
+    }
+}
+
+/// A descent from a path, on dynamics that may have more authority than those of `bvp`; it ends
+/// where it runs into one of the `known` minima of the same dynamics.
+pub fn descended<const N: usize>(
+    search: &Search<N>,
+    bvp: &BoundaryValueProblem<N>,
+    dynamics: &Dynamics,
+    start: Candidate,
+    tolerance: f64,
+    known: &[Attempt],
+) -> Attempt {
+    let (start_point, target) = (&bvp.start, bvp.terminal.target());
+    let translates = N == 12;
+    let descent = Descent { dynamics, start: start_point, target, translates, tolerance, known };
+    search.context.attempt(Rung::Descent, &descent, start)
+}
+
+/// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body
+/// may forbid, else by the lifted Newton.
+fn arrive<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    minimum: Attempt,
+) {
+    let near = |cost: f64| (cost - minimum.cost).abs() <= SAME_BRANCH * minimum.cost;
+    let (path, rung) = (&minimum.candidate, Rung::Descent);
+    if !shoot(search, pool, rung, path.clone()).is_some_and(near)
+        && !lift_nodes(search, pool, coarse, path.clone()).is_some_and(near)
+    {
+        pool.lose(minimum);
+    }
+}
+
+/// Follows minima of a widened authority to the true one, always the lowest first: authority that
+/// is taken away only makes a branch dearer, so none that is dearer than what was found needs to be
+/// followed. Those of a rougher grid are carried to the coarse one first. With some authority about
+/// every axis `ended` takes what this ends at.
+fn narrow<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    mut open: Vec<(usize, Attempt)>,
+    ended: &mut Minima,
+) {
+    let authority = Authority::of(&coarse.dynamics);
+    let last = authority.levels().len() - 1;
+    let given = matches!(search.problem.path, Path::AsGiven(_));
+    for _ in 0..MOST_BRANCHES {
+        let next = open.iter().enumerate().min_by(|(_, (_, a)), (_, (_, b))| a.cost.total_cmp(&b.cost));
+        let Some(next) = next.map(|(index, _)| index) else { return };
+        if search.stopped() {
+            return;
+        }
+        let (level, minimum) = open.swap_remove(next);
+        let rough = minimum.candidate.steps() != coarse.dynamics.grid.steps();
+        let margin = if rough { ROUGH_MARGIN } else { MARGIN };
+        let found =
+            ended.0.first().map_or(f64::INFINITY, |best| best.cost).min(lowest(search, pool.waiting()));
+        if !given && minimum.cost > found * (1.0 + margin) {
+            continue;
+        }
+        // With little left to take away the true extremal is within Newton's reach.
+        let near = |cost: f64| (cost - minimum.cost).abs() <= NARROW * cost;
+        if authority == Authority::Missing
+            && !rough
+            && level > 0
+            && lift_nodes(search, pool, coarse, minimum.candidate.clone()).is_some_and(near)
+        {
+            continue;
+        }
+        if level == last && !rough {
+            // A valley too long for one descent is followed further on the requested grid.
+            if authority == Authority::Missing || !minimum.converged() {
+                pool.lose(minimum);
+            } else {
+                ended.add(minimum);
+            }
+            continue;
+        }
+        let (level, start) = if rough {
+            (level, paths::on_grid(coarse, &minimum.candidate))
+        } else {
+            (level + 1, minimum.candidate)
+        };
+        let wide = descends_on(&coarse.dynamics, level);
+        let next = descended(search, coarse, &wide, start, DESCENT_TOLERANCE, &[]);
+        let same = |(at, other): &(usize, Attempt)| {
+            *at == level
+                && other.candidate.steps() == next.candidate.steps()
+                && (other.cost - next.cost).abs() <= SAME_MINIMUM * next.cost
+        };
+        if !open.iter().any(same) && next.cost.is_finite() && is_of_the_sense(search, &next.candidate) {
+            open.push((level, next));
+        }
+    }
+}
+
+/// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the
+/// extremal.
+fn lift_nodes<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    nodes: Candidate,
+) -> Option<f64> {
+    let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE, patience: 1 };
+    let lifted = search.context.attempt(Rung::Lifted, &newton, nodes);
+    if lifted.converged() { shoot(search, pool, Rung::Lifted, lifted.candidate) } else { None }
+}

@@ -1,0 +1,138 @@
+//! The rung of least effort in a given duration on the chain: by the interior point, or by SCP
+//! where the settings request it. It is the only road, or the last resort behind the shooting.
+
+use crate::Vector3;
+use crate::maneuver::problem::{Path, Problem};
+use crate::maneuver::settings::{Method, Thoroughness};
+use crate::optimize::chain::{Chain, path};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::asked::goes_round_as_asked;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::ladder::{Climb, Search};
+use crate::optimize::search::starts::coarse::chain_steps;
+use crate::optimize::search::starts::detour::detours;
+use crate::optimize::search::starts::families::Starts;
+use crate::optimize::search::starts::paths;
+use crate::optimize::search::strategies::chains::{carry, descend, relaxed, relaxed_paths, resampled};
+use crate::optimize::search::strategies::seeds;
+
+/// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort
+/// its miss says more where something is limited, and that of the shooting where nothing is.
+pub struct Effort;
+
+impl<const N: usize> Climb<N> for Effort {
+    fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
+        let rescue = search.ask.shooting && (found.is_done() || search.stopped());
+        search.ask.convex && search.ask.goal.is_none() && !rescue
+    }
+
+    fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
+        let missed = found.take_missed();
+        from_seeds(search, found);
+        if search.ask.shooting && !found.is_done() && !search.problem.is_constrained() {
+            found.tell_missed(missed);
+        }
+    }
+}
+
+/// Solves from all seeds; leaves the winner on the requested grid, before its rivals on the coarse
+/// one.
+fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
+    let problem = search.problem;
+    if let Some(trajectory) = search.ask.along {
+        let fine = search.chain(problem.steps);
+        for seed in resampled(&fine, "given path", trajectory) {
+            descend(search, found, &fine, seed);
+        }
+        return carry(search, found, &fine);
+    }
+    let relaxed = relaxed(problem);
+    let coarse = search.chain(chain_steps(problem));
+    let mut seeds = relaxed_paths(search, &relaxed, &coarse);
+    if seeds.is_empty() {
+        seeds.push((0.0, paths::shortest_way(&coarse.model)));
+    }
+    if let Some(guess) = search.ask.guess
+        && let Some(seed) = guess.seed(&coarse.model)
+        && as_asked(search, &seed)
+    {
+        descend(search, found, &coarse, seed);
+    }
+    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best
+    // plan may lie near none of those paths.
+    let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
+    for (cost, seed) in seeds {
+        let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
+        let hopeless = bounds && found.plans().iter().any(cheaper);
+        if hopeless || search.stopped() {
+            continue;
+        }
+        for seed in detours(problem, seed) {
+            descend(search, found, &coarse, seed);
+        }
+    }
+    match search.context.settings.search {
+        Thoroughness::Quick => {}
+        // SCP has its paths for comparison; more of them take seconds.
+        _ if search.context.settings.method == Method::Scp => {}
+        Thoroughness::Default => from_bent(search, found, &coarse),
+        Thoroughness::Thorough => {
+            from_bent(search, found, &coarse);
+            from_paths(search, found, Starts::all(), &relaxed, &coarse);
+        }
+    }
+    // What goes the other way round is told where nothing goes as asked.
+    found.reorder(|mut plans| {
+        if plans.iter().any(|plan| goes_round_as_asked(search, &plan.candidate)) {
+            plans.retain(|plan| goes_round_as_asked(search, &plan.candidate));
+        }
+        plans
+    });
+    carry(search, found, &coarse);
+}
+
+/// Solves from turns about a fixed axis and coasts, bent to several sides.
+fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    if search.problem.ends_in_any_attitude() {
+        return;
+    }
+    for path in seeds::of(search, coarse.model.steps, search.context.settings.search) {
+        for seed in detours(search.problem, path) {
+            if search.stopped() {
+                return;
+            }
+            descend(search, found, coarse, seed);
+        }
+    }
+}
+
+/// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones
+/// among them: optima within limits need not lie near any extremal without them.
+fn from_paths<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    starts: Starts,
+    relaxed: &Problem,
+    coarse: &Chain,
+) {
+    let grid = &coarse.model.dynamics.grid;
+    let bvp = BoundaryValueProblem::<N>::new(relaxed, coarse.model.steps);
+    for start in starts.paths(&bvp) {
+        let seed = path(&start.provenance.start, grid, start.states.iter().map(Point::pose));
+        for seed in detours(search.problem, seed) {
+            if search.stopped() {
+                return;
+            }
+            descend(search, found, coarse, seed);
+        }
+    }
+}
+
+/// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation
+/// that is given.
+fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
+    matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
+}

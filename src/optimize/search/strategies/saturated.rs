@@ -1,0 +1,84 @@
+//! The rung of limited inputs: extremals of the saturated control law.
+//!
+//! The ladder first solves the maneuver as if nothing were limited. From each extremal that it
+//! finds, cheapest first, Newton goes on with the saturated law. Where that fails, the interior
+//! point comes next; if only the shooting is asked for, Newton starts from its costates. Tighter
+//! limits make an extremal costlier: one that is costlier without them than the best within them is
+//! left out.
+
+use crate::maneuver::problem::Problem;
+use crate::maneuver::settings::Method;
+use crate::maneuver::solution::Rung;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::asked::ranked;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::ladder::{Ask, Climb, Search};
+use crate::optimize::search::strategies::shots::shoot_fine;
+
+/// Limits that many times as large do not act.
+const LIMITLESS: f64 = 1e12;
+
+/// An extremal without limits and what it demands of them.
+struct Unlimited {
+    found: Attempt,
+    /// How many times as large the limits would have to be.
+    demand: f64,
+}
+
+/// All starts under limits.
+pub struct Saturated;
+
+impl<const N: usize> Climb<N> for Saturated {
+    fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
+        search.ask.shooting && !found.is_guessed() && search.fine.dynamics.is_limited()
+    }
+
+    fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
+        for Unlimited { found: wide, demand } in unlimited_extremals(search) {
+            let beaten = found.plans().iter().any(|best| best.cost <= wide.cost);
+            if search.stopped() || beaten {
+                break;
+            }
+            if demand <= 1.0 && wide.converged() && wide.candidate.steps() == search.problem.steps {
+                // No limit acts on it: it is an extremal within them as it is.
+                found.keep(wide);
+            } else {
+                shoot_fine(search, found, Rung::Saturated, wide.candidate);
+            }
+        }
+        if search.context.settings.method == Method::Shooting && !found.is_done() {
+            from_interior_point(search, found);
+        }
+    }
+}
+
+/// Newton with the saturated law from the costates of the interior point.
+fn from_interior_point<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
+    let ask = Ask { shooting: false, convex: true, ..search.ask.clone() };
+    let mut within = search.of(search.problem, ask).climb();
+    // What it lacks says more than where Newton stopped.
+    if let Some(missed) = within.take_missed() {
+        found.tell_missed(Some(missed));
+    }
+    for plan in within.take_plans().into_iter().filter(|plan| plan.candidate.steps() == search.problem.steps)
+    {
+        if search.stopped() || shoot_fine(search, found, Rung::Saturated, plan.candidate).is_some() {
+            return;
+        }
+    }
+}
+
+/// The extremals without limits, cheapest first.
+fn unlimited_extremals<const N: usize>(search: &Search<N>) -> Vec<Unlimited> {
+    let actuation = search.problem.actuation.without_limits();
+    let free = Problem { actuation, ..search.problem.clone() };
+    let ask = Ask { guess: None, convex: false, ..search.ask.clone() };
+    let limitless = search.fine.relaxed(LIMITLESS);
+    let search = search.of(&free, ask);
+    let mut found = search.climb();
+    let extremals = ranked(&search, found.take_plans());
+    let demand =
+        |found: &Attempt| limitless.demand(&found.candidate.costate()).map(|demand| LIMITLESS * demand);
+    let unlimited = extremals.into_iter().chain(found.pool.rivals);
+    unlimited.filter_map(|found| demand(&found).ok().map(|demand| Unlimited { found, demand })).collect()
+}

@@ -1,0 +1,109 @@
+//! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent
+//! to several sides.
+//!
+//! The interior point ends in an optimum near its first path, so the paths need variety: a turn
+//! about a fixed axis is often a saddle, and several optima may lie about it. `cargo run --release
+//! -p evidence -- guard` counts what the paths lead to.
+
+use crate::Vector3;
+use crate::maneuver::constraint::Rule;
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::Path;
+use crate::maneuver::settings::Thoroughness;
+use crate::mechanics::environment::Pose;
+use crate::optimize::chain::path;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::search::ladder::Search;
+use crate::optimize::search::starts::detour::past;
+use crate::optimize::search::starts::{self, paths};
+use std::f64::consts::{PI, TAU};
+
+/// Sides to which a path is bent, evenly about its axis.
+const SIDES: usize = 6;
+
+/// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is
+/// so thorough.
+pub fn of<const N: usize>(search: &Search<N>, steps: usize, thoroughness: Thoroughness) -> Vec<Candidate> {
+    let bvp = BoundaryValueProblem::<N>::new(search.problem, steps);
+    let rests =
+        [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
+    let moves = rests != [true; 2];
+    let ends = [&search.problem.start, &search.problem.end];
+    let fastest = ends.map(|end| end.angular_velocity.norm()).into_iter().fold(0.0, f64::max);
+    let spins = fastest * search.problem.seconds() > search.context.tuning.carried_on;
+    let nearly_half = paths::rotation(&bvp, 0).norm() > search.context.tuning.nearly_half;
+    let turns = turns(search, spins, nearly_half);
+    let mut found = Vec::new();
+    if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
+        found.extend(coasts.into_iter().map(|coast| (false, coast)));
+    }
+    if spins && search.problem.is_free_turn() {
+        found.extend(turns.iter().flat_map(|turn| natural(search, steps, *turn)).map(|way| (false, way)));
+    }
+    let thorough = thoroughness == Thoroughness::Thorough;
+    for (index, turn) in turns.iter().enumerate() {
+        let rotation = paths::rotation(&bvp, *turn);
+        let name = starts::name_of(*turn);
+        found.push((false, paths::smooth(&bvp, name.clone(), &rotation, paths::straight)));
+        // Of two ways that are about as long both are bent, and all where the search is to be
+        // thorough.
+        let is_bent = index == 0 || thorough || index == 1 && nearly_half;
+        let bends = if is_bent && thoroughness != Thoroughness::Quick { SIDES } else { 0 };
+        for (side, bend) in sides(&rotation, search.context.tuning.bend).into_iter().enumerate().take(bends) {
+            let name = format!("{name}, bent {}", side + 1);
+            found.push((true, paths::smooth(&bvp, name, &rotation, |t| bend * (PI * t).sin().powi(2))));
+        }
+    }
+    let grid = &bvp.dynamics.grid;
+    let poses = |seed: &Candidate| seed.states.iter().map(Point::pose).collect::<Vec<Pose>>();
+    let written = found.into_iter().map(|(is_bent, seed)| {
+        let grid = if seed.grid.duration() == bvp.dynamics.grid.duration() { grid } else { &seed.grid };
+        let seed = path(&seed.provenance.start, grid, poses(&seed).into_iter());
+        // Paths past either side of every cone are those of the straight path.
+        if is_bent { past(search.problem, seed) } else { seed }
+    });
+    written.collect()
+}
+
+/// Returns the ways that a body turns by itself with the given turns more: in the duration, or in
+/// several where it is sought, as the body makes more turns in a longer one.
+fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<Candidate> {
+    let sought = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.counts_time());
+    let parts = if sought { &search.context.tuning.durations[..] } else { &[1.0] };
+    let way = |part: &f64| {
+        let problem = search.problem.clone().with_duration(part * search.problem.seconds());
+        let way = paths::natural(&BoundaryValueProblem::<N>::new(&problem, steps), turns).ok()?;
+        Some(Candidate { grid: Grid::uniform(search.problem.scheme, *part, steps), ..way })
+    };
+    parts.iter().filter_map(way).collect()
+}
+
+/// Returns the turns beside the shortest rotation, the likeliest first.
+fn turns<const N: usize>(search: &Search<N>, spins: bool, nearly_half: bool) -> Vec<i32> {
+    let asked = starts::wanted_turns(search.problem);
+    if search.problem.path != Path::Best {
+        return asked;
+    }
+    // Cones may leave the longer way alone, or make the other one long.
+    let aside = search.problem.constraints.iter().any(|one| matches!(one.rule, Rule::Pointing(_)));
+    match (spins, nearly_half || aside) {
+        (true, _) => vec![0, -1, 1],
+        (false, true) => vec![0, -1],
+        (false, false) if search.context.settings.search == Thoroughness::Thorough => asked,
+        (false, false) => vec![0],
+    }
+}
+
+/// Returns bends by an angle across a rotation, evenly about its axis.
+fn sides(rotation: &Vector3, bend: f64) -> [Vector3; SIDES] {
+    let axis = rotation.try_normalize(1e-9).unwrap_or_else(Vector3::x);
+    let least = axis.iamin();
+    let first = axis.cross(&Vector3::ith(least, 1.0)).normalize();
+    let second = axis.cross(&first);
+    std::array::from_fn(|side| {
+        let (sine, cosine) = (TAU * side as f64 / SIDES as f64).sin_cos();
+        (first * cosine + second * sine) * bend
+    })
+}

@@ -1,0 +1,80 @@
+//! A leg from one stop to the next, with the slopes of its cost.
+//!
+//! The least cost V of a leg depends on its ends and on its duration T. The costates at the ends
+//! are its slopes, and the Hamiltonian is that by the duration:
+//!
+//! ```text
+//! dV = λ_0·(ζ_0, δΠ_0) − λ_T·(ζ_T, δΠ_T) + H dT ,    δΠ = J δΩ
+//! H = λ^R·Ω + λ^Π·(Π × Ω + τ) + L
+//! ```
+//!
+//! Both ends are in body axes, `R exp(ζ)`. A leg of least time or fuel counts with the cost of its
+//! continuous extremal, which is smooth in its ends, as the cost on a grid is not.
+
+use crate::Vector3;
+use crate::maneuver::objective::effort;
+use crate::maneuver::{Outcome, Problem, Settings, Solution, Target};
+use crate::optimize::search::{self, Guess, Observer, PlanError};
+
+/// The slopes of a cost by the state at an end: by its turn and by its rate, body axes.
+pub type Slopes = [Vector3; 2];
+
+/// A leg and its plan.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    pub problem: Problem,
+    pub solution: Solution,
+    pub cost: f64,
+    /// At the start and at the end.
+    pub slopes: [Slopes; 2],
+    /// By the duration, if that is given.
+    pub by_duration: f64,
+}
+
+impl Leg {
+    /// Plans a leg, from a neighbour of it if one is known; `None` if no plan is found.
+    ///
+    /// # Errors
+    /// [`PlanError`] if the leg cannot be attempted.
+    pub fn of(
+        problem: Problem,
+        settings: &Settings,
+        near: Option<&Self>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Self>, PlanError> {
+        let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
+        let guess = near.map(|near| Guess::near(&near.solution, &near.problem));
+        let solution = search::solve(&problem, &settings, guess.as_ref(), observer)?;
+        if solution.outcome != Outcome::Converged {
+            return Ok(None);
+        }
+        Ok(Self::planned(problem, solution))
+    }
+
+    fn planned(problem: Problem, solution: Solution) -> Option<Self> {
+        let path = &solution.trajectory;
+        let last = path.costates.len().checked_sub(6)?;
+        let at = |first: usize| {
+            let costate = |from: usize| Vector3::from_column_slice(&path.costates[from..from + 3]);
+            [costate(first), costate(first + 3)]
+        };
+        let j = problem.body.inertia.j();
+        let [of_start, of_end] = [at(0), at(last)];
+        let slopes = [[of_start[0], j * of_start[1]], [-of_end[0], -(j * of_end[1])]];
+        let rate = path.angular_velocity.first()?;
+        let torque = path.torque.first()?;
+        let running = match problem.objective.fuel() {
+            Some(fuel) => fuel.rate(&problem.actuation, path.inputs(0)),
+            None => {
+                let weighted = problem.objective.weights().torque(&problem.actuation);
+                effort(&weighted.weight, path.inputs(0)) + problem.objective.time_price()
+            }
+        };
+        let momentum_rate = (j * rate).cross(rate) + torque;
+        let by_duration = of_start[0].dot(rate) + of_start[1].dot(&momentum_rate) + running;
+        let continuous = solution.switching.as_ref().map(|switching| switching.continuous_cost);
+        let cost = continuous.filter(|cost| cost.is_finite()).unwrap_or(solution.cost);
+        let finite = cost.is_finite() && slopes.iter().flatten().all(|slope| slope.amax().is_finite());
+        finite.then_some(Self { problem, solution, cost, slopes, by_duration })
+    }
+}

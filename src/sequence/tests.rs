@@ -1,0 +1,264 @@
+//! Sequences against plans of another program: multi-leg indirect shooting with exact derivatives and
+//! multi-leg collocation under IPOPT, which agree to 1e-12 (durations of least time to 1e-9).
+
+use super::joint::Joint;
+use super::leg::Leg;
+use super::rolls::cheapest;
+use super::together::{Lasting, Together, Tuning};
+use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop};
+use crate::maneuver::aim::Aim;
+use crate::maneuver::constraint::Direction;
+use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::settings::Settings;
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::search::Silent;
+use crate::{Matrix3, Vector3, lie};
+
+fn body(inertia: Matrix3) -> Body {
+    Body { inertia: Inertia::new(inertia).unwrap(), mass: None }
+}
+
+/// The body of s02 and p06.
+fn skew_body() -> Body {
+    body(Matrix3::new(2.2, -0.3, 0.2, -0.3, 1.6, -0.25, 0.2, -0.25, 1.1))
+}
+
+fn rest() -> State {
+    State::at_rest(Matrix3::identity())
+}
+
+fn to(quaternion: [f64; 4]) -> Place {
+    Place::Attitude(lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion)))
+}
+
+/// The third body axis along a direction.
+fn pointing(direction: [f64; 3]) -> Place {
+    let at = Direction::Fixed(Vector3::from(direction).normalize());
+    Place::Aim(Aim::new(Vector3::z(), at).at_rest())
+}
+
+fn stop(name: &str, place: Place) -> Stop {
+    Stop::at(name, place)
+}
+
+fn planned(sequence: &Sequence) -> SequencePlan {
+    sequence.plan(&Settings::discrete(), &mut Silent).unwrap()
+}
+
+/// The cost in continuous time, from two grids whose errors are of the square of the step.
+fn cost(on: impl Fn(usize) -> Sequence) -> f64 {
+    let [coarse, fine] = [150, 300].map(|steps| planned(&on(steps)).cost);
+    (4.0 * fine - coarse) / 3.0
+}
+
+fn is_near(found: f64, known: f64, within: f64) {
+    assert!((found / known - 1.0).abs() < within, "{found:.12} {known:.12}");
+}
+
+/// Effort with a given duration of the whole.
+fn effort(body: Body, total: f64, stops: Vec<Stop>, steps: usize) -> Sequence {
+    let craft = Problem::attitude(body, rest(), rest(), total).with_steps(steps);
+    Sequence { craft, stops, order: Ordering::Given }
+}
+
+/// Effort between two stops at which the roll is free, and to a third: the split of the total is free, and the best.
+#[test]
+fn rolls_and_times_of_dwells_are_found_together() {
+    let stops = || {
+        let directions = [[1.0, 0.4, 0.3], [-0.3, 1.0, -0.5], [-0.8, -0.6, 0.4]];
+        directions.iter().map(|direction| stop("dwell", pointing(*direction))).collect()
+    };
+    let found = planned(&effort(skew_body(), 13.5, stops(), 100));
+    // Legs of 4, 5 and 4.5 s cost 1.22057668385 at best, and each leg by itself 1.22914.
+    assert!(found.cost < 1.2206 && found.cost > 1.1, "{}", found.cost);
+    assert!((found.end - 13.5).abs() < 1e-9);
+    // With the best split H is the same in all legs: three times the mean rate of the cost.
+    let rates: Vec<f64> =
+        found.legs.iter().map(|leg| leg.plan.solution.cost / leg.problem.seconds()).collect();
+    assert!(rates.iter().all(|rate| (rate / rates[0] - 1.0).abs() < 1e-3), "{rates:?}");
+}
+
+/// The cost of legs of given durations in continuous time, from two grids.
+fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) -> f64 {
+    let on = |steps: usize| {
+        let craft = Problem::attitude(body.clone(), rest(), rest(), 1.0).with_steps(steps);
+        let (start, lasting, settings) = (rest(), Lasting::Given(durations), &Settings::default());
+        let together =
+            Together { craft: &craft, start, joints, lasting, settings, tuning: Tuning::default() };
+        let unknowns = together.unknowns(first, &[]);
+        let whole = together.planned(unknowns, None, &mut Silent).unwrap().unwrap();
+        together.improved(whole, &mut Silent).unwrap().cost()
+    };
+    let [coarse, fine] = [150, 300].map(on);
+    (4.0 * fine - coarse) / 3.0
+}
+
+fn given(quaternion: [f64; 4]) -> State {
+    State::at_rest(lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion)))
+}
+
+/// p05 and s03: an attitude is passed at a given time, at a free rate and at a bounded one.
+#[test]
+fn an_attitude_is_passed_at_the_best_rate() {
+    let body = body(Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)));
+    let at = given([0.8660254037844387, 0.3535533905932737, 0.3535533905932737, 0.0]);
+    let end = given([0.5000000000000001, 0.0, 0.6123724356957945, 0.6123724356957945]);
+    for (fastest, known) in [(f64::INFINITY, 0.998951630319055), (0.25, 1.4433075327632423)] {
+        let joints = [Joint::Passing { at, fastest }, Joint::Given(end)];
+        is_near(of_legs(&body, &joints, &[2.5, 3.5], &[at, end]), known, 1e-8);
+    }
+}
+
+/// s02: three stops at rest, each with a free roll.
+#[test]
+fn three_rolls_are_found_together() {
+    let directions = [[1.0, 0.4, 0.3], [-0.3, 1.0, -0.5], [-0.8, -0.6, 0.4]];
+    let joints = directions.map(|direction| {
+        let at = Direction::Fixed(Vector3::from(direction).normalize());
+        let aim = Aim::new(Vector3::z(), at).at_rest();
+        Joint::Roll(aim.ends(0.0, &Matrix3::identity(), &Vector3::zeros()).unwrap())
+    });
+    let body = skew_body();
+    let first = cheapest(&rest(), &joints, body.inertia.j(), 2.0, &[4.0, 5.0, 4.5]);
+    is_near(of_legs(&body, &joints, &[4.0, 5.0, 4.5], &first), 1.2205766838479164, 1e-8);
+}
+
+/// p06: a boresight passes a direction at a free time, on the way to a given attitude.
+#[test]
+fn a_boresight_passes_a_target_at_the_best_time() {
+    let end = [0.3420201433256688, -0.7004055260107409, 0.2801622104042964, 0.5603244208085928];
+    let stops = || {
+        vec![stop("target", pointing([1.0, 0.5, 0.2])).passed_at_most_at(f64::INFINITY), stop("end", to(end))]
+    };
+    is_near(cost(|steps| effort(skew_body(), 7.0, stops(), steps)), 1.2476630471456327, 1e-8);
+    let found = planned(&effort(skew_body(), 7.0, stops(), 300));
+    assert!((found.legs[1].begins - 3.0777053935790963).abs() < 1e-3);
+}
+
+/// The slopes of a leg are those of its cost: by differences.
+#[test]
+fn slopes_of_a_leg_are_those_of_its_cost() {
+    let leg = |turn: &Vector3, rate: &Vector3, seconds: f64| {
+        let end = State::attitude(
+            lie::exp(&Vector3::new(0.4, -0.8, 1.2)) * lie::exp(turn),
+            Vector3::new(0.1, 0.05, -0.1) + rate,
+        );
+        let problem = Problem::attitude(skew_body(), rest(), end, seconds).with_steps(200);
+        Leg::of(problem, &Settings::default(), None, &mut Silent).unwrap().unwrap()
+    };
+    let (zero, by) = (Vector3::zeros(), 1e-4);
+    let at = leg(&zero, &zero, 5.0);
+    for axis in 0..3 {
+        let by_turn = [by, -by].map(|by| leg(&Vector3::ith(axis, by), &zero, 5.0).cost);
+        let by_rate = [by, -by].map(|by| leg(&zero, &Vector3::ith(axis, by), 5.0).cost);
+        let slope = |[up, down]: [f64; 2]| (up - down) / (2.0 * by);
+        assert!((slope(by_turn) - at.slopes[1][0][axis]).abs() < 1e-6, "turn {axis}");
+        assert!((slope(by_rate) - at.slopes[1][1][axis]).abs() < 1e-6, "rate {axis}");
+    }
+    let by_time = [by, -by].map(|by| leg(&zero, &zero, 5.0 + by).cost);
+    assert!(((by_time[0] - by_time[1]) / (2.0 * by) - at.by_duration).abs() < 1e-4);
+}
+
+/// The sum of least times, with holds, in the best order: s01, and s04 of all 120 orders.
+#[test]
+fn least_time_visits_stops_in_the_best_order() {
+    let timed = |inertia: Matrix3, limits: [f64; 3], quaternions: &[[f64; 4]]| {
+        let limits = Limits { size: Some(limits.to_vec()), ..Limits::default() };
+        let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+        let craft = Problem::minimum_time(body(inertia), rest(), rest())
+            .with_actuation(Actuation::torques(torques))
+            .with_steps(100);
+        let stops = quaternions.iter().enumerate().map(|(index, at)| stop(&format!("{index}"), to(*at)));
+        Sequence { craft, stops: stops.collect(), order: Ordering::Free }
+    };
+    let xte = Matrix3::from_diagonal(&Vector3::new(5621.0, 4547.0, 2364.0));
+    let mut two = timed(
+        xte,
+        [50.0; 3],
+        &[
+            [0.25881904510252074, 0.9659258262890683, 0.0, 0.0],
+            [0.5735764363510462, 0.5792279653395691, -0.3475367792037415, 0.46338237227165535],
+            [0.7933533402912352, 0.1577669331697267, 0.5258897772324224, -0.2629448886162112],
+        ],
+    );
+    two.order = Ordering::FreeBeforeLast;
+    (two.stops[0].visit.hold, two.stops[1].visit.hold) = (20.0, 35.0);
+    let found = planned(&two);
+    assert_eq!(found.legs.iter().map(|leg| leg.stop).collect::<Vec<_>>(), [1, 0, 2]);
+    let order = found.order.as_ref().unwrap();
+    // One leg has a singular piece: its arcs are 1.6e-5 s above another program's.
+    assert!((order.end - 118.51363402375748).abs() < 5e-5, "{}", order.end);
+    let five = timed(
+        Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0),
+        [3.0, 2.0, 2.5],
+        &[
+            [0.6755902076156602, 0.30099221235048296, 0.6019844247009659, -0.30099221235048296],
+            [0.3420201433256688, -0.8202309647129254, 0.4101154823564627, 0.20505774117823136],
+            [0.8660254037844387, 0.0, 0.14367394278317266, 0.4789131426105756],
+            [0.1305261922200517, 0.5724109576008407, -0.5724109576008407, 0.5724109576008407],
+            [0.5735764363510462, 0.13846196710008074, -0.6923098355004037, -0.4153859013002422],
+        ],
+    );
+    let found = planned(&five);
+    assert_eq!(found.legs.iter().map(|leg| leg.stop).collect::<Vec<_>>(), [2, 0, 3, 1, 4]);
+    is_near(found.order.unwrap().end, 76.6975064971358, 1e-7);
+}
+
+/// s05: effort without limits, whose best split and order are known.
+#[test]
+fn effort_splits_its_time_by_the_fourth_roots_of_its_legs() {
+    let quaternions = [
+        [0.6755902076156602, 0.30099221235048296, 0.6019844247009659, -0.30099221235048296],
+        [0.3420201433256688, -0.8202309647129254, 0.4101154823564627, 0.20505774117823136],
+        [0.8660254037844387, 0.0, 0.14367394278317266, 0.4789131426105756],
+        [0.1305261922200517, 0.5724109576008407, -0.5724109576008407, 0.5724109576008407],
+        [0.5735764363510462, 0.13846196710008074, -0.6923098355004037, -0.4153859013002422],
+    ];
+    let inertia = Matrix3::new(1.2, 0.04, -0.03, 0.04, 1.0, 0.02, -0.03, 0.02, 0.8);
+    let on = |steps: usize| Sequence {
+        order: Ordering::Free,
+        ..effort(body(inertia), 30.0, quaternions.iter().map(|at| stop("", to(*at))).collect(), steps)
+    };
+    is_near(cost(on), 0.47770595624872747, 1e-8);
+    let found = planned(&on(150));
+    assert_eq!(found.legs.iter().map(|leg| leg.stop).collect::<Vec<_>>(), [2, 0, 3, 1, 4]);
+    let lasting: Vec<f64> = found.legs.iter().map(|leg| leg.problem.seconds()).collect();
+    let known =
+        [4.107988118103805, 6.423118880843569, 6.375850156125012, 6.242782712962539, 6.850260131965072];
+    assert!(lasting.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-3), "{lasting:?}");
+}
+
+/// Holds that begin at given times leave each leg its own duration.
+#[test]
+fn holds_that_begin_at_given_times_divide_the_whole() {
+    let at = |name: &str, begins: f64, quaternion: [f64; 4]| {
+        let mut stop = stop(name, to(quaternion)).held(3.0);
+        (stop.visit.window[0], stop.visit.pinned) = (begins, true);
+        stop
+    };
+    let stops = vec![at("A", 4.0, [0.6, 0.8, 0.0, 0.0]), at("B", 12.0, [0.6, 0.0, 0.8, 0.0])];
+    let found = planned(&effort(skew_body(), 15.0, stops, 60));
+    let lasting: Vec<f64> = found.legs.iter().map(|leg| leg.problem.seconds()).collect();
+    assert_eq!((lasting, found.end, found.late), (vec![4.0, 5.0], 15.0, 0.0));
+}
+
+#[test]
+fn numbers_of_a_joint_stay_within_their_bounds() {
+    let joint = Joint::Passing { at: rest(), fastest: 0.5 };
+    let mut free = vec![3.0, 0.0, 4.0];
+    joint.hold(&mut free);
+    assert!((free[0] - 0.3).abs() + (free[2] - 0.4).abs() < 1e-15, "{free:?}");
+    assert_eq!(joint.numbers(&joint.state(&free)), free);
+}
+
+#[test]
+fn what_a_sequence_cannot_have_is_told() {
+    let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(40.0)];
+    let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
+    assert!(matches!(found, Err(SequenceError::NoTime { holds: 40.0, total: 30.0 })));
+    let moving = Direction::along(0.0, 60.0, 10.0, 6, |t| Vector3::new(1.0, 0.01 * t, 0.0)).unwrap();
+    let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving)))];
+    let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
+    assert!(matches!(found, Err(SequenceError::Unsupported(_))));
+}

@@ -1,0 +1,364 @@
+//! Legs planned together: Newton on what they share.
+//!
+//! The cost of the whole is a sum of the costs of the legs, and each depends on few of the
+//! unknowns: the numbers that are free at its two ends, and its duration where a total is split.
+//! The slopes come from the costates ([`super::leg`]). The curvature of each leg begins with
+//! differences of its slopes and is corrected by what every step shows of it (SR1; partially
+//! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
+//! bounds of the joints and for the given total, and is halved until the cost falls.
+//!
+//! Legs are planned one by one, so that all of what one leg may have (limits, cones, wheels, least
+//! time) goes with stops too. That the unknowns end to first order right makes the cost right to
+//! second order.
+
+use super::joint::Joint;
+use super::leg::Leg;
+use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::settings::Settings;
+use crate::optimize::search::{Observer, PlanError};
+use nalgebra::{DMatrix, DVector};
+
+/// Settings of the Newton method.
+#[derive(Clone, Debug)]
+pub struct Tuning {
+    /// Most steps: what takes more has met legs that change their kind.
+    pub steps: usize,
+    /// Halvings of a step.
+    pub halvings: usize,
+    /// The decrease that a step foresees, relative to the cost, at which nothing is left to gain.
+    pub gain: f64,
+    /// Differences of the unknowns from which the first curvature comes, as a part of their
+    /// sizes: a smaller one is lost in what plans are known to.
+    pub difference: f64,
+    /// Least curvature of a leg, as a part of its largest: a smaller one makes longer first steps.
+    pub flat: f64,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self { steps: 40, halvings: 8, gain: 1e-12, difference: 1e-3, flat: 1e-3 }
+    }
+}
+
+/// How long legs last.
+#[derive(Clone, Copy, Debug)]
+pub enum Lasting<'a> {
+    /// Each as long as its own plan finds best.
+    Sought,
+    /// So long \[s\].
+    Given(&'a [f64]),
+    /// So long in all \[s\].
+    Shared(f64),
+}
+
+/// Legs from a start by way of joints.
+pub struct Together<'a> {
+    /// The maneuver without its ends.
+    pub craft: &'a Problem,
+    pub start: State,
+    pub joints: &'a [Joint],
+    pub lasting: Lasting<'a>,
+    pub settings: &'a Settings,
+    pub tuning: Tuning,
+}
+
+/// Unknowns: the free numbers of all joints, one after the other, then the durations of the legs
+/// where they share a total.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    pub unknowns: DVector<f64>,
+    pub legs: Vec<Leg>,
+}
+
+impl Whole {
+    /// Returns the cost of all legs.
+    pub fn cost(&self) -> f64 {
+        self.legs.iter().map(|leg| leg.cost).sum()
+    }
+}
+
+impl Together<'_> {
+    /// Returns the place of the first unknown of a joint.
+    fn place(&self, joint: usize) -> usize {
+        self.joints[..joint].iter().map(Joint::size).sum()
+    }
+
+    fn count(&self) -> usize {
+        self.place(self.joints.len()) + if self.total().is_some() { self.joints.len() } else { 0 }
+    }
+
+    /// Returns what all legs last \[s\], where they share a total.
+    fn total(&self) -> Option<f64> {
+        match self.lasting {
+            Lasting::Shared(total) => Some(total),
+            Lasting::Sought | Lasting::Given(_) => None,
+        }
+    }
+
+    /// Returns the unknowns from the states at the joints and the durations of the legs.
+    pub fn unknowns(&self, states: &[State], durations: &[f64]) -> DVector<f64> {
+        let numbers = self.joints.iter().zip(states).flat_map(|(joint, state)| joint.numbers(state));
+        let durations = durations.iter().copied().filter(|_| self.total().is_some());
+        DVector::from_vec(numbers.chain(durations).collect())
+    }
+
+    fn numbers<'x>(&self, unknowns: &'x DVector<f64>, joint: usize) -> &'x [f64] {
+        let first = self.place(joint);
+        &unknowns.as_slice()[first..first + self.joints[joint].size()]
+    }
+
+    /// Returns the state at the start of a leg.
+    fn begun(&self, unknowns: &DVector<f64>, leg: usize) -> State {
+        match leg.checked_sub(1) {
+            None => self.start,
+            Some(joint) => self.joints[joint].state(self.numbers(unknowns, joint)),
+        }
+    }
+
+    /// Returns the duration of a leg, where it is not its own to find.
+    fn lasting(&self, unknowns: &DVector<f64>, leg: usize) -> Option<f64> {
+        match self.lasting {
+            Lasting::Sought => None,
+            Lasting::Given(durations) => durations.get(leg).copied(),
+            Lasting::Shared(_) => Some(unknowns[self.place(self.joints.len()) + leg]),
+        }
+    }
+
+    /// Returns the unknowns that a leg depends on.
+    fn own(&self, leg: usize) -> Vec<usize> {
+        let of_joint = |joint: usize| self.place(joint)..self.place(joint + 1);
+        let before = leg.checked_sub(1).map_or(0..0, of_joint);
+        let duration = self.total().map(|_| self.place(self.joints.len()) + leg);
+        before.chain(of_joint(leg)).chain(duration).collect()
+    }
+
+    /// Plans a leg for unknowns.
+    fn leg(
+        &self,
+        unknowns: &DVector<f64>,
+        leg: usize,
+        near: Option<&Leg>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Leg>, PlanError> {
+        let end = self.joints[leg].state(self.numbers(unknowns, leg));
+        let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.clone() };
+        if let Some(duration) = self.lasting(unknowns, leg) {
+            if duration.is_nan() || duration <= 0.0 {
+                return Ok(None);
+            }
+            problem = problem.with_duration(duration);
+        }
+        Leg::of(problem, self.settings, near, observer)
+    }
+
+    /// Plans all legs for unknowns, from the neighbours of some; `None` if one has no plan.
+    pub fn planned(
+        &self,
+        unknowns: DVector<f64>,
+        near: Option<&Whole>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Whole>, PlanError> {
+        let mut legs = Vec::with_capacity(self.joints.len());
+        for leg in 0..self.joints.len() {
+            let known = near.map(|near| &near.legs[leg]);
+            // What a leg does not depend on leaves it as it is.
+            let same = near
+                .is_some_and(|near| self.own(leg).iter().all(|own| near.unknowns[*own] == unknowns[*own]));
+            let next = match known.filter(|_| same) {
+                Some(known) => Some(known.clone()),
+                None => self.leg(&unknowns, leg, known, observer)?,
+            };
+            let Some(next) = next else { return Ok(None) };
+            legs.push(next);
+        }
+        Ok(Some(Whole { unknowns, legs }))
+    }
+
+    /// Returns the slope of the cost of a leg by the unknowns that it depends on.
+    fn slope(&self, unknowns: &DVector<f64>, leg: usize, plan: &Leg) -> DVector<f64> {
+        let before = leg
+            .checked_sub(1)
+            .map(|joint| self.joints[joint].slope(self.numbers(unknowns, joint), &plan.slopes[0]));
+        let after = self.joints[leg].slope(self.numbers(unknowns, leg), &plan.slopes[1]);
+        let duration = self.total().map(|_| plan.by_duration);
+        DVector::from_vec(before.into_iter().flatten().chain(after).chain(duration).collect())
+    }
+
+    /// Returns the curvature of a leg by differences of its slopes.
+    fn curvature(
+        &self,
+        at: &Whole,
+        leg: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<DMatrix<f64>, PlanError> {
+        let own = self.own(leg);
+        let slope = self.slope(&at.unknowns, leg, &at.legs[leg]);
+        let mut curvature = DMatrix::zeros(own.len(), own.len());
+        for (column, unknown) in own.iter().enumerate() {
+            let by = self.tuning.difference * self.size(at, *unknown);
+            let mut moved = at.unknowns.clone();
+            moved[*unknown] += by;
+            if let Some(next) = self.leg(&moved, leg, Some(&at.legs[leg]), observer)? {
+                let change = (self.slope(&moved, leg, &next) - &slope) / by;
+                curvature.set_column(column, &change);
+            }
+        }
+        Ok(0.5 * (&curvature + curvature.transpose()))
+    }
+
+    /// Returns the size of an unknown: a radian, a radian in the duration of a leg, or the mean
+    /// duration.
+    fn size(&self, at: &Whole, unknown: usize) -> f64 {
+        let lasting = |leg: &Leg| leg.solution.trajectory.time.last().copied().unwrap_or(1.0);
+        if let Some(total) = self.total().filter(|_| unknown >= self.place(self.joints.len())) {
+            return total / self.joints.len() as f64;
+        }
+        let joint = (0..self.joints.len()).find(|joint| unknown < self.place(joint + 1)).unwrap_or(0);
+        let is_roll = unknown == self.place(joint)
+            && matches!(self.joints[joint], Joint::Roll(_) | Joint::PassingRoll { .. });
+        if is_roll { 1.0 } else { 1.0 / lasting(&at.legs[joint]) }
+    }
+
+    /// Moves unknowns to where the joints may have them, and durations to their total.
+    fn hold(&self, unknowns: &mut DVector<f64>) {
+        for (joint, of) in self.joints.iter().enumerate() {
+            let first = self.place(joint);
+            of.hold(&mut unknowns.as_mut_slice()[first..first + of.size()]);
+        }
+        if let Some(total) = self.total() {
+            let first = self.place(self.joints.len());
+            let durations = &mut unknowns.as_mut_slice()[first..];
+            let missing = (total - durations.iter().sum::<f64>()) / durations.len() as f64;
+            durations.iter_mut().for_each(|duration| *duration += missing);
+        }
+    }
+
+    /// Improves a whole until nothing is left to gain, or a step leads nowhere.
+    ///
+    /// # Errors
+    /// [`PlanError`] if a leg cannot be attempted.
+    pub fn improved(&self, mut at: Whole, observer: &mut dyn Observer) -> Result<Whole, PlanError> {
+        if self.count() == 0 {
+            return Ok(at);
+        }
+        let legs = self.joints.len();
+        let mut curvatures = Vec::with_capacity(legs);
+        for leg in 0..legs {
+            curvatures.push(self.curvature(&at, leg, observer)?);
+        }
+        for _ in 0..self.tuning.steps {
+            let slopes: Vec<_> = (0..legs).map(|leg| self.slope(&at.unknowns, leg, &at.legs[leg])).collect();
+            let model = self.model(&at, &slopes, &curvatures);
+            let step = model.step(&at.unknowns, &|unknowns| self.hold(unknowns));
+            if model.decrease(&step) <= self.tuning.gain * at.cost().abs() {
+                break;
+            }
+            let (mut part, mut better) = (1.0, None);
+            for _ in 0..=self.tuning.halvings {
+                let mut unknowns = &at.unknowns + part * &step;
+                self.hold(&mut unknowns);
+                if let Some(next) = self.planned(unknowns, Some(&at), observer)? {
+                    for leg in 0..legs {
+                        let own = self.own(leg);
+                        let moved = (&next.unknowns - &at.unknowns).select_rows(&own);
+                        let change = self.slope(&next.unknowns, leg, &next.legs[leg]) - &slopes[leg];
+                        correct(&mut curvatures[leg], &moved, &change);
+                    }
+                    if next.cost() < at.cost() {
+                        better = Some(next);
+                        break;
+                    }
+                }
+                part *= 0.5;
+            }
+            let Some(next) = better else { break };
+            at = next;
+        }
+        Ok(at)
+    }
+
+    /// Returns the quadratic model of the whole: each leg with a curvature that is positive.
+    fn model(&self, at: &Whole, slopes: &[DVector<f64>], curvatures: &[DMatrix<f64>]) -> Model {
+        let count = self.count();
+        let sizes = DVector::from_fn(count, |unknown, _| self.size(at, unknown));
+        let mut model =
+            Model { slope: DVector::zeros(count), curvature: DMatrix::zeros(count, count), sizes };
+        for (leg, (slope, curvature)) in slopes.iter().zip(curvatures).enumerate() {
+            let own = self.own(leg);
+            let scale = DMatrix::from_diagonal(&model.sizes.select_rows(&own));
+            let eigen = (&scale * curvature * &scale).symmetric_eigen();
+            let largest = eigen.eigenvalues.amax();
+            let values = eigen.eigenvalues.map(|value| value.abs().max(self.tuning.flat * largest));
+            let positive =
+                &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
+            for (row, to) in own.iter().enumerate() {
+                model.slope[*to] += slope[row] * model.sizes[*to];
+                for (column, other) in own.iter().enumerate() {
+                    model.curvature[(*to, *other)] += positive[(row, column)];
+                }
+            }
+        }
+        model
+    }
+}
+
+/// Corrects a curvature by the change of the slope along a step (SR1).
+fn correct(curvature: &mut DMatrix<f64>, moved: &DVector<f64>, change: &DVector<f64>) {
+    let lacks = change - &*curvature * moved;
+    let along = lacks.dot(moved);
+    if along.abs() > 1e-8 * lacks.norm() * moved.norm() {
+        *curvature += &lacks * lacks.transpose() / along;
+    }
+}
+
+/// A quadratic model in unknowns that are measured by their sizes.
+struct Model {
+    slope: DVector<f64>,
+    curvature: DMatrix<f64>,
+    sizes: DVector<f64>,
+}
+
+impl Model {
+    /// Returns the decrease along a step.
+    fn decrease(&self, step: &DVector<f64>) -> f64 {
+        let step = step.component_div(&self.sizes);
+        -(self.slope.dot(&step) + 0.5 * step.dot(&(&self.curvature * &step)))
+    }
+
+    /// Returns the step to the minimum within bounds, to which `hold` moves unknowns: by projected
+    /// gradients with momentum (Nesterov 1983), begun anew where they climb.
+    fn step(&self, from: &DVector<f64>, hold: &dyn Fn(&mut DVector<f64>)) -> DVector<f64> {
+        let steepest = self.curvature.symmetric_eigenvalues().max();
+        if steepest.is_nan() || steepest <= 0.0 {
+            return DVector::zeros(from.len());
+        }
+        let slope = |at: &DVector<f64>| &self.slope + &self.curvature * at;
+        let held = |at: DVector<f64>| {
+            let mut unknowns = from + at.component_mul(&self.sizes);
+            hold(&mut unknowns);
+            (unknowns - from).component_div(&self.sizes)
+        };
+        let (mut at, mut ahead, mut pace) =
+            (held(DVector::zeros(from.len())), DVector::zeros(from.len()), 1.0_f64);
+        for _ in 0..MOST_GRADIENTS {
+            let next = held(&ahead - slope(&ahead) / steepest);
+            let moved = &next - &at;
+            if moved.amax() <= f64::EPSILON * next.amax() {
+                return next.component_mul(&self.sizes);
+            }
+            if slope(&ahead).dot(&moved) > 0.0 {
+                pace = 1.0;
+                ahead = next.clone();
+            } else {
+                let quicker = 0.5 + (0.25 + pace * pace).sqrt();
+                ahead = &next + moved * ((pace - 1.0) / quicker);
+                pace = quicker;
+            }
+            at = next;
+        }
+        at.component_mul(&self.sizes)
+    }
+}
+
+/// Most projected gradients of a step: many, since each takes microseconds.
+const MOST_GRADIENTS: usize = 20_000;
