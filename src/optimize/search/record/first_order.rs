@@ -146,7 +146,7 @@ impl Optimum<'_> {
             let grown = if row.what.is_ball() { 1.0 } else { s.powi(row.what.growth()) };
             by * grown * multiplier
         };
-        rows.rows.iter().zip(&self.multipliers.rows).map(of).sum::<f64>() / model.cost_scale
+        rows.rows.iter().zip(&self.multipliers.rows).map(of).fold(0.0, |sum, of| sum + of) / model.cost_scale
     }
 
     /// Returns the steps, with their lengths.
@@ -290,26 +290,36 @@ impl Optimum<'_> {
             let state = physical(node);
             model.dynamics.j_inverse * (state.momentum - model.wheel_momentum(&state.wheels))
         };
-        let left = |what: &What, node: usize| match what {
-            What::RateNorm { limit, .. } => 0.5 * (1.0 - (rate(node).norm() / (limit * s)).powi(2)),
-            What::RateAxis { axis, sign, limit, .. } => s - sign * rate(node)[*axis] / limit,
-            What::Wheel { wheel, sign, limit } => s - sign * physical(node).wheels[*wheel] / limit,
-            _ => 0.0,
+        // The mean over a step, of what is linear between its nodes.
+        let mean = |what: &What, step: usize| {
+            let half = |left: &dyn Fn(usize) -> f64| 0.5 * (left(step) + left(step + 1));
+            match what {
+                What::RateNorm { limit, .. } => {
+                    let [a, b] = [step, step + 1].map(rate);
+                    let squared = (a.norm_squared() + a.dot(&b) + b.norm_squared()) / 3.0;
+                    0.5 * (1.0 - squared / (limit * s).powi(2))
+                }
+                What::RateAxis { axis, sign, limit, .. } => {
+                    half(&|node| s - sign * rate(node)[*axis] / limit)
+                }
+                What::Wheel { wheel, sign, limit } => {
+                    half(&|node| s - sign * physical(node).wheels[*wheel] / limit)
+                }
+                _ => 0.0,
+            }
         };
-        let acting = rows.iter().zip(&self.multipliers.rows).filter(|(_, multiplier)| **multiplier > 0.0);
         let of = |(row, multiplier): (&LimitRow, &f64)| {
             let (what, node) = (&row.what, row.stage);
-            let mean = |step: usize| 0.5 * (left(what, step) + left(what, step + 1));
             let of_arc = matches!(what, What::RateNorm { arc: true, .. } | What::RateAxis { arc: true, .. });
-            multiplier
-                * match node {
-                    _ if of_arc => mean(node),
-                    0 => mean(0),
-                    node if node == last => mean(last - 1),
-                    _ => 0.5 * (mean(node - 1) + mean(node)),
-                }
+            let slack = match node {
+                _ if of_arc => mean(what, node),
+                0 => mean(what, 0),
+                node if node == last => mean(what, last - 1),
+                _ => 0.5 * (mean(what, node - 1) + mean(what, node)),
+            };
+            multiplier * slack
         };
-        acting.map(of).sum()
+        rows.iter().zip(&self.multipliers.rows).filter(|(_, multiplier)| **multiplier > 0.0).map(of).sum()
     }
 
     /// Returns the inputs that are not determined to first order, and when.
