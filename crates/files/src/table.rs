@@ -214,7 +214,7 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
             numbers(&|row| nodes.gradients[row].y),
             numbers(&|row| nodes.gradients[row].z),
         ])?;
-        return Ok(file.close()?);
+        Ok(file.close()?)
     }
     #[cfg(not(feature = "parquet"))]
     {
