@@ -2,7 +2,7 @@
 //!
 //! A leg leads from one stop to the next. Legs between attitudes at rest are planned apart. Where a
 //! stop leaves something free that both of its legs depend on (a roll, the rate of a passage, how a
-//! total is split), they are planned together ([`together`]). The order comes from the times of all
+//! total is split), they are planned together (`together`). The order comes from the times of all
 //! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
 //! legs of a spacecraft make a table ([`table`]).
 
