@@ -113,6 +113,14 @@ impl Chain {
         }
         iterate(candidate)
     }
+
+    /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
+    pub fn opened(&self, path: &Candidate) -> Candidate {
+        let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
+        let Iterate { states, inputs } =
+            first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0, &Watch::NONE);
+        Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
+    }
 }
 
 /// States and inputs of a candidate that has both.

@@ -21,6 +21,8 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
+    /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
+    pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.
     pub told: Option<Solution>,
     /// The shortest duration that was found \[s\], where none was for the one asked for.

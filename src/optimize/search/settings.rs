@@ -34,6 +34,9 @@ pub struct SearchTuning {
     /// By how much coarse costs of one optimum differ, relative: a larger one loses optima that
     /// cost about the same (`cargo bench -p benches --bench everyday`).
     pub one: f64,
+    /// A violation on the coarse grid that spares the fine solve of the maneuver without limits: a
+    /// smaller one loses its proof that nothing is cheaper (`evidence -- guard --part problems`).
+    pub clear_violation: f64,
     /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of
     /// this body (`evidence -- guard --part problems`).
     pub far: f64,
@@ -53,6 +56,7 @@ impl Default for SearchTuning {
             close: 0.02,
             carried: 3,
             one: 1e-5,
+            clear_violation: 0.05,
             far: 1.0,
             stride: 0.05,
         }

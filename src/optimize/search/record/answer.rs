@@ -33,7 +33,10 @@ pub fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Sol
         return told;
     }
     let solve_time = search.context.began.elapsed().as_secs_f64();
-    let mut solution = chosen(search, found);
+    let mut solution = match found.answer.take() {
+        Some(answer) => answer,
+        None => chosen(search, found),
+    };
     solution.solve_time = solve_time;
     if let Some(stopped) = search.context.interrupt()
         && solution.outcome != Outcome::Converged

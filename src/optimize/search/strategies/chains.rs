@@ -11,11 +11,12 @@
 //! the shooting finds nothing, and for all other limits and costs, the interior point is taken
 //! ([`crate::optimize::methods::interior_point`]), or SCP where the settings request it.
 //!
-//! For effort the maneuver without limits is solved first, by shooting, for each sense. Each of
-//! these paths, and its detours to either side of every cone that it crosses, is a seed. Limits
-//! only make a maneuver costlier. A sense whose path without limits costs more than what is already
-//! found is therefore not tried, unless wheels store momentum at the start: without it the body
-//! would move otherwise. A guess brings its path as one more seed, the first.
+//! For effort the maneuver without limits is solved first, by shooting, for each sense. If the
+//! cheapest of those meets every limit it is the answer. Otherwise each of these paths, and its
+//! detours to either side of every cone that it crosses, is a seed. Limits only make a maneuver
+//! costlier. A sense whose path without limits costs more than what is already found is therefore
+//! not tried, unless wheels store momentum at the start: without it the body would move otherwise.
+//! A guess brings its path as one more seed, the first.
 
 use crate::Vector3;
 use crate::lie;

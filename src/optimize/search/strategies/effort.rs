@@ -2,21 +2,29 @@
 //! where the settings request it. It is the only road, or the last resort behind the shooting.
 
 use crate::Vector3;
+use crate::flight::{Excess, Flight};
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::{Method, Thoroughness};
+use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::interior_point::method::worst_violation;
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::search::asked::goes_round_as_asked;
 use crate::optimize::search::found::Found;
-use crate::optimize::search::ladder::{Climb, Search};
+use crate::optimize::search::ladder::{Ask, Climb, Search};
+use crate::optimize::search::record::answer::{conclude, write};
 use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::starts::families::Starts;
-use crate::optimize::search::starts::paths;
-use crate::optimize::search::strategies::chains::{carry, descend, relaxed, relaxed_paths, resampled};
+use crate::optimize::search::starts::{self, paths};
+use crate::optimize::search::strategies::chains::{
+    along, carry, descend, optimised, relaxed, relaxed_paths, resampled,
+};
 use crate::optimize::search::strategies::seeds;
 
 /// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort
@@ -52,6 +60,13 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let relaxed = relaxed(problem);
     let coarse = search.chain(chain_steps(problem));
     let mut seeds = relaxed_paths(search, &relaxed, &coarse);
+    if search.context.settings.method == Method::Auto
+        && !problem.ends_in_any_attitude()
+        && let Some(answer) = unlimited(search, &relaxed, &seeds)
+    {
+        found.answer = Some(made_to_land(search, answer));
+        return;
+    }
     if seeds.is_empty() {
         seeds.push((0.0, paths::shortest_way(&coarse.model)));
     }
@@ -131,8 +146,95 @@ fn from_paths<const N: usize>(
     }
 }
 
+/// The solution of the problem without limits: the shooting's, or where torques about an axis are
+/// missing and that may arrive nowhere, that of the chain.
+fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
+    let convex = search.problem.is_constrained() && !search.fine.dynamics.has_all_axes();
+    let ask = Ask { convex, last: ScpOptions::default(), ..search.ask.of_relaxed() };
+    let search = search.of(relaxed, ask);
+    conclude(&search, &mut search.climb())
+}
+
+/// The relaxed solution, where it meets every limit as it is.
+fn unlimited<const N: usize>(
+    search: &Search<N>,
+    relaxed: &Problem,
+    seeds: &[(f64, Candidate)],
+) -> Option<Solution> {
+    let problem = search.problem;
+    let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
+    // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
+    let coarse = Chain::new(problem, seed.steps());
+    if search.fine.dynamics.has_all_axes()
+        && worst_violation(&coarse, &coarse.opened(seed))? > search.context.tuning.clear_violation
+    {
+        return None;
+    }
+    let solution = shot(search, relaxed);
+    if solution.outcome != Outcome::Converged {
+        return None;
+    }
+    let fine = Chain::new(problem, problem.steps);
+    let path = along("short", &solution.trajectory, &fine.model.dynamics);
+    let first = fine.model.first_input();
+    let mut candidate = fine.opened(&path);
+    for stage in first..=problem.steps {
+        let inputs = solution.trajectory.inputs(stage - first);
+        candidate.inputs[stage] =
+            inputs.iter().zip(&fine.model.input_unit).map(|(u, unit)| u / unit).collect();
+    }
+    if worst_violation(&fine, &candidate)? > 0.0 {
+        return None;
+    }
+    // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the
+    // limits.
+    Some(Solution { rivals: Vec::new(), ..solution })
+}
+
 /// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation
 /// that is given.
 fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
     matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
+}
+
+/// The answer of a search without limits, made to land: where its true motion then exceeds a
+/// constraint, it is planned again along its path.
+fn made_to_land<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
+    if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
+        return answer;
+    }
+    let Ok(costate) = starts::given(search.problem, &search.fine, answer.costates_0(search.problem)) else {
+        return answer;
+    };
+    let candidate = Candidate::of_costate(&answer.start, &search.fine.dynamics.grid, &costate);
+    let report = Report { outcome: Outcome::Converged, iterations: answer.iterations, residuals: Vec::new() };
+    let mut written = answer.clone();
+    write(search, &ConvexWork::default(), &mut written, &Attempt::of(candidate, report));
+    written.iterations = answer.iterations;
+    if let Some(landing) = &mut written.landing {
+        landing.cost_before = answer.cost;
+    }
+    if written.landing.is_none() || !exceeds(search, &written.trajectory) {
+        return written;
+    }
+    let steps = search.problem.steps;
+    let chain = Chain::new(search.problem, steps);
+    let path = chain.opened(&along(&answer.start, &answer.trajectory, &chain.model.dynamics));
+    let kept = optimised(search, &chain, path);
+    if kept.converged() {
+        let mut kept_within = answer.clone();
+        write(search, &ConvexWork::default(), &mut kept_within, &kept);
+        kept_within.iterations = answer.iterations;
+        return kept_within;
+    }
+    written
+}
+
+/// Whether the true motion of a plan exceeds a constraint.
+fn exceeds<const N: usize>(search: &Search<N>, plan: &Trajectory) -> bool {
+    let Some(mut excess) = Excess::of(search.problem) else { return false };
+    let steps = Flight::of_plan(search.problem, plan);
+    let mut flight = Flight::new(search.problem);
+    flight.settle(&steps);
+    flight.fly(&steps, Some(&mut excess)).is_none() || excess.worst.iter().any(|worst| *worst > 0.0)
 }

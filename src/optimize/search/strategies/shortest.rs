@@ -22,7 +22,7 @@ impl<const N: usize> Climb<N> for Shortest {
     /// Where nothing was found, the search was not cut short, and the duration can be sought.
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
         let cut_short = found.missed().is_some_and(|missed| missed.outcome == Outcome::IterationLimit);
-        let searched = !found.is_done() && !cut_short && !search.stopped();
+        let searched = !found.is_done() && found.answer.is_none() && !cut_short && !search.stopped();
         searched && search.ask.convex && search.ask.advise && has_a_shortest_duration(search.problem)
     }
 
