@@ -25,6 +25,7 @@ use crate::maneuver::aim::{Aim, AimError, AimRate, Ends};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::{Settings, Target};
+use crate::maneuver::solution::Outcome;
 use crate::optimize::search::{Observer, PlanError};
 use crate::plan::{Guess, Plan, plan};
 use crate::{Matrix3, Vector3};
@@ -203,6 +204,9 @@ impl Sequence {
             let guess =
                 (!problem.objective.switches() && problem.duration.known().is_some()).then_some(guess);
             let found = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
+            if found.solution.outcome != Outcome::Converged {
+                return Err(SequenceError::NoPlan { stop: self.stops[stop].name.clone() });
+            }
             let lasting = found.solution.trajectory.time.last().copied().unwrap_or(0.0);
             let visit = &self.stops[stop].visit;
             let (end, behind) = visit.after(time + lasting);

@@ -41,7 +41,8 @@ pub fn ordered(
         }
     }
     let visits: Vec<Visit> = sequence.stops.iter().map(|stop| stop.visit).collect();
-    let last = (sequence.order == Ordering::FreeBeforeLast).then_some(sequence.stops.len());
+    let last =
+        Some(sequence.stops.len()).filter(|last| sequence.order == Ordering::FreeBeforeLast && *last > 0);
     loop {
         let weights = &pairs.weights;
         let leg = |from: usize, to: usize, _: f64| weights[pairs.place(from, to)];

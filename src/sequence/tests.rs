@@ -253,6 +253,16 @@ fn numbers_of_a_joint_stay_within_their_bounds() {
 }
 
 #[test]
+fn a_sequence_without_stops_is_no_plan_to_make() {
+    let craft = Problem::minimum_time(skew_body(), rest(), rest());
+    for order in [Ordering::Given, Ordering::Free, Ordering::FreeBeforeLast] {
+        let sequence = Sequence { craft: craft.clone(), stops: Vec::new(), order };
+        let found = planned(&sequence);
+        assert!(found.legs.is_empty() && found.end == 0.0 && found.cost == 0.0);
+    }
+}
+
+#[test]
 fn what_a_sequence_cannot_have_is_told() {
     let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(40.0)];
     let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p evidence -- table [CRAFT [TURNS [DIVISIONS [STEPS]]]]` makes the table of
 //! a craft, `wheels` (the default: asymmetric, four wheels, 4°/s), `slow` (the same within 1°/s),
-//! `cube`, `xte` (boxes of torques) `thrusters` (eight, to one side) or `effort` (no limits, 60 s), with
+//! `cube`, `xte` (boxes of torques), `thrusters` (eight, to one side) or `effort` (no limits, 60 s), with
 //! DIVISIONS (0: those of the symmetry) and STEPS (100). It plans TURNS (1000) uniformly random
 //! turns, both ways, and compares the shorter plans with the table. It ends with 1 if a lower bound
 //! is above a plan.
@@ -132,8 +132,7 @@ fn craft(name: &str) -> Result<Problem, Box<dyn Error>> {
                 .flat_map(|(x, y)| [Vector3::new(x, y, 0.7 * x * y), Vector3::new(-x, -y, 0.7 * x * y)]);
             let limits = Limits { size: Some(vec![20.0; 8]), one_sided: true, ..Limits::default() };
             let set = ActuatorSet::new(torques.collect(), AxisFrame::Body)?.with_limits(limits)?;
-            Ok(Problem::attitude(body(asymmetric)?, still, still, 60.0)
-                .with_actuation(Actuation::torques(set)))
+            Ok(Problem::minimum_time(body(asymmetric)?, still, still).with_actuation(Actuation::torques(set)))
         }
         "effort" => Ok(Problem::attitude(body(asymmetric)?, still, still, 60.0)),
         _ => Err(evidence::words::Misuse::of("craft", name, &CRAFT).into()),
