@@ -1,9 +1,13 @@
 """Slew times for schedulers: the functions that they call, on a table.
 
 `slew table spacecraft.toml -o slew.npz --settling 15` first, then `python scheduler_slews.py slew.npz`.
+Without a table a coarse one is made, of the spacecraft of `problems/shortest_rate.toml`.
 """
 
+import pathlib
+import subprocess
 import sys
+import tempfile
 
 import numpy as np
 
@@ -63,8 +67,19 @@ def fit(table, count=1000, seed=1):
     return rate, acceleration, slew_time(angles, rate, acceleration) / seconds - 1
 
 
+def coarse_table():
+    """Returns a model from a table of few turns, which takes seconds to make."""
+    program = pathlib.Path(sys.executable).parent / "slew"
+    spec = pathlib.Path(__file__).parents[2] / "problems/shortest_rate.toml"
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "slew.npz"
+        sizes = ["--divisions", "2", "--checks", "5", "--settling", "15", "--set", "maneuver.steps=40"]
+        subprocess.run([program, "table", spec, "-o", path, *sizes], check=True)
+        return TableSlew(path)
+
+
 if __name__ == "__main__":
-    model = TableSlew(sys.argv[1])
+    model = TableSlew(sys.argv[1]) if len(sys.argv) > 1 else coarse_table()
     crab, vela = (np.radians([83.633]), np.radians([22.014])), (np.radians([128.836]), np.radians([-45.176]))
     there, back = model.time(crab, vela)[0], model.time(vela, crab)[0]
     print(f"Crab to Vela: {there:.1f} s with settling, rolled by 30° {model.time(crab, vela, 0.0, np.pi / 6)[0]:.1f} s")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 __all__ = [
     "Maneuver",
     "Planned",
+    "Table",
     "__version__",
     "compare",
     "compare_integrators",
@@ -94,6 +95,19 @@ class Planned:
     @property
     def input_names(self) -> list[str]: ...
     def summary(self) -> str: ...
+
+@final
+class Table:
+    def __new__(cls, path: str) -> Table: ...
+    def one(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float: ...
+    def between(
+        self, first: NDArray[np.float64], second: NDArray[np.float64]
+    ) -> NDArray[np.float64]: ...
+    def bound(
+        self, first: NDArray[np.float64], second: NDArray[np.float64]
+    ) -> NDArray[np.float64]: ...
+    def matrix(self, attitudes: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def facts(self) -> dict[str, Any]: ...
 
 def plan(
     maneuver: Maneuver,

@@ -16,7 +16,7 @@ def problems() -> pathlib.Path:
     return ROOT / "problems"
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def slew():
     """Runs the binary; its path stands in the variable SLEW."""
     binary = os.environ.get("SLEW", str(ROOT / "target/debug/slew"))
