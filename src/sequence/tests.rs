@@ -85,7 +85,15 @@ fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) ->
         let craft = Problem::attitude(body.clone(), rest(), rest(), 1.0).with_steps(steps);
         let (start, lasting, settings) = (rest(), Lasting::Given(durations), &Settings::default());
         let together =
-            Together { craft: &craft, start, joints, lasting, settings, tuning: Tuning::default() };
+            Together {
+        craft: &craft,
+        start,
+        momentum: Vector3::zeros(),
+        joints,
+        lasting,
+        settings,
+        tuning: Tuning::default(),
+    };
         let unknowns = together.unknowns(first, &[]);
         let whole = together.planned(unknowns, None, &mut Silent).unwrap().unwrap();
         together.improved(whole, &mut Silent).unwrap().cost()

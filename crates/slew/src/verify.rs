@@ -1,5 +1,7 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
+mod sequence;
+
 use super::spec_file::PlanOrAttitudes;
 use super::{
     Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
@@ -34,9 +36,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
     spec_file::one_stdin(&inputs)?;
     let unusable = |error| Failure::unusable(&args.plan, &error);
+    let opened = spec_file::open_plan_or_attitudes(&args.plan)?;
+    if let PlanOrAttitudes::Sequence(input) = opened {
+        return sequence::run(args, input, console);
+    }
     let given = args.spec.as_deref().map(|path| spec_file::read(path, &args.reading, console)).transpose()?;
-    let input = match spec_file::open_plan_or_attitudes(&args.plan)? {
-        PlanOrAttitudes::Plan(input) => input,
+    let input = match opened {
+        PlanOrAttitudes::Plan(input) | PlanOrAttitudes::Sequence(input) => input,
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
