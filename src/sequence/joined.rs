@@ -56,7 +56,9 @@ impl Joined {
         self.path.input_count = path.input_count;
         // A quaternion and its negative are one attitude: the row stays continuous.
         let sign = match (self.path.quaternion.last(), path.quaternion.first()) {
-            (Some(last), Some(first)) if last.iter().zip(first).map(|(a, b)| a * b).sum::<f64>() < 0.0 => -1.0,
+            (Some(last), Some(first)) if last.iter().zip(first).map(|(a, b)| a * b).sum::<f64>() < 0.0 => {
+                -1.0
+            }
             _ => 1.0,
         };
         self.path.time.extend(path.time.iter().map(|time| begins + time));

@@ -7,8 +7,8 @@
 //! legs of a spacecraft make a table ([`table`]).
 
 mod carried;
-mod joint;
 pub mod joined;
+mod joint;
 mod leg;
 pub mod leg_bound;
 pub mod order;
@@ -17,6 +17,7 @@ mod rolls;
 pub mod symmetry;
 pub mod table;
 mod together;
+mod windows;
 
 pub use leg_bound::LegBound;
 pub use symmetry::Symmetry;
@@ -31,13 +32,14 @@ use crate::maneuver::solution::Outcome;
 use crate::optimize::search::{Control, Observer, PlanError, Progress};
 use crate::plan::{Guess, Plan, Status, plan};
 use crate::{Matrix3, Vector3};
+use joined::{Flown, Joined};
 use joint::Joint;
 use order::{Order, Visit};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use thiserror::Error;
-use joined::{Flown, Joined};
 use together::{Lasting, Together, Tuning, Whole};
+use windows::Missed;
 
 /// Where a stop is.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,6 +138,14 @@ pub enum SequenceError {
         /// The duration \[s\].
         total: f64,
     },
+    /// No plan can keep windows: lower bounds of the legs prove it.
+    #[error("no plan can keep the window of {stops}: the hold begins {late:.3} s late at least")]
+    Windows {
+        /// The stop, or both of which one has to wait for the other.
+        stops: String,
+        /// By how much \[s\].
+        late: f64,
+    },
     /// No plan was found for legs that are planned together.
     #[error("no plan was found for the legs to stop `{stop}`")]
     NoPlan {
@@ -223,6 +233,11 @@ impl Sequence {
         observer: &mut dyn Observer,
     ) -> Result<SequencePlan, SequenceError> {
         self.check()?;
+        if let Some(Missed { stops, late }) = windows::missed(self) {
+            let names: Vec<String> =
+                stops.iter().map(|stop| format!("`{}`", self.stops[*stop].name)).collect();
+            return Err(SequenceError::Windows { stops: names.join(" or that of "), late });
+        }
         let order = match self.order {
             Ordering::Given => None,
             Ordering::Free | Ordering::FreeBeforeLast => Some(self.best_order(settings, observer)?),

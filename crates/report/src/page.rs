@@ -9,7 +9,8 @@ use super::summary::{self, Tone};
 use super::tiles::{Tile, tiles};
 use super::words::{Table, proved, tables};
 use super::{
-    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, SEQUENCE_KEYS, Shown, Subject, flight, hamiltonian, pictures,
+    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, SEQUENCE_KEYS, Shown, Subject, flight,
+    hamiltonian, pictures,
 };
 use crate::draw::{Gantt, Ground, Map, Picture, escape};
 use serde_json::Value;

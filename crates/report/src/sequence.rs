@@ -1,12 +1,14 @@
 //! The page of a sequence: its timeline, its stops, and the motion over the whole.
 
+use super::boresight::boresights;
 use super::charts::time_axis;
 use super::page::{Content, Words, written};
 use super::summary::{self, sequence::verdict};
 use super::tiles::Tile;
 use super::words::Table;
 use super::{Shown, Subject, attitude, body, charts, sphere};
-use crate::draw::{Gantt, Picture};
+use crate::draw::{Gantt, Picture, SkyMark};
+use slewkit::lie;
 use slewkit::maneuver::{Outcome, Problem, Solution};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::plan::Plan;
@@ -56,7 +58,10 @@ pub fn sequence_pictures(file: &SequenceFile<'_>, loaded: &LoadedSequence, euler
 /// Returns the craft and the motion over the whole, as the plan of one maneuver.
 fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
     let joined = file.joined();
-    let craft = loaded.sequence.craft.clone().with_steps(joined.path.torque.len().max(1));
+    let mut craft = loaded.sequence.craft.clone().with_steps(joined.path.torque.len().max(1));
+    if let Some(last) = joined.path.quaternion.last() {
+        craft.end.attitude = lie::rotation_from_quaternion(last);
+    }
     let mut solution = Solution::unknown();
     solution.outcome = Outcome::Converged;
     solution.trajectory = joined.path;
@@ -64,14 +69,19 @@ fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
 }
 
 /// Returns the whole as a subject of pictures; no witness has followed it in one piece.
-fn subject<'a>(craft: &'a Problem, plan: &'a Plan, loaded: &'a LoadedSequence, euler: &'a str) -> Subject<'a> {
+fn subject<'a>(
+    craft: &'a Problem,
+    plan: &'a Plan,
+    loaded: &'a LoadedSequence,
+    euler: &'a str,
+) -> Subject<'a> {
     Subject { problem: craft, plan, identity: &loaded.identity, sequence: euler, course: None, flight: None }
 }
 
 fn drawn(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) -> Vec<Shown> {
     let mut shown = vec![timeline(file, loaded)];
     if subject.trajectory().time.len() > 1 {
-        shown.push(sphere::sky(subject));
+        shown.push(sky(file, subject));
         shown.extend(charts::inputs(subject));
         shown.extend(charts::of_motion(subject));
         shown.extend(attitude::turning(subject));
@@ -145,12 +155,36 @@ fn stops(file: &SequenceFile<'_>) -> Table {
     }
 }
 
+/// Draws the tracks of the boresights, with the stops by their numbers.
+fn sky(file: &SequenceFile<'_>, subject: &Subject<'_>) -> Shown {
+    let mut shown = sphere::sky(subject);
+    if let Picture::Sky(sky) = &mut shown.picture {
+        let path = subject.trajectory();
+        for (index, stop) in file.record.stops.iter().enumerate() {
+            let node = path.time.partition_point(|time| *time < stop.arrives_s).min(path.time.len() - 1);
+            let attitude = lie::rotation_from_quaternion(&path.quaternion[node]);
+            let boresights = boresights(subject);
+            let only = if boresights.len() == 1 { &boresights[..] } else { &[] };
+            sky.marks.extend(
+                only.iter().map(|boresight| SkyMark {
+                    name: (index + 1).to_string(),
+                    at: attitude * boresight.vector,
+                }),
+            );
+        }
+    }
+    shown
+}
+
 /// Draws legs, rests, holds and windows, and when a limit or a cone acts.
 fn timeline(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Shown {
     let stops = &file.record.stops;
     let mut rows = vec![
         ("slews".to_string(), stops.iter().map(|stop| [stop.leg_begins_s, stop.arrives_s]).collect()),
-        ("waits, settles".to_string(), stretches(stops.iter().map(|stop| [stop.arrives_s, stop.hold_begins_s]))),
+        (
+            "waits, settles".to_string(),
+            stretches(stops.iter().map(|stop| [stop.arrives_s, stop.hold_begins_s])),
+        ),
         ("holds".to_string(), stretches(stops.iter().map(|stop| [stop.hold_begins_s, stop.leaves_s]))),
     ];
     let end = file.record.duration_s;

@@ -1,9 +1,9 @@
 //! `slew export`: a plan file in the formats of other programs.
 
+use super::pictured::Kind;
 use super::{
     Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, pictured, spec_file,
 };
-use super::pictured::Kind;
 use clap::ValueEnum;
 use slewkit::maneuver::Problem;
 use slewkit_files::exchange::Tables;

@@ -8,8 +8,7 @@ use slewkit_files::spec::escape;
 use slewkit_report::draw::{Picture, panel};
 use slewkit_report::{
     CASE_KEYS, COMPARISON_KEYS, ComparisonFile, INTEGRATOR_KEYS, KEYS, SEQUENCE_KEYS, SIMULATION_KEYS, Shown,
-    Subject, sequence_pictures,
-    comparison_pictures, pictures, simulation_pictures,
+    Subject, comparison_pictures, pictures, sequence_pictures, simulation_pictures,
 };
 use std::path::{Path, PathBuf};
 

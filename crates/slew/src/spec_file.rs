@@ -2,9 +2,7 @@
 
 use super::{Console, Failure, Message, Notation, Reading};
 use slewkit_files::export::{PlanFile, SequenceFile};
-use slewkit_files::spec::{
-    self, Diagnostic, Format, Loaded, LoadedSequence, Override, Spec, SpecDocument,
-};
+use slewkit_files::spec::{self, Diagnostic, Format, Loaded, LoadedSequence, Override, Spec, SpecDocument};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -135,7 +133,11 @@ pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     let input = Box::new(input);
     Ok(if is_sequence {
         PlanOrAttitudes::Sequence(input)
-    } else if is_plan { PlanOrAttitudes::Plan(input) } else { PlanOrAttitudes::Attitudes(input) })
+    } else if is_plan {
+        PlanOrAttitudes::Plan(input)
+    } else {
+        PlanOrAttitudes::Attitudes(input)
+    })
 }
 
 /// Refuses to read two inputs from stdin.

@@ -141,7 +141,8 @@ impl<'a> Context<'a> {
         if self.stopped.get().is_none() {
             let elapsed = self.began.elapsed();
             let at = self.at.borrow();
-            let progress = Progress { rung: at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64(), part: "" };
+            let progress =
+                Progress { rung: at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64(), part: "" };
             if self.observer.borrow_mut().on_progress(&progress) == Control::Stop {
                 self.stopped.set(Some(Outcome::Interrupted));
             } else if self.settings.time_limit.is_some_and(|limit| elapsed >= limit) {

@@ -22,8 +22,7 @@ pub struct SequenceJudgement {
 impl SequenceJudgement {
     /// Returns whether everything holds.
     pub fn passed(&self) -> bool {
-        self.checks.iter().all(|check| check.passed)
-            && self.legs.iter().all(|leg| leg.verification.passed())
+        self.checks.iter().all(|check| check.passed) && self.legs.iter().all(|leg| leg.verification.passed())
     }
 
     /// Returns whether a witness was stopped.
@@ -67,7 +66,8 @@ impl SequenceFile<'_> {
             // The momenta of the wheels are those that the leg before has left.
             let wheels = own.actuation.wheels.as_ref().map(|wheels| wheels.momentum.clone());
             if let (Some(before), Some(now)) = (&held, &wheels) {
-                let scale = before.iter().chain(now).fold(f64::MIN_POSITIVE, |most, part| most.max(part.abs()));
+                let scale =
+                    before.iter().chain(now).fold(f64::MIN_POSITIVE, |most, part| most.max(part.abs()));
                 let apart = before.iter().zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 checks.within(&format!("wheels at the start of the leg to {name}"), apart / scale, CARRIED);
             }
@@ -75,7 +75,8 @@ impl SequenceFile<'_> {
                 let rows = &leg.trajectory.0.wheel_momentum;
                 rows[rows.len().saturating_sub(wheels.len())..].to_vec()
             });
-            let stopped = unvisited.iter().position(|stop| stop.name == *name).map(|index| unvisited.remove(index));
+            let stopped =
+                unvisited.iter().position(|stop| stop.name == *name).map(|index| unvisited.remove(index));
             let Some(stopped) = stopped else {
                 checks.holds(&format!("{name} is a stop of the spec, visited once"), false);
                 continue;
@@ -91,7 +92,9 @@ impl SequenceFile<'_> {
                 ..sequence.craft.clone()
             };
             asked.actuation.wheels.clone_from(&own.actuation.wheels);
-            if let (Some(asked), Some(craft)) = (&mut asked.actuation.wheels, &sequence.craft.actuation.wheels) {
+            if let (Some(asked), Some(craft)) =
+                (&mut asked.actuation.wheels, &sequence.craft.actuation.wheels)
+            {
                 asked.momentum_limit.clone_from(&craft.momentum_limit);
             }
             legs.push(leg.judge(&asked, settings, &identity, &ClosedLoop::default(), stop)?);

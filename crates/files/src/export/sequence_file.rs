@@ -109,7 +109,12 @@ impl<'a> SequenceFile<'a> {
     pub const KEY: &'static str = "\"sequence_format\":";
 
     /// Builds the document of a plan; the trajectories are borrowed.
-    pub fn new(sequence: &Sequence, settings: &Settings, plan: &'a SequencePlan, identity: &Identity) -> Self {
+    pub fn new(
+        sequence: &Sequence,
+        settings: &Settings,
+        plan: &'a SequencePlan,
+        identity: &Identity,
+    ) -> Self {
         let legs = plan.legs.iter().map(|leg| {
             let identity = leg_identity(identity, leg.begins);
             PlanFile::new(&leg.problem, settings, &leg.plan).with_identity(&identity)

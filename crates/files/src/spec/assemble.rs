@@ -89,7 +89,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         environment::Surroundings { section: root.section("environment"), motion, mass, place };
     let environment = surroundings.read(inertia.as_ref());
     if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
-        surroundings.check_ends(&[start, end]);
+        let ends: &[&Boundary<'_>] = if has_stops && !root.has("end") { &[start] } else { &[start, end] };
+        surroundings.check_ends(ends);
     }
 
     let (start, end) = (start?, end?);
@@ -244,7 +245,11 @@ fn sequence(
             }
             _ => {
                 let reason = "after stops the body ends at rest in an attitude, or on a target";
-                return end.section.refuse_here("E0190", reason, "give [end] an attitude or `point`, and no rate");
+                return end.section.refuse_here(
+                    "E0190",
+                    reason,
+                    "give [end] an attitude or `point`, and no rate",
+                );
             }
         };
         stops.push(Stop::at("end", place));

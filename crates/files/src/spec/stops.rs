@@ -83,11 +83,8 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
         let pair = section.square("window_s")?;
         let [from, until] = <[f64; 2]>::try_from(pair.first()?.clone()).ok()?;
         if until - from < hold {
-            let reason = format!(
-                "the window is {} s long, and the hold takes {} s",
-                short(until - from),
-                short(hold)
-            );
+            let reason =
+                format!("the window is {} s long, and the hold takes {} s", short(until - from), short(hold));
             return section.refuse("E0190", "window_s", reason, "shorten the hold, or widen the window");
         }
         ([from, until], false)
@@ -122,7 +119,12 @@ pub(crate) fn order(maneuver: &Section, stops: &mut Vec<Stop>, with_end: bool) -
     if !free || with_end {
         let reason =
             if free { "[end] stays last already" } else { "the order is given, and with it the last stop" };
-        return maneuver.refuse("E0028", "last", reason, "remove `last`; or write order = \"free\" with stops alone");
+        return maneuver.refuse(
+            "E0028",
+            "last",
+            reason,
+            "remove `last`; or write order = \"free\" with stops alone",
+        );
     }
     let name = maneuver.word("last")?;
     let Some(index) = stops.iter().position(|stop| stop.name == name) else {
@@ -153,13 +155,11 @@ pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
         let name = name(section, index);
         let stop = sequence.stops.iter().find(|stop| stop.name == name);
         let Some(Stop { name, place: Place::Attitude(attitude), .. }) = stop else { continue };
-        let there =
-            Problem { end: State::attitude(*attitude, Vector3::zeros()), ..sequence.craft.clone() };
+        let there = Problem { end: State::attitude(*attitude, Vector3::zeros()), ..sequence.craft.clone() };
         for error in there.violations() {
             let ProblemError::Violated { end: "end", name: constraint, found } = error else { continue };
             let (code, remedy) = constraint::violated(&there, &constraint, "stop");
-            let reason =
-                format!("stop \"{}\" violates \"{}\": {found}", escape(name), escape(&constraint));
+            let reason = format!("stop \"{}\" violates \"{}\": {found}", escape(name), escape(&constraint));
             section.error(code, "attitude", reason, remedy);
             sound = false;
         }

@@ -124,7 +124,8 @@ fn clearances(file: &SequenceFile<'_>) -> Vec<String> {
     let mut told: Vec<(String, String)> = Vec::new();
     for (Margin { name, margin, .. }, stop) in all {
         if !told.iter().any(|(other, _)| *other == name) {
-            let text = format!("{}: {} deg, on the leg to {}", escape(&name), significant(margin, 3), escape(&stop));
+            let text =
+                format!("{}: {} deg, on the leg to {}", escape(&name), significant(margin, 3), escape(&stop));
             told.push((name, text));
         }
     }

@@ -60,6 +60,10 @@ fn refusal(error: &SequenceError) -> Failure {
         return Failure::Plan(Status::Interrupted, message);
     }
     match error {
+        SequenceError::Windows { .. } => {
+            let remedy = "widen the window, shorten the holds before it, or allow more torque";
+            Failure::Plan(Status::Infeasible, Message::new("E0191", reason, remedy))
+        }
         SequenceError::NoPlan { .. } => {
             let remedy = "plan that leg by itself to see why: a spec with its two ends; or allow more time";
             Failure::Plan(Status::NotConverged, Message::new("E0191", reason, remedy))

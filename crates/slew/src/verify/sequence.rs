@@ -33,9 +33,13 @@ pub(super) fn run(args: &Args, input: Box<dyn Read>, console: &mut Console) -> R
     let SequenceJudgement { legs, checks } = &judged;
     let mut lines = vec![summary::headline(console, &loaded.sequence.craft.name, verdict, tone)];
     let passed = legs.iter().filter(|leg| leg.verification.passed()).count();
-    lines.line("legs", format!("{} of {} verified by the witnesses", passed, counted(file.legs.len(), "leg")));
+    lines
+        .line("legs", format!("{} of {} verified by the witnesses", passed, counted(file.legs.len(), "leg")));
     let held = checks.iter().filter(|check| check.passed).count();
-    lines.line("joins", format!("{held} of {} hold: ends, stops, holds, windows, records", counted(checks.len(), "check")));
+    lines.line(
+        "joins",
+        format!("{held} of {} hold: ends, stops, holds, windows, records", counted(checks.len(), "check")),
+    );
     for (leg, stop) in legs.iter().zip(&file.record.stops) {
         let failed = leg.verification.checks.iter().filter(|check| !check.passed);
         lines.lines("failed", failed.map(|check| format!("leg to {}: {}", escape(&stop.name), told(check))));
@@ -45,7 +49,10 @@ pub(super) fn run(args: &Args, input: Box<dyn Read>, console: &mut Console) -> R
             violated.map(|margin| format!("leg to {}: {}", escape(&stop.name), escape(&margin.name))),
         );
         for Difference { key, first, second } in &leg.differences {
-            lines.line("differs", format!("leg to {}: {key}: {first} in the plan, {second} in the spec", escape(&stop.name)));
+            lines.line(
+                "differs",
+                format!("leg to {}: {key}: {first} in the plan, {second} in the spec", escape(&stop.name)),
+            );
         }
     }
     lines.lines("failed", checks.iter().filter(|check| !check.passed).map(told));
