@@ -6,7 +6,6 @@ use slewkit::Vector3;
 use slewkit::lie;
 use slewkit::maneuver::{Problem, State};
 use slewkit::plan::Status;
-use slewkit::sequence::joined::Flown;
 use slewkit::sequence::{Place, Stop};
 use slewkit::verify::Check;
 
@@ -121,15 +120,6 @@ impl SequenceFile<'_> {
         checks.holds("recorded status", coherent);
         checks.holds("recorded checksum", !matches!(self.seal, Seal::Broken));
         Ok(SequenceJudgement { legs, checks: checks.0 })
-    }
-
-    /// Returns the legs with their times.
-    pub(crate) fn flown(&self) -> impl Iterator<Item = Flown<'_>> {
-        self.legs.iter().zip(&self.record.stops).map(|(leg, stop)| Flown {
-            path: &leg.trajectory.0,
-            begins: stop.leg_begins_s,
-            until: stop.leaves_s,
-        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::checksum::{Seal, Sealed};
 use super::nulls::null_is_nan;
-use super::{ExportError, SequenceFile, TrajectoryDocument, TrajectoryError, check_trajectory};
+use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::flown::{FeedbackRecord, MarginsRecord, UncertaintyRecord};
 use crate::identity::Identity;
 use crate::spec::{ClosedLoop, SpecDocument};
@@ -285,7 +285,7 @@ impl<'a> PlanFile<'a> {
     /// together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
         let mut input = without_mark(input)?;
-        if SequenceFile::begins(input.fill_buf()?) {
+        if is_of_sequence(input.fill_buf()?) {
             return Err(ExportError::Sequence);
         }
         PlanFile::checked(serde_json::from_reader(input)?)
@@ -347,6 +347,14 @@ impl<'a> PlanFile<'a> {
         check_trajectory(&self.trajectory.0, &problem)?;
         Ok(problem)
     }
+}
+
+/// The first key of the plan of a sequence.
+const SEQUENCE: &[u8] = b"\"sequence_format\":";
+
+/// Returns whether a text with these first bytes is the plan of a sequence.
+pub(super) fn is_of_sequence(text: &[u8]) -> bool {
+    text.windows(SEQUENCE.len()).any(|part| part == SEQUENCE)
 }
 
 /// Reads the guess for another plan from a plan file: its costates, and the poses of its

@@ -2,14 +2,14 @@
 
 use super::checksum::{Seal, Sealed, checksum};
 use super::nulls::null_is_nan;
-use super::plan_file::{without_mark, write_document};
+use super::plan_file::{is_of_sequence, without_mark, write_document};
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
 use crate::spec::SpecDocument;
 use serde::{Deserialize, Serialize};
 use slewkit::maneuver::Settings;
 use slewkit::plan::Status;
-use slewkit::sequence::joined::Joined;
+use slewkit::sequence::joined::{Flown, Joined};
 use slewkit::sequence::order::Proof;
 use slewkit::sequence::{Sequence, SequencePlan};
 use std::io::{Read, Write};
@@ -105,8 +105,6 @@ pub struct SequenceFile<'a> {
 impl<'a> SequenceFile<'a> {
     /// The version written and read.
     pub const FORMAT: u32 = 1;
-    /// The key by which a file is known; it is the first one.
-    pub const KEY: &'static str = "\"sequence_format\":";
 
     /// Builds the document of a plan; the trajectories are borrowed.
     pub fn new(
@@ -200,12 +198,16 @@ impl<'a> SequenceFile<'a> {
 
     /// Returns whether a text with these first bytes is the plan of a sequence.
     pub fn begins(text: &[u8]) -> bool {
-        text.windows(Self::KEY.len()).any(|part| part == Self::KEY.as_bytes())
+        is_of_sequence(text)
     }
 
     /// Returns the motion over all legs and the rests between them.
     pub fn joined(&self) -> Joined {
-        Joined::of(self.flown())
+        Joined::of(self.legs.iter().zip(&self.record.stops).map(|(leg, stop)| Flown {
+            path: &leg.trajectory.0,
+            begins: stop.leg_begins_s,
+            until: stop.leaves_s,
+        }))
     }
 }
 
