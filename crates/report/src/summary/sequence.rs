@@ -78,6 +78,9 @@ pub fn told(file: &SequenceFile<'_>) -> Vec<String> {
 fn order(record: &SequenceRecord) -> String {
     let stops = counted(record.stops.len(), "stop");
     match record.proof {
+        OrderProof::AllOrders | OrderProof::LowerBound if record.late_s > 0.0 => {
+            format!("{stops}; no order that keeps every window was found")
+        }
         OrderProof::Given => format!("{stops} in the given order"),
         OrderProof::AllOrders => format!("{stops} in the best order: no order of these legs is better"),
         OrderProof::LowerBound => {
