@@ -256,7 +256,7 @@ fn on_wheels(steps: usize) -> Problem {
     let directions = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
     let axes = directions.map(Vector3::from).to_vec();
     let set = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
-    let set = set.with_limits(Limits { size: Some(vec![0.4; 4]), ..Limits::default() });
+    let set = set.with_limits(Limits { size: Some(vec![0.4; 4]), ..Limits::default() }).unwrap();
     let wheels = Wheels { momentum: vec![0.3, -0.1, 0.0, 0.0], momentum_limit: vec![2.0; 4] };
     let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(steps);
     craft.actuation = Actuation { torque: set, wheels: Some(wheels), ..craft.actuation };
@@ -317,7 +317,7 @@ fn legs_and_rests_are_joined() {
 fn windows_that_no_plan_can_keep_are_proved() {
     let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(50);
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
-    craft.actuation.torque = craft.actuation.torque.with_limits(limits);
+    craft.actuation.torque = craft.actuation.torque.with_limits(limits).unwrap();
     let within = |name: &str, until: f64, place: Place| {
         let mut stop = stop(name, place).held(1.0);
         stop.visit.window = [0.0, until];
