@@ -6,14 +6,16 @@
 
 use super::{Observation, PointingFile, Roll, Target};
 use crate::epoch::Epoch;
+use crate::exchange::frames::{Meaning, meaning};
 use crate::exchange::{into_our_frame, of_our_body};
 use crate::identity::Identity;
 use crate::spec::{Diagnostic, Diagnostics};
-use slewkit::maneuver::{Aim, Problem, State};
+use slewkit::maneuver::{Aim, Objective, Problem, State};
 use slewkit::numerics::figures::short;
 use slewkit::sequence::order::Visit;
 use slewkit::sequence::{Ordering, Place, Sequence, SequencePlan, Stop};
 use slewkit::{Direction, Matrix3, Vector3, lie};
+use slewkit_sky::{EarthRotation, Sky};
 
 /// A sequence that observes what a pointing file requests.
 #[derive(Clone, Debug)]
@@ -32,20 +34,17 @@ pub struct Timeline {
 
 impl Timeline {
     /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names and
-    /// the epoch of the start. `sun` returns the unit vector to the Sun at a moment, in axes of the
-    /// spec's reference frame; a target at the Sun stays where that is in the middle of its observation.
-    /// `name` stands for the file in messages.
+    /// the epoch of the start. The Sun is seen from the centre of the Earth, and stays where it is in the
+    /// middle of its observation. `name` stands for the file in messages.
     ///
     /// # Errors
     /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no time,
-    /// for a first observation that cannot be the start, and for a target at the Sun whose direction or
-    /// roll is not known.
+    /// for a first observation that cannot be the start, and for a roll that no axes define.
     pub fn new(
         file: &PointingFile,
         name: &str,
         craft: &Problem,
         identity: &Identity,
-        sun: &dyn Fn(&Epoch) -> Option<Vector3>,
     ) -> Result<Self, Diagnostics> {
         let told = |code, reason: String, remedy: &str| {
             Diagnostics(vec![Diagnostic::about_file(code, name, reason, remedy)])
@@ -58,6 +57,9 @@ impl Timeline {
             .map_err(apart)?
             .unwrap_or_else(Matrix3::identity);
         of_our_body(Some(&file.body_frame), identity.body_frame.as_deref(), &mut open).map_err(apart)?;
+        if file.observations.iter().any(|observation| observation.target == Target::Sun) {
+            open.push("the Sun is seen from the centre of the Earth, not from the orbit of the file".into());
+        }
         let named = |index: usize| match &file.observations[index].name {
             Some(name) => name.clone(),
             None => format!("observation {}", index + 1),
@@ -67,14 +69,11 @@ impl Timeline {
             let observation = &file.observations[index];
             let target = match observation.target {
                 Target::Inertial(direction) => Some(direction),
-                Target::Sun => {
-                    let middle = observation.begin.after(0.5 * observation.lasting());
-                    sun(&middle).map(|direction| to_ours.transpose() * direction)
-                }
+                Target::Sun => sun_in(&file.reference_frame, observation),
             };
             let Some(target) = target else {
-                let reason = format!("{} points at the Sun, whose direction is not known", named(index));
-                return Err(told("E0155", reason, "give the spec an epoch and an [orbit]"));
+                let reason = format!("the direction of the Sun in {} is not known", named(index));
+                return Err(told("E0155", reason, "give its direction as an inertial target"));
             };
             if observation.roll == Roll::Free {
                 let at = Direction::Fixed((to_ours * target).normalize());
@@ -120,6 +119,10 @@ impl Timeline {
             stops.push(Stop { name: named(index), place: place(index)?, visit, passing: None });
             free_from = window[1];
         }
+        // The legs of least time find their durations; all others last as long as the file leaves them.
+        if !matches!(craft.objective, Objective::Time) {
+            craft.duration = free_from.into();
+        }
         let sequence = Sequence { craft, stops, order: Ordering::Given };
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
@@ -153,4 +156,14 @@ impl Timeline {
         }
         found
     }
+}
+
+/// Returns the direction from the centre of the Earth to the Sun in the middle of an observation, in
+/// axes of an inertial frame.
+fn sun_in(frame: &str, observation: &Observation) -> Option<Vector3> {
+    let Meaning::Inertial(to_icrf) = meaning(frame) else { return None };
+    let middle = observation.begin.after(0.5 * observation.lasting());
+    let sky = Sky::new(middle.clock(), None, EarthRotation::default());
+    let sun = sky.way(&slewkit_sky::Target::Sun, 0.0, 1.0).ok()?.at(0.0)[0];
+    super::unit(to_icrf.transpose() * sun)
 }

@@ -9,7 +9,7 @@ use slewkit::maneuver::{Problem, State};
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::random::Stream;
 use slewkit::sequence::Place;
-use slewkit::{Matrix3, Vector3, lie};
+use slewkit::{Direction, Matrix3, Vector3, lie};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A timeline with the first observation of the sample, which OSVE resolves; and a second one.
@@ -564,10 +564,6 @@ fn craft() -> Problem {
     Problem::attitude(Body { inertia, mass: None }, rest, rest, 100.0)
 }
 
-fn no_sun(_: &Epoch) -> Option<Vector3> {
-    None
-}
-
 #[test]
 fn observations_become_stops() {
     let file = read(PTR);
@@ -576,7 +572,7 @@ fn observations_become_stops() {
         reference_frame: Some("J2000".into()),
         ..Identity::default()
     };
-    let timeline = Timeline::new(&file, "file", &craft(), &identity, &no_sun).unwrap();
+    let timeline = Timeline::new(&file, "file", &craft(), &identity).unwrap();
     assert_eq!((timeline.first, timeline.sequence.stops.len()), (0, 2));
     assert_eq!(timeline.available(), [600.0, 3000.25]);
     let visit = timeline.sequence.stops[1].visit;
@@ -588,31 +584,38 @@ fn observations_become_stops() {
 
     // In another frame the attitudes are turned.
     let icrf = Identity { reference_frame: Some("ICRF".into()), ..identity.clone() };
-    let turned = Timeline::new(&file, "file", &craft(), &icrf, &no_sun).unwrap();
+    let turned = Timeline::new(&file, "file", &craft(), &icrf).unwrap();
     let Place::Attitude(found) = turned.sequence.stops[0].place else { panic!() };
     is_close(&found, &attitude(&file.in_frame("ICRF").unwrap().observations[0]), 1e-15);
 
     // Without an epoch the first observation is the start.
     let nameless = Identity { epoch: None, ..identity.clone() };
-    let timeline = Timeline::new(&file, "file", &craft(), &nameless, &no_sun).unwrap();
+    let timeline = Timeline::new(&file, "file", &craft(), &nameless).unwrap();
     assert_eq!((timeline.first, timeline.sequence.stops.len()), (1, 1));
     assert_eq!(timeline.available(), [3000.25]);
     is_close(&timeline.sequence.craft.start.attitude, &attitude(&file.observations[0]), 1e-15);
 
     let mut free = file.clone();
     free.observations[0].roll = Roll::Free;
-    let timeline = Timeline::new(&free, "file", &craft(), &identity, &no_sun).unwrap();
+    let timeline = Timeline::new(&free, "file", &craft(), &identity).unwrap();
     assert!(matches!(timeline.sequence.stops[0].place, Place::Aim(_)));
     let refused = |file: &PointingFile, identity: &Identity, told: &str| {
-        let found = Timeline::new(file, "file", &craft(), identity, &no_sun).unwrap_err();
+        let found = Timeline::new(file, "file", &craft(), identity).unwrap_err();
         assert!(found.0[0].reason.contains(told), "{found}");
     };
     refused(&free, &nameless, "starts in observation 1, whose roll is free");
     free.observations[0].target = Target::Sun;
-    refused(&free, &identity, "points at the Sun");
-    let sun = |_: &Epoch| Some(Vector3::y());
-    let timeline = Timeline::new(&free, "file", &craft(), &identity, &sun).unwrap();
-    assert!(matches!(timeline.sequence.stops[0].place, Place::Aim(_)));
+    // The formula of the Astronomical Almanac has the longitude 275.198 deg in the equinox of date,
+    // which precedes that of J2000 by 0.460 deg.
+    let timeline = Timeline::new(&free, "file", &craft(), &identity).unwrap();
+    let Place::Aim(aim) = &timeline.sequence.stops[0].place else { panic!() };
+    let Direction::Fixed(sun) = aim.at else { panic!() };
+    let longitude = (275.198_f64 - 0.460).to_radians();
+    let obliquity = 23.4393_f64.to_radians();
+    let wanted =
+        Vector3::new(longitude.cos(), longitude.sin() * obliquity.cos(), longitude.sin() * obliquity.sin());
+    assert!(sun.dot(&wanted) > 0.02_f64.to_radians().cos(), "{sun}");
+    assert!(timeline.open.iter().any(|text| text.contains("the Sun is seen")), "{:?}", timeline.open);
     let late = Identity { epoch: Some(Epoch::parse("2032-12-26T10:15:32 UTC").unwrap()), ..identity.clone() };
     refused(&file, &late, "from the start of the maneuver to observation 1 has -1 s");
     let mut touching = file.clone();
