@@ -81,6 +81,10 @@ impl Args {
     }
 }
 
+/// The delay that counts \[s\]: a slew that lasts as long as it may ends within the rounding of
+/// sums.
+const LATE: f64 = 1e-6;
+
 /// The slew to an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Slew {
@@ -93,20 +97,19 @@ struct Slew {
 }
 
 impl Slew {
-    /// Returns by how much it is too long \[s\].
-    fn late_s(&self) -> f64 {
-        // A duration of the file has the digits of its times.
-        self.planned_s.map_or(0.0, |planned| planned - self.available_s).max(0.0)
+    /// Returns whether it takes more time than it has.
+    fn is_late(&self) -> bool {
+        self.planned_s.is_some_and(|planned| planned - self.available_s > LATE)
     }
 }
 
-/// What is reported of a file.
+/// The contents of the report on a file.
 struct Told {
     /// The observations, with the times and attitudes of the plan if there is one.
     file: PointingFile,
     /// The slew to each of them; `None` to the first one if it is the start.
     slews: Vec<Option<Slew>>,
-    /// What the file leaves open, a sentence each without its point.
+    /// The questions that the file leaves open, a sentence each without its point.
     open: Vec<String>,
     /// The status of the plan.
     status: Option<Status>,
@@ -150,7 +153,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Returns what a file states alone.
+/// Reports a file without a plan.
 fn unplanned(file: PointingFile) -> Told {
     let gaps = file.observations.windows(2).map(|pair| pair[1].begin.since(&pair[0].end));
     let slew = |available_s| Some(Slew { available_s, planned_s: None, status: None });
@@ -179,7 +182,7 @@ fn planned(
         slews.push(Some(Slew { available_s, planned_s: lasting, status: Some(leg.plan.status) }));
     }
     let failed = plan.legs.iter().map(|leg| leg.plan.status).find(|status| *status != Status::Solved);
-    let status = failed.unwrap_or(if plan.late > 0.0 { Status::NotConverged } else { Status::Solved });
+    let status = failed.unwrap_or(if plan.late > LATE { Status::NotConverged } else { Status::Solved });
     let mut found = timeline.resolved(file, &plan);
     found.object = found.object.or(identity.object);
     found.object_id = found.object_id.or(identity.object_id);
@@ -277,7 +280,7 @@ impl Told {
             lines.line("", format!("… {observations} in all; --format json has them"));
         }
         for (number, observation, _, slew) in self.rows() {
-            let Some(slew) = slew.filter(|slew| slew.late_s() > 0.0) else { continue };
+            let Some(slew) = slew.filter(Slew::is_late) else { continue };
             let name = observation.name.as_deref().map_or(format!("observation {number}"), escape);
             lines.line(
                 "violated",

@@ -1,10 +1,10 @@
-//! Pointing files: timelines of observations, as ESA's PTR and as pointing request messages of CCSDS
-//! (PRM, 509.0-B-1).
+//! Pointing files: timelines of observations, as ESA's PTR and as pointing request messages of
+//! CCSDS (PRM, 509.0-B-1).
 //!
 //! An observation points a body axis `b`, the boresight, at a direction `d`. Its roll is free, or a
 //! second body axis `a` is turned from an inertial axis `i` by an angle φ about `d`, both projected
-//! onto the plane normal to `d`. With φ = 0 the body axis is as near to the inertial axis as the
-//! boresight allows. With `s` built from `b, a` like `t` from `d, i` the attitude is
+//! onto the plane normal to `d`. If φ = 0, the body axis is as near to the inertial axis as the
+//! boresight allows. The vectors `s` are built from `b, a` like `t` from `d, i`. The attitude is
 //!
 //! ```text
 //! R = exp(φ d^) [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ ,   t₁ = d ,   t₂ = d × i / |d × i| ,   t₃ = t₁ × t₂ ,
@@ -12,14 +12,14 @@
 //!
 //! from body to reference components. ESA's engine (OSVE with AGM) has its transpose.
 //!
-//! Between two observations the spacecraft slews. A file may say so in blocks of their own; they hold
-//! nothing, so they are checked when reading, and written where they belong.
+//! Between two observations the spacecraft slews. A file may say so in blocks of their own; they
+//! hold nothing, so they are checked when reading, and written where they belong.
 //!
 //! # Which subset is read?
 //!
-//! Inertial targets, and of PRM the Sun (templates 4.2 and 4.3). Every other construct is refused with
-//! its element and its line, because a timeline that is read in part is another timeline. A PTR is held
-//! to what OSVE 2.9.0 accepts; `tests/exchange/pointing.py` asks it.
+//! Inertial targets, and of PRM the Sun (templates 4.2 and 4.3). Every other construct is refused
+//! with its element and its line, because a timeline that is read in part is another timeline. A
+//! PTR is held to what OSVE 2.9.0 accepts; `tests/exchange/pointing.py` asks it.
 
 mod prm;
 mod ptr;
@@ -53,8 +53,8 @@ pub struct PointingFile {
     pub orbit: Option<String>,
     /// The observations.
     pub observations: Vec<Observation>,
-    /// The statements of the file that are not used, and the choices that its reader made, a sentence
-    /// each without its point.
+    /// The statements of the file that are not used, and the choices that its reader made, a
+    /// sentence each without its point.
     pub not_taken: Vec<String>,
 }
 
@@ -95,14 +95,14 @@ pub enum Roll {
         body_axis: Vector3,
         /// The inertial axis, a unit vector in axes of the reference frame.
         inertial_axis: Vector3,
-        /// The angle about the target \[rad\], in the plane normal to it, from the inertial axis to the
-        /// body axis.
+        /// The angle about the target \[rad\], in the plane normal to it, from the inertial axis to
+        /// the body axis.
         angle: f64,
     },
 }
 
-/// The sine of the least angle between a boresight and the body axis of its roll, and between a target
-/// and the inertial axis: the roll that two nearer axes define has fewer than ten digits.
+/// The sine of the least angle between a boresight and the body axis of its roll, and between a
+/// target and the inertial axis: the roll that two nearer axes define has fewer than ten digits.
 const LEAST_APART: f64 = 1e-6;
 
 impl Observation {
@@ -115,8 +115,8 @@ impl Observation {
         Some(lie::exp(&(angle * target)) * inertial * body.transpose())
     }
 
-    /// Returns the observation in a given attitude, from body to reference components: the target is
-    /// where the boresight points, and the roll is referred to a body axis.
+    /// Returns the observation in a given attitude, from body to reference components: the target
+    /// is where the boresight points, and the roll is referred to a body axis.
     pub fn in_attitude(&self, attitude: &Matrix3) -> Self {
         let body_axis = Matrix3::identity().column(self.boresight.iamin()).into_owned();
         Self {
@@ -137,8 +137,8 @@ impl Observation {
 }
 
 impl PointingFile {
-    /// Returns the file with its inertial directions in another frame; `None` if the rotation between
-    /// the two frames is unknown.
+    /// Returns the file with its inertial directions in another frame; `None` if the rotation
+    /// between the two frames is unknown.
     pub fn in_frame(&self, name: &str) -> Option<Self> {
         if self.reference_frame.eq_ignore_ascii_case(name) {
             return Some(self.clone());
@@ -162,8 +162,8 @@ impl PointingFile {
         Some(found)
     }
 
-    /// Refuses observations that no file may hold: directions that are not unit vectors, rolls that are
-    /// not defined, or times that do not follow one another.
+    /// Refuses observations that no file may hold: directions that are not unit vectors, rolls that
+    /// are not defined, or times that do not follow one another.
     fn check(&self) -> Result<(), ExportError> {
         let unit = |vector: &Vector3| (vector.norm() - 1.0).abs() < crate::rounding::ROTATION;
         let sound = |observation: &Observation| {
@@ -189,8 +189,8 @@ impl PointingFile {
 /// Reads a pointing file, a PTR or a PRM; `name` stands for the file in messages.
 ///
 /// # Errors
-/// Returns the first fault with its line: what is no XML, every construct outside of the subset, and
-/// observations that overlap.
+/// Returns the first fault with its line: what is no XML, every construct outside of the subset,
+/// and observations that overlap.
 pub fn read_pointing(input: impl Read, name: &str) -> Result<PointingFile, Diagnostics> {
     let text = whole_text(input, name, "a PTR or a pointing request message (PRM)")?;
     let read = |text: &str| {

@@ -1,19 +1,18 @@
 //! Pointing request messages of CCSDS (PRM, 509.0-B-1 with corrigendum 1), XML: the templates of
 //! inertial pointing (4.2) and of Sun pointing (4.3).
 //!
-//! A segment has the definition of its blocks in the metadata, and their times and numbers in the data.
-//! The definition states the axes to which the phase angle refers; without them the roll is free. Blocks
-//! that refer to other axes need a segment of their own.
+//! A segment has the definition of its blocks in the metadata, and their times and numbers in the
+//! data. The definition states the axes to which the phase angle refers; without them the roll is
+//! free. Blocks that refer to other axes need a segment of their own.
 //!
 //! # Where does the standard leave a choice?
 //!
 //! - Metadata end with `STOP_TIME` (3.2.1.19) or with `END_TIME` (figure 3-1): both are read.
-//! - The second of `spherical` coordinates is the polar angle in table 3-10, and a declination in the
-//!   example of table 4-2: an elevation is read, and reported. `raDec` is written by other programs
-//!   for the same, and vectors are written here.
+//! - The second of `spherical` coordinates is the polar angle in table 3-10, and a declination in
+//!   the example of table 4-2: an elevation is read, and reported. Vectors are written.
 //! - Template 4-3 defines the frame of the spacecraft twice, once with no base: both are read.
-//! - Annex F says nothing of an offset angle, and a plan stops at rest: only an offset and a rate of
-//!   zero are read.
+//! - Annex F says nothing of an offset angle, and a plan stops at rest: only an offset and a rate
+//!   of zero are read.
 
 use super::tree::{Part, angle};
 use super::{LEAST_APART, Observation, PointingFile, Roll, Target, check_order};
@@ -176,7 +175,7 @@ fn definition<'t>(
         let (name, of) = (frame.said("name")?, frame.said("baseFrame")?);
         match (of.text, base, body) {
             ("none", None, _) => base = Some(name),
-            // As template 4-3 repeats the frame of the spacecraft.
+            // Template 4-3 repeats the frame of the spacecraft.
             ("none", Some(_), _) if again.is_none() => again = Some(name),
             (of, Some(base), None) if of == base.text => body = Some(name),
             _ => {
@@ -391,7 +390,8 @@ fn moment(text: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
         .or_else(|error| text.wrong(error.to_string(), "write it as 2032-12-26T10:15:31.000"))
 }
 
-/// What the observations of one segment share: their definition.
+/// Returns the definition of an observation: whether it points at the Sun, and the axes of its
+/// roll.
 fn shared(observation: &Observation) -> (bool, Option<[Vector3; 2]>) {
     let sun = observation.target == Target::Sun;
     match observation.roll {
@@ -401,8 +401,8 @@ fn shared(observation: &Observation) -> (bool, Option<[Vector3; 2]>) {
 }
 
 impl PointingFile {
-    /// Writes a PRM: template 4.2 for inertial targets, template 4.3 for the Sun; without a phase angle
-    /// where the roll is free. Times have the scale of the first.
+    /// Writes a PRM: template 4.2 for inertial targets, template 4.3 for the Sun; without a phase
+    /// angle where the roll is free. Times have the scale of the first.
     ///
     /// # Errors
     /// Returns an error for observations that cannot be written, or the error of the stream.

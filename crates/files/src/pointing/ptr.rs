@@ -10,9 +10,9 @@
 //! phaseAngle[@ref="align"] := SCAxis[@frame="SC"] x y z, inertialAxis[@frame="EME2000"] x y z
 //! ```
 //!
-//! Times are UTC with whole seconds or three decimals: OSVE 2.9.0 refuses all others. It also refuses
-//! slews at either end, two slews in a row, and observations that touch. It reads `nan` as a number;
-//! this reader does not.
+//! Times are UTC with whole seconds or three decimals: OSVE 2.9.0 refuses all others. It also
+//! refuses slews at either end, two slews in a row, and observations that touch. It reads `nan` as
+//! a number; this reader does not.
 
 use super::tree::{Part, angle};
 use super::{LEAST_APART, Observation, PointingFile, Roll, Target, check_order, unit};
@@ -191,14 +191,15 @@ fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
 }
 
 impl PointingFile {
-    /// Writes a resolved PTR: observations with their attitude, and a slew between any two. Times have
-    /// milliseconds: a begin is rounded up and an end down, so that an observation is within its hold.
+    /// Writes a resolved PTR: observations with their attitude, and a slew between any two. Times
+    /// have milliseconds: a begin is rounded up and an end down, so that an observation is within
+    /// its hold.
     ///
     /// # Errors
     /// Returns [`Lacking::Roll`] if an observation has a free roll or points at the Sun
-    /// ([`Observation::in_attitude`] gives both), [`Lacking::PointingFrame`] if the reference frame is
-    /// not inertial, [`Lacking::Observations`] for observations that touch or cannot be written, or the
-    /// error of the stream.
+    /// ([`Observation::in_attitude`] gives both), [`Lacking::PointingFrame`] if the reference frame
+    /// is not inertial, [`Lacking::Observations`] for observations that touch or cannot be written,
+    /// or the error of the stream.
     pub fn write_ptr(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         self.check()?;
         let file = self.in_frame(INERTIAL).ok_or(Lacking::PointingFrame)?;
@@ -254,8 +255,8 @@ fn vector(xml: &mut Xml<'_>, depth: usize, opening: &str, vector: &Vector3) -> R
 /// The shortest observation \[s\]: rounding takes less than a millisecond from either end.
 const SHORTEST: f64 = 3e-3;
 
-/// The part of a millisecond within which a time is a whole number of them: a nanosecond, the sum of
-/// seconds in doubles over days.
+/// The part of a millisecond within which a time is a whole number of them: a nanosecond, the sum
+/// of seconds in doubles over days.
 const WHOLE: f64 = 1e-6;
 
 /// Returns a time in UTC with three decimals.

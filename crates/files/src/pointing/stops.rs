@@ -1,8 +1,9 @@
-//! From a pointing file to a sequence of stops, and back with the times and attitudes of its plan.
+//! Converts a pointing file to a sequence of stops, and the plan of that to a file.
 //!
-//! Observations are stops that begin and end when the file says; slews are the legs between them. The
-//! clock of the sequence starts at an epoch, with the spacecraft in the start of the maneuver. Without
-//! an epoch it starts at the end of the first observation, with the spacecraft in its attitude.
+//! Observations are stops that begin and end when the file says; slews are the legs between them.
+//! The clock of the sequence starts at the epoch of the spec, with the spacecraft in its start. If
+//! the spec has no epoch, it starts at the end of the first observation, with the spacecraft in its
+//! attitude.
 
 use super::{Observation, PointingFile, Roll, Target};
 use crate::epoch::Epoch;
@@ -24,22 +25,23 @@ pub struct Timeline {
     pub sequence: Sequence,
     /// The moment of its time zero.
     pub zero: Epoch,
-    /// The first observation that is a stop: 1 where the sequence starts in the attitude of the first.
+    /// The first observation that is a stop: 1 where the sequence starts in the attitude of the
+    /// first.
     pub first: usize,
     /// Questions that the file and the spec leave open, a sentence each without its point.
     pub open: Vec<String>,
-    /// From axes of the spec's reference frame to axes of the file's.
+    /// The rotation from axes of the spec's reference frame to axes of the file's.
     to_file: Matrix3,
 }
 
 impl Timeline {
-    /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names and
-    /// the epoch of the start. The Sun is seen from the centre of the Earth, and stays where it is in the
-    /// middle of its observation. `name` stands for the file in messages.
+    /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names
+    /// and the epoch of the start. The Sun is seen from the centre of the Earth, and stays where it
+    /// is in the middle of its observation. `name` stands for the file in messages.
     ///
     /// # Errors
-    /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no time,
-    /// for a first observation that cannot be the start, and for a roll that no axes define.
+    /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no
+    /// time, for a first observation that cannot be the start, and for a roll that no axes define.
     pub fn new(
         file: &PointingFile,
         name: &str,
@@ -127,7 +129,8 @@ impl Timeline {
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
 
-    /// Returns the time that each leg has \[s\]: from the end of the hold before to the begin of its own.
+    /// Returns the time that each leg has \[s\]: from the end of the hold before to the begin of
+    /// its own.
     pub fn available(&self) -> Vec<f64> {
         let mut free_from = 0.0;
         let gap = |stop: &Stop| {
@@ -138,8 +141,8 @@ impl Timeline {
         self.sequence.stops.iter().map(gap).collect()
     }
 
-    /// Returns the file with the times and the attitudes of a plan of its sequence: every roll is given,
-    /// and every target is inertial.
+    /// Returns the file with the times and the attitudes of a plan of its sequence: every roll is
+    /// given, and every target is inertial.
     pub fn resolved(&self, file: &PointingFile, plan: &SequencePlan) -> PointingFile {
         let mut found = file.clone();
         for leg in &plan.legs {
@@ -158,8 +161,8 @@ impl Timeline {
     }
 }
 
-/// Returns the direction from the centre of the Earth to the Sun in the middle of an observation, in
-/// axes of an inertial frame.
+/// Returns the direction from the centre of the Earth to the Sun in the middle of an observation,
+/// in axes of an inertial frame.
 fn sun_in(frame: &str, observation: &Observation) -> Option<Vector3> {
     let Meaning::Inertial(to_icrf) = meaning(frame) else { return None };
     let middle = observation.begin.after(0.5 * observation.lasting());

@@ -226,8 +226,8 @@ fn a_prm_states_what_a_ptr_states() {
     assert!((direction(second) - wanted).norm() < 1e-15);
 }
 
-/// The definition of the phase angle in 509.0-B-1, 4.2.1 d: in the plane normal to the target, from the
-/// projection of the inertial axis to that of the body axis, positive about the target.
+/// The definition of the phase angle in 509.0-B-1, 4.2.1 d: in the plane normal to the target, from
+/// the projection of the inertial axis to that of the body axis, positive about the target.
 #[test]
 fn attitudes_have_the_properties_that_define_them() {
     let mut draws = Stream::new(7, 0, 0);
