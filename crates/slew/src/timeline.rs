@@ -1,19 +1,24 @@
 //! `slew timeline`: a pointing file, its attitudes, and the slews between its observations.
 
 use super::args::ReportFormat;
+use super::pictured::EULER;
 use super::plan::Watcher;
+use super::plan::sequence::refusal;
 use super::{
-    Common, Console, Exit, Failure, Lines, Message, Reading, Tone, console, interrupt, spec_file, summary,
+    Common, Console, Exit, Failure, Format, Lines, Message, OutputArgs, Reading, Tone, console, export,
+    interrupt, report, spec_file, summary,
 };
+use clap::ValueEnum;
 use serde::Serialize;
 use slewkit::numerics::figures::{counted, short};
 use slewkit::plan::Status;
-use slewkit::sequence::SequenceError;
 use slewkit::{Matrix3, lie};
-use slewkit_files::export::{ExportError, Target, write_document};
+use slewkit_files::epoch::Epoch;
+use slewkit_files::export::{ExportError, SequenceFile, Target, write_document};
 use slewkit_files::formats;
 use slewkit_files::pointing::{self, Observation, PointingFile, Timeline, read_pointing};
-use slewkit_files::spec::{Loaded, escape};
+use slewkit_files::spec::{Loaded, LoadedSequence, escape};
+use slewkit_report::sequence_page;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew timeline`.
@@ -30,7 +35,8 @@ from one observation to the next. -o then has the planned times, and the attitud
 Examples:
   slew timeline requests.xml
   slew timeline requests.xml -o requests.ptx
-  slew timeline requests.ptx --spec spacecraft.toml -o resolved.ptx")]
+  slew timeline requests.ptx --spec spacecraft.toml -o resolved.ptx
+  slew timeline requests.ptx --spec spacecraft.toml --plan attitude.aem --report day.html")]
 pub struct Args {
     /// The pointing file; `-` reads stdin
     #[arg(value_name = "FILE")]
@@ -43,7 +49,13 @@ pub struct Args {
     /// Write the timeline: .ptx is a PTR, .xml or .prm a PRM
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Replace FILE if it exists
+    /// Write the plan of the slews and holds, as `slew plan` does: .json, .aem, .bc, .csv and others
+    #[arg(long, value_name = "FILE", requires = "spec")]
+    pub plan: Option<PathBuf>,
+    /// Show that plan as one page for a browser
+    #[arg(long, value_name = "FILE.html", requires = "spec")]
+    pub report: Option<PathBuf>,
+    /// Replace files that exist
     #[arg(long)]
     pub force: bool,
     /// `json` prints the report on stdout
@@ -125,10 +137,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let name = args.file.to_string_lossy().into_owned();
     let file = read_pointing(spec_file::open_plan(&args.file)?, &name)?;
     let told = match &args.spec {
-        None => unplanned(file),
         Some(spec) => planned(&file, &name, spec, args, console)?,
+        None => {
+            let told = unplanned(file);
+            console.say(&told.lines(console, &name).join("\n"));
+            told
+        }
     };
-    console.say(&told.lines(console, &name).join("\n"));
     if args.format == ReportFormat::Json {
         console::to_stdout(|output| write_document(&told.document(), output))?;
     }
@@ -162,7 +177,7 @@ fn unplanned(file: PointingFile) -> Told {
     Told { slews, open, status: None, originator: "UNKNOWN".into(), file }
 }
 
-/// Plans the slews of a file.
+/// Plans the slews of a file, and writes the plan.
 fn planned(
     file: &PointingFile,
     name: &str,
@@ -170,10 +185,22 @@ fn planned(
     args: &Args,
     console: &mut Console,
 ) -> Result<Told, Failure> {
-    let Loaded { problem, settings, identity, .. } = spec_file::read(spec, &args.reading, console)?;
+    let inputs = [args.file.as_path(), spec];
+    let output = OutputArgs { format: None, output: args.plan.clone(), force: args.force, quiet: args.quiet };
+    let destination = output.destination(Format::value_variants(), &inputs)?;
+    let page = args.report.as_deref().map(|path| report::target(path, args.force, &inputs)).transpose()?;
+    let Loaded { problem, settings, mut identity, files, .. } =
+        spec_file::read(spec, &args.reading, console)?;
+    destination.distinct_from(&files)?;
     let timeline = Timeline::new(file, name, &problem, &identity)?;
+    identity.epoch = Some(timeline.zero);
+    let tables = export::TableArgs::default().checked(&destination)?;
+    let sequence = timeline.sequence.clone();
+    let loaded = LoadedSequence { sequence, settings, expect: None, identity, files, warnings: Vec::new() };
+    let LoadedSequence { sequence, settings, identity, .. } = &loaded;
+    export::check(&destination, &sequence.craft, identity)?;
     interrupt::watch();
-    let plan = timeline.sequence.plan(&settings, &mut Watcher(console));
+    let plan = sequence.plan(settings, &mut Watcher(console));
     console.clear_progress();
     let plan = plan.map_err(|error| refusal(&error))?;
     let mut slews: Vec<Option<Slew>> = vec![None; timeline.first];
@@ -181,34 +208,27 @@ fn planned(
         let lasting = leg.plan.solution.trajectory.time.last().copied();
         slews.push(Some(Slew { available_s, planned_s: lasting, status: Some(leg.plan.status) }));
     }
-    let failed = plan.legs.iter().map(|leg| leg.plan.status).find(|status| *status != Status::Solved);
-    let status = failed.unwrap_or(if plan.late > LATE { Status::NotConverged } else { Status::Solved });
     let mut found = timeline.resolved(file, &plan);
-    found.object = found.object.or(identity.object);
-    found.object_id = found.object_id.or(identity.object_id);
-    Ok(Told {
+    found.object = found.object.or(identity.object.clone());
+    found.object_id = found.object_id.or(identity.object_id.clone());
+    let told = Told {
         file: found,
         slews,
         open: timeline.open,
-        status: Some(status),
-        originator: identity.originator.unwrap_or("UNKNOWN".into()),
-    })
-}
-
-/// Builds the failure of a timeline without a plan.
-fn refusal(error: &SequenceError) -> Failure {
-    let reason = escape(&error.to_string());
-    if interrupt::requested() {
-        let message = Message::new("E0155", format!("interrupted: {reason}"), "run it again");
-        return Failure::Plan(Status::Interrupted, message);
+        status: Some(plan.status()),
+        originator: identity.originator.clone().unwrap_or("UNKNOWN".into()),
+    };
+    console.say(&told.lines(console, name).join("\n"));
+    interrupt::writing();
+    let written = SequenceFile::new(sequence, settings, &plan, identity);
+    destination.write(console, |format, output| {
+        let format = format.of_data().unwrap_or(formats::Format::Json);
+        format.write_sequence(&written, &sequence.craft, identity, tables, output)
+    })?;
+    if let Some(page) = &page {
+        report::write(page, &sequence_page(&written, &loaded, EULER), console)?;
     }
-    match error {
-        SequenceError::NoPlan { .. } => {
-            let remedy = "leave more time for the slew, or plan it by itself to see why";
-            Failure::Plan(Status::NotConverged, Message::new("E0155", reason, remedy))
-        }
-        _ => Failure::Problem(Message::new("E0155", reason, "change the spec or the file accordingly")),
-    }
+    Ok(told)
 }
 
 /// Returns the attitude of an observation, where the file gives it.
@@ -217,6 +237,11 @@ fn attitude(observation: &Observation) -> Option<Matrix3> {
         pointing::Target::Inertial(target) => observation.attitude(&target),
         pointing::Target::Sun => None,
     }
+}
+
+/// Returns the date and the time of day to the millisecond.
+fn milliseconds(moment: &Epoch) -> String {
+    moment.calendar_text().chars().take("2032-12-26T10:15:31.000".len()).collect()
 }
 
 /// Characters of the name of an observation.
@@ -270,7 +295,7 @@ impl Told {
                     turned.unwrap_or("-".into()),
                     seconds(has),
                     seconds(takes),
-                    observation.begin.calendar_text(),
+                    milliseconds(&observation.begin),
                     seconds(Some(observation.lasting()))
                 ),
             );

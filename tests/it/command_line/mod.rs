@@ -23,3 +23,4 @@ mod report_studies;
 mod simulate;
 mod sky;
 mod streams;
+mod timeline;
