@@ -122,7 +122,7 @@ fn a_timeline_that_cannot_be_planned_is_refused() {
     folder.slew(&["timeline", "other.ptx"]).ends(8).tells("other.ptx:3:").tells("E0154");
     folder.slew(&["timeline", "none.ptx"]).ends(8).tells("E0090");
     folder.slew(&["timeline", "requests.ptx", "-o", "out.json"]).ends(2).tells("E0105");
-    folder.slew(&["timeline", "requests.ptx", "-o", "requests.ptx", "--force"]).ends(2).tells("E0100");
+    folder.slew(&["timeline", "requests.ptx", "-o", "requests.ptx", "--force"]).ends(8).tells("E0100");
     folder.slew(&["timeline", "requests.ptx", "--plan", "plan.json"]).ends(2).tells("--spec");
     let planned = ["timeline", "requests.ptx", "--spec", "craft.toml", "--set"];
     let with = |set: &str| folder.slew(&[&planned[..], &[set]].concat());
