@@ -147,7 +147,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if args.format == ReportFormat::Json {
         console::to_stdout(|output| write_document(&told.document(), output))?;
     }
-    if let Some((target, ptr)) = &target {
+    let whole = told.slews.len() == told.file.observations.len();
+    if let (Some(_), false) = (&target, whole) {
+        console.say(&summary::line("wrote", "no timeline: the plan does not reach its end"));
+    }
+    if let Some((target, ptr)) = target.as_ref().filter(|_| whole) {
         interrupt::writing();
         target
             .write(|output| match ptr {

@@ -82,15 +82,13 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     let mut definitions = Vec::new();
     for inner in metadata.all(&[&names[..], &["COMMENT", "definition"]].concat())? {
         let name = inner.name();
-        match names.iter().position(|known| *known == name.text) {
-            Some(at) => {
-                if said[at].replace(inner.only(&[])?).is_some() {
-                    return name
-                        .wrong(format!("<{}> stands twice in the metadata", name.text), "give it once");
-                }
-            }
-            None if name.text == "definition" => definitions.push(inner),
-            None => {}
+        if name.text == "definition" {
+            definitions.push(inner);
+        }
+        let Some(at) = names.iter().position(|known| *known == name.text) else { continue };
+        if said[at].replace(inner.only(&[])?).is_some() {
+            let reason = format!("<{}> stands twice in the metadata", name.text);
+            return name.wrong(reason, "give it once");
         }
     }
     let Some(data) = data.filter(|data| data.0.first_element_child().is_some()) else { return Ok(()) };

@@ -117,20 +117,19 @@ fn observation<'t>(block: Part<'t>, file: &mut PointingFile) -> Result<Piece<'t>
     Ok(start)
 }
 
+/// The note on metadata.
+const METADATA: &str = "<metadata> names an observation by its first <comment>; the rest is left out";
+
 /// Returns the first comment of the metadata, which names the observation.
 fn comment(metadata: Part<'_>, file: &mut PointingFile) -> Result<Option<String>, Wrong> {
-    let mut first = None;
-    for part in metadata.0.children().filter(Node::is_element).map(Part) {
-        if part.name().text == "comment" && first.is_none() {
-            first = Some(part.text()?.text.to_string());
-        } else {
-            let note = format!("<{}> in <metadata> is left out", cut(part.name().text, 40));
-            if !file.not_taken.contains(&note) {
-                file.not_taken.push(note);
-            }
-        }
+    let mut parts = metadata.0.children().filter(Node::is_element).map(Part);
+    let comment = parts.find(|part| part.name().text == "comment");
+    if metadata.0.children().filter(Node::is_element).count() > usize::from(comment.is_some())
+        && file.not_taken.is_empty()
+    {
+        file.not_taken.push(METADATA.into());
     }
-    Ok(first)
+    comment.map(|comment| comment.text().map(|text| text.text.to_string())).transpose()
 }
 
 /// Returns a boresight.

@@ -495,6 +495,17 @@ fn what_a_prm_may_not_hold_is_refused() {
     assert!(found.0[0].reason.contains("the target MOON"), "{found}");
 }
 
+#[test]
+fn metadata_name_an_observation_and_are_left_out_otherwise() {
+    let planning = "<planning><observations designer=\"X\"/></planning><comment>Second";
+    let file = read(&PTR.replace("<comment>Second", planning));
+    assert_eq!(file.observations[1].name.as_deref(), Some("Second & last"));
+    assert_eq!(file.not_taken.len(), 1);
+    let file = read(&PTR.replace("<comment>Second &amp; last</comment>", "<planning/>"));
+    assert_eq!((file.observations[1].name.as_deref(), file.not_taken.len()), (None, 1));
+    assert_eq!(read(PTR).not_taken.len(), 0);
+}
+
 /// Bytes that are no pointing file at all end with an error, in time and without a panic.
 #[test]
 fn hostile_bytes_are_refused() {
