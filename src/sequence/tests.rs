@@ -132,6 +132,25 @@ fn three_rolls_are_found_together() {
     is_near(of_legs(&body, &joints, &[4.0, 5.0, 4.5], &first), 1.2205766838479164, 1e-8);
 }
 
+/// A leg between given ends leaves nothing free; the roll at the end of the next is still the best.
+#[test]
+fn a_leg_without_unknowns_goes_with_a_free_roll() {
+    let at = given([0.8660254037844387, 0.3535533905932737, 0.3535533905932737, 0.0]);
+    let direction = Direction::Fixed(Vector3::new(-0.3, 1.0, -0.5).normalize());
+    let aim = Aim::new(Vector3::z(), direction).at_rest();
+    let ends = aim.ends(0.0, &Matrix3::identity(), &Vector3::zeros()).unwrap();
+    let (body, roll) = (skew_body(), Joint::Roll(ends));
+    let rolled = |roll: f64| Joint::Roll(ends).state(&[roll]);
+    let found = of_legs(&body, &[Joint::Given(at), roll], &[4.0, 5.0], &[at, rolled(0.0)]);
+    let of_roll = |roll: f64| {
+        let end = rolled(roll);
+        of_legs(&body, &[Joint::Given(at), Joint::Given(end)], &[4.0, 5.0], &[at, end])
+    };
+    let scanned = (0..24).map(|k| of_roll(f64::from(k) * std::f64::consts::PI / 12.0));
+    let least = scanned.reduce(f64::min).unwrap();
+    assert!(found < least && found > 0.97 * least, "{found} {least}");
+}
+
 /// p06: a boresight passes a direction at a free time, on the way to a given attitude.
 #[test]
 fn a_boresight_passes_a_target_at_the_best_time() {

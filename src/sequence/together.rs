@@ -290,6 +290,10 @@ impl Together<'_> {
             Model { slope: DVector::zeros(count), curvature: DMatrix::zeros(count, count), sizes };
         for (leg, (slope, curvature)) in slopes.iter().zip(curvatures).enumerate() {
             let own = self.own(leg);
+            // A leg between given ends has no unknown, and a matrix of none no eigenvalues.
+            if own.is_empty() {
+                continue;
+            }
             let scale = DMatrix::from_diagonal(&model.sizes.select_rows(&own));
             let eigen = (&scale * curvature * &scale).symmetric_eigen();
             let largest = eigen.eigenvalues.amax();

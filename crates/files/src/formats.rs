@@ -251,7 +251,7 @@ fn notes(verification: Option<&Verification>) -> Vec<String> {
 
 /// Returns the creation date of messages: now, or the value of `SOURCE_DATE_EPOCH`, for equal
 /// files of equal inputs.
-fn now() -> Epoch {
+pub fn now() -> Epoch {
     let said = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     Epoch::of_unix(said.unwrap_or_else(clock))

@@ -1,6 +1,6 @@
 //! `slew plan`: solves, verifies, reports, writes.
 
-mod sequence;
+pub mod sequence;
 mod warm;
 
 use super::pictured::EULER;

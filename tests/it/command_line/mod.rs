@@ -24,3 +24,4 @@ mod sequences;
 mod simulate;
 mod sky;
 mod streams;
+mod timeline;

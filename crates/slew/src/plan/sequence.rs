@@ -53,7 +53,7 @@ pub(super) fn run(
 }
 
 /// Builds the failure of a sequence without a plan.
-fn refusal(error: &SequenceError) -> Failure {
+pub fn refusal(error: &SequenceError) -> Failure {
     let reason = escape(&error.to_string());
     if interrupt::requested() {
         let message = Message::new("E0191", format!("interrupted: {reason}"), "run it again");
