@@ -10,14 +10,17 @@ use slewkit_files::spec::{Difference, Spec, escape};
 use std::io::Read;
 
 /// Judges the legs, and what joins them.
-pub(super) fn run(args: &Args, input: Box<dyn Read>, console: &mut Console) -> Result<Exit, Failure> {
+pub(super) fn run(
+    args: &Args,
+    given: Option<Spec>,
+    input: Box<dyn Read>,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
     let unusable = |error| Failure::unusable(&args.plan, &error);
     let file = SequenceFile::read(input).map_err(unusable)?;
-    let loaded = match (&args.spec, &file.record.spec) {
-        (Some(path), _) => match spec_file::read_planned(path, &args.reading, console)? {
-            Spec::Sequence(loaded) => *loaded,
-            _ => return Err(spec_file::without_stops()),
-        },
+    let loaded = match (given, &file.record.spec) {
+        (Some(Spec::Sequence(loaded)), _) => *loaded,
+        (Some(_), _) => return Err(spec_file::without_stops()),
         (None, Some(held)) => spec_file::read_held_sequence(held, &args.plan, &args.reading, console)?,
         (None, None) => return Err(unusable(ExportError::NoSpec)),
     };
