@@ -82,7 +82,7 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
     } else if section.has("window_s") {
         let pair = section.square("window_s")?;
         let [from, until] = <[f64; 2]>::try_from(pair.first()?.clone()).ok()?;
-        if until - from < hold {
+        if hold - (until - from) > Visit::ROUND_OFF * (from.abs() + hold) {
             let reason =
                 format!("the window is {} s long, and the hold takes {} s", short(until - from), short(hold));
             return section.refuse("E0190", "window_s", reason, "shorten the hold, or widen the window");
