@@ -177,16 +177,30 @@ impl Aim {
         Self { roll_rate, ..self }
     }
 
-    /// Returns whether the end depends on the arrival time, in axes of a reference frame that
-    /// turns at `frame_rate`.
-    pub fn moves(&self, frame_rate: &Vector3) -> bool {
+    /// This end with other directions, each made of its own.
+    pub(crate) fn with_directions(&self, change: impl Fn(&Direction) -> Direction) -> Self {
+        let roll = match &self.roll {
+            Roll::Free => Roll::Free,
+            Roll::Towards { axis, at, within } => {
+                Roll::Towards { axis: *axis, at: change(at), within: *within }
+            }
+        };
+        Self { at: change(&self.at), roll, ..self.clone() }
+    }
+
+    /// Returns the directions of the boresight and of the second axis.
+    pub(crate) fn directions(&self) -> impl Iterator<Item = &Direction> {
         let second = match &self.roll {
             Roll::Free => None,
             Roll::Towards { at, .. } => Some(at),
         };
-        let moves = |direction: &Direction| !direction.is_still(frame_rate);
-        moves(&self.at)
-            || second.is_some_and(moves)
+        std::iter::once(&self.at).chain(second)
+    }
+
+    /// Returns whether the end depends on the arrival time, in axes of a reference frame that
+    /// turns at `frame_rate`.
+    pub fn moves(&self, frame_rate: &Vector3) -> bool {
+        self.directions().any(|direction| !direction.is_still(frame_rate))
             || (self.rate == AimRate::Matched && *frame_rate != Vector3::zeros())
     }
 

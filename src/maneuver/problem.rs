@@ -2,6 +2,7 @@
 //! solved.
 
 mod check;
+mod clock;
 mod ends;
 mod error;
 mod formulation;

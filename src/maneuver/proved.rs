@@ -74,6 +74,10 @@ impl Solution {
             None => match self.optimality.second_order() {
                 SecondOrder::Minimum => Proved::Minimum,
                 SecondOrder::Saddle => Proved::Saddle,
+                // A motion that follows a target has no costates.
+                _ if self.cost > 0.0 && self.trajectory.costates.iter().all(|part| *part == 0.0) => {
+                    Proved::Feasible
+                }
                 SecondOrder::Undecided | SecondOrder::NotTested => Proved::Extremal,
             },
         })

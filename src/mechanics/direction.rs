@@ -97,8 +97,36 @@ impl Direction {
         match self {
             Self::Fixed(vector) => Self::Fixed(rotation * vector),
             Self::InFrame(vector) => Self::InFrame(rotation * vector),
-            Self::Moving(track) => Self::Moving(track.turned(rotation)),
-            Self::Disc { centre, radius } => Self::Disc { centre: centre.turned(rotation), radius: *radius },
+            Self::Moving(_) | Self::Disc { .. } => self.with_track(|track| track.turned(rotation)),
+        }
+    }
+
+    /// This direction for a clock that begins `by` \[s\] later, while the reference frame does not
+    /// turn.
+    #[must_use]
+    pub fn later(&self, by: f64) -> Self {
+        self.with_track(|track| track.later(by))
+    }
+
+    /// This direction from the pieces of its vector alone that a span \[s\] meets.
+    #[must_use]
+    pub fn within(&self, span: [f64; 2]) -> Self {
+        self.with_track(|track| track.within(span))
+    }
+
+    fn with_track(&self, change: impl Fn(&Track) -> Track) -> Self {
+        match self {
+            Self::Fixed(_) | Self::InFrame(_) => self.clone(),
+            Self::Moving(track) => Self::Moving(change(track)),
+            Self::Disc { centre, radius } => Self::Disc { centre: change(centre), radius: *radius },
+        }
+    }
+
+    /// Returns the time \[s\] until which it is known: infinite for one that does not move.
+    pub fn known_until(&self) -> f64 {
+        match self {
+            Self::Fixed(_) | Self::InFrame(_) => f64::INFINITY,
+            Self::Moving(track) | Self::Disc { centre: track, .. } => track.span().1,
         }
     }
 

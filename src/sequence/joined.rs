@@ -10,6 +10,8 @@ pub struct Flown<'a> {
     pub path: &'a Trajectory,
     /// When it begins \[s\].
     pub begins: f64,
+    /// The motion of the hold at its end, from time zero; `None` where the body rests.
+    pub hold: Option<&'a Trajectory>,
     /// When the next leg begins, or the last hold ends \[s\].
     pub until: f64,
 }
@@ -19,7 +21,7 @@ pub struct Flown<'a> {
 pub struct Part {
     /// The leg, from 0.
     pub leg: usize,
-    /// Whether it is the rest at the end of the leg.
+    /// Whether it is the rest, or the hold, at the end of the leg.
     pub rests: bool,
     /// Its first and its last node.
     pub nodes: [usize; 2],
@@ -46,13 +48,23 @@ impl Joined {
         whole
     }
 
-    fn add(&mut self, leg: usize, Flown { path, begins, until }: Flown) {
+    fn add(&mut self, leg: usize, Flown { path, begins, hold, until }: Flown) {
         let Some(duration) = path.time.last() else { return };
+        self.follow(path, begins, Part { leg, rests: false, nodes: [0; 2] });
+        let arrival = begins + duration;
+        match hold {
+            Some(hold) => self.follow(hold, arrival, Part { leg, rests: true, nodes: [0; 2] }),
+            None if until > arrival => self.rest(leg, until),
+            None => {}
+        }
+    }
+
+    /// Adds a motion that begins at a time \[s\], and a part with its nodes.
+    fn follow(&mut self, path: &Trajectory, begins: f64, part: Part) {
         let first = self.path.time.len().saturating_sub(1);
         if !self.path.time.is_empty() {
             self.drop_node();
         }
-        let wheels = path.wheel_momentum.len() / path.time.len();
         self.path.input_count = path.input_count;
         // A quaternion and its negative are one attitude: the row stays continuous.
         let sign = match (self.path.quaternion.last(), path.quaternion.first()) {
@@ -71,18 +83,22 @@ impl Joined {
         }
         let last = self.path.time.len() - 1;
         if last > first {
-            self.parts.push(Part { leg, rests: false, nodes: [first, last] });
+            self.parts.push(Part { nodes: [first, last], ..part });
         }
-        if until > begins + duration {
-            self.path.time.push(until);
-            self.path.quaternion.extend(self.path.quaternion.last().copied());
-            self.path.angular_velocity.push(Vector3::zeros());
-            let held = self.path.wheel_momentum.len() - wheels;
-            self.path.wheel_momentum.extend_from_within(held..);
-            self.path.input.extend(std::iter::repeat_n(0.0, path.input_count));
-            self.path.torque.push(Vector3::zeros());
-            self.parts.push(Part { leg, rests: true, nodes: [last, last + 1] });
-        }
+    }
+
+    /// Adds a rest until a time \[s\].
+    fn rest(&mut self, leg: usize, until: f64) {
+        let last = self.path.time.len() - 1;
+        let wheels = self.path.wheel_momentum.len() / self.path.time.len();
+        self.path.time.push(until);
+        self.path.quaternion.extend(self.path.quaternion.last().copied());
+        self.path.angular_velocity.push(Vector3::zeros());
+        let held = self.path.wheel_momentum.len() - wheels;
+        self.path.wheel_momentum.extend_from_within(held..);
+        self.path.input.extend(std::iter::repeat_n(0.0, self.path.input_count));
+        self.path.torque.push(Vector3::zeros());
+        self.parts.push(Part { leg, rests: true, nodes: [last, last + 1] });
     }
 
     /// Removes the last node, which the first one of the next leg replaces.

@@ -51,6 +51,11 @@ impl Leg {
         Ok(Self::planned(problem, solution))
     }
 
+    /// Returns how long it lasts \[s\].
+    pub fn lasting(&self) -> f64 {
+        self.solution.trajectory.time.last().copied().unwrap_or(1.0)
+    }
+
     fn planned(problem: Problem, solution: Solution) -> Option<Self> {
         let path = &solution.trajectory;
         let last = path.costates.len().checked_sub(6)?;

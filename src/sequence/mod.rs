@@ -11,34 +11,36 @@ pub mod joined;
 mod joint;
 mod leg;
 pub mod leg_bound;
+mod legs;
 pub mod order;
 mod pairs;
 mod rolls;
 pub mod symmetry;
 pub mod table;
 mod together;
+pub mod tracked;
 mod windows;
 
 pub use leg_bound::LegBound;
 pub use symmetry::Symmetry;
 pub use table::{Making, Quantity, SlewTable, TableError, TableOptions};
+pub use tracked::Hold;
 
-use crate::lie;
 use crate::maneuver::aim::{Aim, AimError, AimRate, Ends};
+use crate::maneuver::constraint::Direction;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
-use crate::maneuver::settings::{Settings, Target};
-use crate::maneuver::solution::Outcome;
+use crate::maneuver::settings::Settings;
 use crate::optimize::search::{Control, Observer, PlanError, Progress};
-use crate::plan::{Guess, Plan, Status, plan};
+use crate::plan::{Plan, Status};
 use crate::{Matrix3, Vector3};
 use joined::{Flown, Joined};
 use joint::Joint;
+use legs::Legs;
 use order::{Order, Visit};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use thiserror::Error;
-use together::{Lasting, Together, Tuning, Whole};
 use windows::Missed;
 
 /// Where a stop is.
@@ -138,6 +140,16 @@ pub enum SequenceError {
         /// The duration \[s\].
         total: f64,
     },
+    /// The plan lasts longer than targets and cones are known.
+    #[error("targets and cones are known until {known} s, and the hold at stop `{stop}` ends at {end} s")]
+    Beyond {
+        /// The stop.
+        stop: String,
+        /// The end of its hold \[s\].
+        end: f64,
+        /// Until when they are known \[s\].
+        known: f64,
+    },
     /// No plan can keep windows: lower bounds of the legs prove it.
     #[error("no plan can keep the window of {stops}: the hold begins {late:.3} s late at least")]
     Windows {
@@ -184,6 +196,19 @@ pub struct PlannedLeg {
     pub begins: f64,
     /// When the hold at its end begins and when it ends \[s\].
     pub holds: [f64; 2],
+    /// The motion from the arrival to the end of the hold, where the target moves, or where cones
+    /// do; otherwise the body rests.
+    pub hold: Option<Hold>,
+}
+
+impl PlannedLeg {
+    /// Returns the status of the leg, or of its hold where the leg is solved.
+    fn status(&self) -> Status {
+        match (&self.hold, self.plan.status) {
+            (Some(hold), Status::Solved) => hold.plan.status,
+            (_, status) => status,
+        }
+    }
 }
 
 /// The plan of a sequence.
@@ -206,7 +231,7 @@ impl SequencePlan {
     /// Returns whether every leg is solved and no window is missed, or why not: the status of the
     /// first leg that is not solved, which is the last one that was planned.
     pub fn status(&self) -> Status {
-        let failed = self.legs.iter().map(|leg| leg.plan.status).find(|status| *status != Status::Solved);
+        let failed = self.legs.iter().map(PlannedLeg::status).find(|status| *status != Status::Solved);
         failed.unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
     }
 
@@ -215,6 +240,7 @@ impl SequencePlan {
         Joined::of(self.legs.iter().map(|leg| Flown {
             path: &leg.plan.solution.trajectory,
             begins: leg.begins,
+            hold: leg.hold.as_ref().map(|hold| &hold.plan.solution.trajectory),
             until: leg.holds[1],
         }))
     }
@@ -246,42 +272,8 @@ impl Sequence {
             None => (0..self.stops.len()).collect(),
             Some(order) => order.stops.iter().map(|stop| stop - 1).collect(),
         };
-        let whole = self.together(&stops, settings, observer)?;
-        let (mut time, mut late, mut cost) = (0.0, 0.0, 0.0);
-        let (momentum, mut held) = (carried::momentum(&self.craft), None::<Vec<f64>>);
-        let count = stops.len();
-        let mut legs = Vec::with_capacity(count);
-        for (number, (stop, leg)) in stops.into_iter().zip(whole.legs).enumerate() {
-            let observer = &mut Part { observer, part: format!("leg {} of {count}", number + 1) };
-            let told = |error| SequenceError::Leg { stop: self.stops[stop].name.clone(), error };
-            let steps = self.craft.chooses_steps.then_some(self.craft.steps);
-            let mut problem = leg.problem.clone();
-            carried::carry(&mut problem, &momentum, held.as_deref());
-            problem.name = format!("{}, leg to {}", self.craft.name, self.stops[stop].name);
-            if let Some(steps) = steps {
-                (problem.steps, problem.chooses_steps) = (steps, true);
-            }
-            let guess = Guess::of(&leg.solution, &leg.problem);
-            let guess =
-                (!problem.objective.switches() && problem.duration.known().is_some()).then_some(guess);
-            let found = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
-            let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
-            let rows = &found.solution.trajectory.wheel_momentum;
-            held = rows.len().checked_sub(wheels).map(|last| rows[last..].to_vec());
-            let failed = found.solution.outcome != Outcome::Converged;
-            let lasting = found.solution.trajectory.time.last().copied().unwrap_or(0.0);
-            let visit = &self.stops[stop].visit;
-            let (end, behind) = visit.after(time + lasting);
-            let problem = found.solution.trajectory.completed(&problem);
-            cost += found.solution.cost;
-            let holds = [end - visit.hold, end];
-            legs.push(PlannedLeg { problem, plan: found, stop, begins: time, holds });
-            (time, late) = (end, late + behind);
-            if failed {
-                break;
-            }
-        }
-        Ok(SequencePlan { legs, order, cost, end: time, late })
+        let Legs { planned, cost, time, late, .. } = Legs::planned(self, settings, &stops, observer)?;
+        Ok(SequencePlan { legs: planned, order, cost, end: time, late })
     }
 
     /// Finds the best order of the stops, by plans of all pairs ([`order`]); stops count from 1. Of effort
@@ -309,21 +301,31 @@ impl Sequence {
                 "stops are of attitude maneuvers of a free body: plan each leg in a field by itself",
             ));
         }
-        let moves = |stop: &Stop| matches!(&stop.place, Place::Aim(aim) if aim.moves(&Vector3::zeros()));
-        if self.stops.iter().any(moves) {
+        let moving = self.stops.iter().any(tracked::moves);
+        if moving && self.stops.iter().any(|stop| tracked::moves(stop) && stop.passing.is_some()) {
             return Err(SequenceError::Unsupported(
-                "a stop points at a target that moves: plan the leg to it by itself",
+                "a target that moves is followed, not passed: leave `passing` out, or hold it for a while",
             ));
         }
-        let shared = self.stops.iter().any(|stop| self.joint(stop).is_ok_and(|joint| joint.size() > 0));
-        if shared && carried::momentum(craft) != Vector3::zeros() {
+        if moving && craft.shortest_pulse().is_some() {
             return Err(SequenceError::Unsupported(
-                "wheels that store momentum go with stops at rest whose attitude is given: give the roll",
+                "pulses do not hold a body on a target that moves: leave the shortest pulse out",
+            ));
+        }
+        if (moving || craft.is_timed()) && !craft.alternatives.is_empty() {
+            return Err(SequenceError::Unsupported(
+                "constraints that alternate go with stops, targets and cones that do not move",
             ));
         }
         let has_window = |stop: &Stop| stop.visit.window != Visit::PASSED.window;
         let all: Vec<usize> = (0..self.stops.len()).collect();
         let timed = matches!(craft.objective, Objective::Time) || self.pinned(&all).is_some();
+        if !timed && self.stops.iter().any(|stop| self.is_alone(stop)) {
+            return Err(SequenceError::Unsupported(
+                "for effort and fuel, targets that move and free rolls beside stored momentum go with the \
+                 begin of every hold: give `start_s` of each stop",
+            ));
+        }
         if !timed && self.stops.iter().any(has_window) {
             return Err(SequenceError::Unsupported(
                 "windows go with least time: for effort and fuel give the begin of every hold, or none",
@@ -336,6 +338,23 @@ impl Sequence {
             ));
         }
         Ok(())
+    }
+
+    /// Returns whether the leg to a stop is planned by itself, to the best roll of its own: to a
+    /// target that moves, or where the roll decides what the wheels have to hold.
+    fn is_alone(&self, stop: &Stop) -> bool {
+        let turns = matches!(&stop.place, Place::Aim(aim) if aim.has_roll());
+        tracked::moves(stop) || turns && carried::momentum(&self.craft) != Vector3::zeros()
+    }
+
+    /// Returns the time \[s\] until which all targets and cones are known.
+    fn known_until(&self) -> f64 {
+        let aims = self.stops.iter().filter_map(|stop| match &stop.place {
+            Place::Aim(aim) => Some(aim),
+            Place::Attitude(_) => None,
+        });
+        let targets = aims.flat_map(Aim::directions).map(Direction::known_until);
+        targets.fold(self.craft.known_until(), f64::min)
     }
 
     /// Returns a stop as an end of two legs.
@@ -358,6 +377,11 @@ impl Sequence {
         })
     }
 
+    /// Returns the names of stops, for a message about all of them.
+    fn named(&self, stops: &[usize]) -> String {
+        stops.iter().map(|stop| self.stops[*stop].name.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
     /// Returns the maneuver of a leg, on steps that stay.
     fn leg(&self) -> Problem {
         let mut leg = self.craft.clone();
@@ -367,7 +391,11 @@ impl Sequence {
 
     /// Returns how long the legs last, where every stop of an order begins at a time of its own \[s\].
     fn pinned(&self, stops: &[usize]) -> Option<Vec<f64>> {
-        let mut time = 0.0;
+        self.pinned_from(0.0, stops)
+    }
+
+    /// Returns how long legs last of which the first begins at a time \[s\].
+    fn pinned_from(&self, mut time: f64, stops: &[usize]) -> Option<Vec<f64>> {
         let lasting = |stop: &usize| {
             let Visit { settling, hold, window, pinned } = self.stops[*stop].visit;
             let leg = window[0] - settling - time;
@@ -392,124 +420,6 @@ impl Sequence {
             Objective::Fuel(_) => 1.0,
             _ => 2.0,
         }
-    }
-
-    /// Plans the legs of an order together, from two first states of the joints: those of legs that
-    /// are the best one by one, and those of the best turns.
-    fn together(
-        &self,
-        stops: &[usize],
-        settings: &Settings,
-        observer: &mut dyn Observer,
-    ) -> Result<Whole, SequenceError> {
-        let joints: Vec<Joint> =
-            stops.iter().map(|stop| self.joint(&self.stops[*stop])).collect::<Result<_, _>>()?;
-        let (craft, total, pinned) = (self.leg(), self.shared()?, self.pinned(stops));
-        let inertia = craft.body.inertia.j();
-        let share = |states: &[State]| -> Vec<f64> {
-            if let Some(durations) = &pinned {
-                return durations.clone();
-            }
-            let Some(total) = total else { return Vec::new() };
-            let before = std::iter::once(&self.craft.start).chain(states);
-            let weight = |(from, to): (&State, &State)| {
-                let momentum = (inertia * lie::minus(&to.attitude, &from.attitude)).norm();
-                // Of effort c/T³, whose best split is by the fourth roots; no leg is without time.
-                momentum.powf(0.25 * self.power()).max(f64::EPSILON)
-            };
-            let weights: Vec<f64> = before.zip(states).map(weight).collect();
-            let all: f64 = weights.iter().sum();
-            weights.iter().map(|weight| total * weight / all).collect()
-        };
-        let together = Together {
-            craft: &craft,
-            start: self.craft.start,
-            momentum: carried::momentum(&self.craft),
-            joints: &joints,
-            lasting: match &pinned {
-                Some(durations) => Lasting::Given(durations),
-                None => total.map_or(Lasting::Sought, Lasting::Shared),
-            },
-            settings,
-            tuning: Tuning::default(),
-        };
-        let equal = share(&rolls::cheapest(&self.craft.start, &joints, inertia, self.power(), &[]));
-        let of_turns = rolls::cheapest(&self.craft.start, &joints, inertia, self.power(), &equal);
-        let observer = &mut Part { observer, part: "all legs together".into() };
-        let mut firsts = vec![of_turns];
-        if joints.iter().any(|joint| joint.size() > 0) {
-            firsts.extend(self.one_by_one(stops, &joints, &equal, settings, observer)?);
-        }
-        let told = |error| SequenceError::Leg { stop: self.named(stops), error };
-        let mut best: Option<Whole> = None;
-        for states in firsts {
-            let passed = self.passed(&joints, states, &equal);
-            let first = together.unknowns(&passed, &share(&passed));
-            let Some(whole) = together.planned(first, None, observer).map_err(told)? else { continue };
-            let whole = together.improved(whole, observer).map_err(told)?;
-            if best.as_ref().is_none_or(|best| whole.cost() < best.cost()) {
-                best = Some(whole);
-            }
-        }
-        best.ok_or_else(|| SequenceError::NoPlan { stop: self.named(stops) })
-    }
-
-    /// Returns the names of stops, for a message about all of them.
-    fn named(&self, stops: &[usize]) -> String {
-        stops.iter().map(|stop| self.stops[*stop].name.as_str()).collect::<Vec<_>>().join(", ")
-    }
-
-    /// Returns the states of legs that are each the best to any roll of its end.
-    fn one_by_one(
-        &self,
-        stops: &[usize],
-        joints: &[Joint],
-        durations: &[f64],
-        settings: &Settings,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Vec<State>>, SequenceError> {
-        let settings = Settings { target: Target::Discrete, ..settings.clone() };
-        let (mut from, mut states) = (self.craft.start, Vec::with_capacity(stops.len()));
-        for (index, (stop, joint)) in stops.iter().zip(joints).enumerate() {
-            let stop = &self.stops[*stop];
-            let state = match (&stop.place, joint) {
-                (Place::Aim(aim), Joint::Roll(_) | Joint::PassingRoll { .. }) => {
-                    let mut problem = Problem { start: from, ..self.leg() };
-                    if let Some(duration) = durations.get(index) {
-                        problem = problem.with_duration(*duration);
-                    }
-                    let problem = problem.with_aim_at_end(aim.clone().at_rest());
-                    let told = |error| SequenceError::Leg { stop: stop.name.clone(), error };
-                    let found = plan(&problem, &settings, None, observer).map_err(told)?;
-                    let Some(last) = found.solution.trajectory.quaternion.last() else { return Ok(None) };
-                    let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
-                    State::attitude(attitude, Vector3::zeros())
-                }
-                _ => joint.state(&vec![0.0; joint.size()]),
-            };
-            states.push(state);
-            from = State { angular_velocity: Vector3::zeros(), ..state };
-        }
-        Ok(Some(states))
-    }
-
-    /// Returns states with the rates of a cubic through them where the body passes, if it is known
-    /// how long the legs last.
-    fn passed(&self, joints: &[Joint], mut states: Vec<State>, durations: &[f64]) -> Vec<State> {
-        let attitudes: Vec<Matrix3> = std::iter::once(self.craft.start.attitude)
-            .chain(states.iter().map(|state| state.attitude))
-            .collect();
-        for (index, joint) in joints.iter().enumerate() {
-            let is_passed = matches!(joint, Joint::Passing { .. } | Joint::PassingRoll { .. });
-            if let (true, Some(next), [before, after]) =
-                (is_passed, attitudes.get(index + 2), durations.get(index..index + 2).unwrap_or(&[]))
-            {
-                let [from, at] = [attitudes[index], attitudes[index + 1]];
-                let [come, gone] = [lie::minus(&at, &from) / *before, lie::minus(next, &at) / *after];
-                states[index].angular_velocity = (come * *after + gone * *before) / (before + after);
-            }
-        }
-        states
     }
 }
 

@@ -4,6 +4,7 @@
 use super::joined::Joined;
 use super::joint::Joint;
 use super::leg::Leg;
+use super::order::Visit;
 use super::rolls::cheapest;
 use super::together::{Lasting, Together, Tuning};
 use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop};
@@ -88,6 +89,8 @@ fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) ->
         let together = Together {
             craft: &craft,
             start,
+            begins: 0.0,
+            visits: vec![Visit::PASSED; joints.len()],
             momentum: Vector3::zeros(),
             joints,
             lasting,
@@ -391,8 +394,16 @@ fn what_a_sequence_cannot_have_is_told() {
     let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(40.0)];
     let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::NoTime { holds: 40.0, total: 30.0 })));
+    // Effort to a target that moves needs the time at which it is met.
     let moving = Direction::along(0.0, 60.0, 10.0, 6, |t| Vector3::new(1.0, 0.01 * t, 0.0)).unwrap();
-    let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving)))];
+    let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving.clone())))];
     let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::Unsupported(_))));
+    // The target is known for a minute.
+    let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving))).held(70.0)];
+    let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(50);
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    craft.actuation.torque = craft.actuation.torque.with_limits(limits).unwrap();
+    let found = Sequence { craft, stops, order: Ordering::Given }.plan(&Settings::discrete(), &mut Silent);
+    assert!(matches!(found, Err(SequenceError::Beyond { known: 60.0, .. })));
 }

@@ -7,6 +7,9 @@
 //! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
 //! bounds of the joints and for the given total, and is halved until the cost falls.
 //!
+//! Cones that move are where they are when a leg begins; that the begin of a leg depends on the legs
+//! before it changes the cost, but not the slopes.
+//!
 //! Legs are planned one by one, so that all of what one leg may have (limits, cones, wheels, least
 //! time) goes with stops too. That the unknowns end to first order right makes the cost right to
 //! second order.
@@ -14,6 +17,7 @@
 use super::carried::carry;
 use super::joint::Joint;
 use super::leg::Leg;
+use super::order::Visit;
 use crate::Vector3;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
@@ -58,6 +62,10 @@ pub struct Together<'a> {
     /// The maneuver without its ends.
     pub craft: &'a Problem,
     pub start: State,
+    /// When the first leg begins \[s\].
+    pub begins: f64,
+    /// What happens at the joints.
+    pub visits: Vec<Visit>,
     /// The angular momentum of the craft with its wheels, inertial axes [N·m·s].
     pub momentum: Vector3,
     pub joints: &'a [Joint],
@@ -72,6 +80,8 @@ pub struct Together<'a> {
 pub struct Whole {
     pub unknowns: DVector<f64>,
     pub legs: Vec<Leg>,
+    /// When each leg begins \[s\].
+    pub begins: Vec<f64>,
 }
 
 impl Whole {
@@ -140,12 +150,12 @@ impl Together<'_> {
     fn leg(
         &self,
         unknowns: &DVector<f64>,
-        leg: usize,
+        (leg, begins): (usize, f64),
         near: Option<&Leg>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Leg>, PlanError> {
         let end = self.joints[leg].state(self.numbers(unknowns, leg));
-        let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.clone() };
+        let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.later(begins) };
         carry(&mut problem, &self.momentum, None);
         if let Some(duration) = self.lasting(unknowns, leg) {
             if duration.is_nan() || duration <= 0.0 {
@@ -164,19 +174,24 @@ impl Together<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Whole>, PlanError> {
         let mut legs = Vec::with_capacity(self.joints.len());
+        let (mut begins, mut time) = (Vec::with_capacity(self.joints.len()), self.begins);
         for leg in 0..self.joints.len() {
             let known = near.map(|near| &near.legs[leg]);
             // What a leg does not depend on leaves it as it is.
-            let same = near
-                .is_some_and(|near| self.own(leg).iter().all(|own| near.unknowns[*own] == unknowns[*own]));
+            let same = near.is_some_and(|near| {
+                (!self.craft.is_timed() || near.begins[leg] == time)
+                    && self.own(leg).iter().all(|own| near.unknowns[*own] == unknowns[*own])
+            });
             let next = match known.filter(|_| same) {
                 Some(known) => Some(known.clone()),
-                None => self.leg(&unknowns, leg, known, observer)?,
+                None => self.leg(&unknowns, (leg, time), known, observer)?,
             };
             let Some(next) = next else { return Ok(None) };
+            begins.push(time);
+            time = self.visits[leg].after(time + next.lasting()).0;
             legs.push(next);
         }
-        Ok(Some(Whole { unknowns, legs }))
+        Ok(Some(Whole { unknowns, legs, begins }))
     }
 
     /// Returns the slope of the cost of a leg by the unknowns that it depends on.
@@ -203,7 +218,7 @@ impl Together<'_> {
             let by = self.tuning.difference * self.size(at, *unknown);
             let mut moved = at.unknowns.clone();
             moved[*unknown] += by;
-            if let Some(next) = self.leg(&moved, leg, Some(&at.legs[leg]), observer)? {
+            if let Some(next) = self.leg(&moved, (leg, at.begins[leg]), Some(&at.legs[leg]), observer)? {
                 let change = (self.slope(&moved, leg, &next) - &slope) / by;
                 curvature.set_column(column, &change);
             }
@@ -214,14 +229,13 @@ impl Together<'_> {
     /// Returns the size of an unknown: a radian, a radian in the duration of a leg, or the mean
     /// duration.
     fn size(&self, at: &Whole, unknown: usize) -> f64 {
-        let lasting = |leg: &Leg| leg.solution.trajectory.time.last().copied().unwrap_or(1.0);
         if let Some(total) = self.total().filter(|_| unknown >= self.place(self.joints.len())) {
             return total / self.joints.len() as f64;
         }
         let joint = (0..self.joints.len()).find(|joint| unknown < self.place(joint + 1)).unwrap_or(0);
         let is_roll = unknown == self.place(joint)
             && matches!(self.joints[joint], Joint::Roll(_) | Joint::PassingRoll { .. });
-        if is_roll { 1.0 } else { 1.0 / lasting(&at.legs[joint]) }
+        if is_roll { 1.0 } else { 1.0 / at.legs[joint].lasting() }
     }
 
     /// Moves unknowns to where the joints may have them, and durations to their total.

@@ -5,7 +5,7 @@
 //! In a free order a stop may come first; and of two stops one comes before the other.
 
 use super::leg_bound::LegBound;
-use super::{Ordering, Place, Sequence, carried};
+use super::{Ordering, Place, Sequence, carried, tracked};
 use crate::maneuver::constraint::angle_between;
 use crate::{Matrix3, Vector3};
 
@@ -63,8 +63,9 @@ impl<'a> Bounds<'a> {
     /// Returns the least time from the start, or from a stop, to a stop \[s\].
     fn least(&self, from: Option<usize>, to: usize) -> f64 {
         let stops = &self.sequence.stops;
-        let passes = |stop: usize| stops[stop].passing.is_some();
-        if passes(to) || from.is_some_and(passes) {
+        // The bounds are from rest to rest.
+        let moves = |stop: usize| stops[stop].passing.is_some() || tracked::moves(&stops[stop]);
+        if moves(to) || from.is_some_and(moves) {
             return 0.0;
         }
         let given =

@@ -6,6 +6,7 @@ mod combinations;
 mod consistency;
 mod constrained_robustness;
 mod damaged;
+mod day;
 mod dearer;
 mod durations;
 mod dwells;
@@ -90,6 +91,7 @@ pub const COMMANDS: &[Command] = commands! {
     consistency
     constrained_robustness
     damaged
+    day
     dearer
     durations
     dwells

@@ -29,6 +29,12 @@ impl During {
         Self::intervals(intervals.iter().flat_map(common).collect::<Vec<_>>())
     }
 
+    /// Returns these times for a clock that begins `by` \[s\] later.
+    pub fn later(&self, by: f64) -> Self {
+        let moved = |times: &[[f64; 2]]| times.iter().map(|times| times.map(|time| time - by)).collect();
+        Self(self.given().map(moved))
+    }
+
     /// Returns whether it acts at a time \[s\].
     pub fn contains(&self, time: f64) -> bool {
         let Some(intervals) = self.given() else { return true };

@@ -130,10 +130,29 @@ impl Track {
         (self.from, self.from + self.piece * self.pieces.len() as f64)
     }
 
+    /// Builds the same vector for a clock that begins `by` \[s\] later.
+    #[must_use]
+    pub fn later(&self, by: f64) -> Self {
+        Self { from: self.from - by, ..self.clone() }
+    }
+
+    /// Builds the same vector from the pieces alone that `from … to` \[s\] meets.
+    #[must_use]
+    pub fn within(&self, [from, to]: [f64; 2]) -> Self {
+        let [first, last] = [from, to].map(|time| self.piece_at(time));
+        let pieces = self.pieces[first..=last.max(first)].into();
+        Self { pieces, from: self.from + first as f64 * self.piece, ..*self }
+    }
+
+    /// Returns the piece that a time \[s\] is in, or is next to.
+    fn piece_at(&self, time: f64) -> usize {
+        (((time - self.from) / self.piece).max(0.0) as usize).min(self.pieces.len() - 1)
+    }
+
     /// Returns the vector and its first three derivatives at `time` \[s\].
     pub fn at(&self, time: f64) -> [Vector3; 4] {
         let after = (time - self.from) / self.piece;
-        let index = (after.max(0.0) as usize).min(self.pieces.len() - 1);
+        let index = self.piece_at(time);
         let x = 2.0 * (after - index as f64) - 1.0;
         let mut values = chebyshev(&self.pieces[index], x);
         let mut scale = 1.0;

@@ -75,6 +75,9 @@ pub enum Proof {
     AllOrders,
     /// The lower bound is proved; the order is the best that was found.
     LowerBound,
+    /// Legs depend on when they begin, and are known at the times of the orders that were tried:
+    /// the order is the best of these.
+    None,
 }
 
 /// An order of stops.

@@ -1,12 +1,13 @@
 //! The judgement of the plan of a sequence: each leg by the witnesses, and what joins them.
 
-use super::{ExportError, Judgement, Seal, SequenceFile};
+use super::{ExportError, Judgement, PlanFile, Seal, SequenceFile};
+use crate::identity::Identity;
 use crate::spec::{ClosedLoop, Loaded, LoadedSequence};
 use slewkit::Vector3;
 use slewkit::lie;
 use slewkit::maneuver::{Problem, State};
 use slewkit::plan::Status;
-use slewkit::sequence::{Place, Stop};
+use slewkit::sequence::{Place, Stop, tracked};
 use slewkit::verify::Check;
 
 /// The results for the plan of a sequence.
@@ -14,6 +15,8 @@ use slewkit::verify::Check;
 pub struct SequenceJudgement {
     /// The results of the witnesses for each leg, in the order of the legs.
     pub legs: Vec<Judgement>,
+    /// The results for each hold that moves, or that cones move past, with the name of its stop.
+    pub holds: Vec<(String, Judgement)>,
     /// What joins the legs: ends, stops, holds, windows, records.
     pub checks: Vec<Check>,
 }
@@ -21,12 +24,17 @@ pub struct SequenceJudgement {
 impl SequenceJudgement {
     /// Returns whether everything holds.
     pub fn passed(&self) -> bool {
-        self.checks.iter().all(|check| check.passed) && self.legs.iter().all(|leg| leg.verification.passed())
+        self.checks.iter().all(|check| check.passed)
+            && self.judgements().all(|judged| judged.verification.passed())
     }
 
     /// Returns whether a witness was stopped.
     pub fn was_stopped(&self) -> bool {
-        self.legs.iter().any(|leg| leg.verification.was_stopped())
+        self.judgements().any(|judged| judged.verification.was_stopped())
+    }
+
+    fn judgements(&self) -> impl Iterator<Item = &Judgement> {
+        self.legs.iter().chain(self.holds.iter().map(|(_, hold)| hold))
     }
 }
 
@@ -48,84 +56,117 @@ impl SequenceFile<'_> {
     ) -> Result<SequenceJudgement, ExportError> {
         let (sequence, settings) = (&loaded.sequence, &loaded.settings);
         let mut checks = Checks(Vec::new());
-        let mut legs = Vec::with_capacity(self.legs.len());
+        let (mut legs, mut holds) = (Vec::with_capacity(self.legs.len()), Vec::new());
         let mut unvisited: Vec<&Stop> = sequence.stops.iter().collect();
         let (mut at, mut time, mut late) = (sequence.craft.start, 0.0, 0.0);
         let mut held: Option<Vec<f64>> = None;
         if self.legs.len() != self.record.stops.len() {
             checks.holds("a leg for each stop", false);
         }
-        for (leg, record) in self.legs.iter().zip(&self.record.stops) {
-            let own = leg.spec.as_ref().ok_or(ExportError::NoSpec)?;
-            let own = own.read("the spec of a leg", &[]).map_err(|_| ExportError::NoSpec)?;
-            let Loaded { problem: own, identity, .. } = own;
-            let name = &record.name;
-            let lasting = leg.trajectory.0.time.last().copied().unwrap_or(0.0);
-            checks.joins(&format!("start of the leg to {name}"), &own.start, &at, lasting);
-            // The momenta of the wheels are those that the leg before has left.
-            let wheels = own.actuation.wheels.as_ref().map(|wheels| wheels.momentum.clone());
-            if let (Some(before), Some(now)) = (&held, &wheels) {
-                let scale =
-                    before.iter().chain(now).fold(f64::MIN_POSITIVE, |most, part| most.max(part.abs()));
-                let apart = before.iter().zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                checks.within(&format!("wheels at the start of the leg to {name}"), apart / scale, CARRIED);
-            }
-            held = wheels.as_ref().map(|wheels| {
-                let rows = &leg.trajectory.0.wheel_momentum;
-                rows[rows.len().saturating_sub(wheels.len())..].to_vec()
-            });
+        for ((leg, record), hold) in self.legs.iter().zip(&self.record.stops).zip(&self.holds) {
+            let part = Own::of(leg)?;
+            let (own, lasting, name) = (&part.problem, part.lasting, &record.name);
+            let what = format!("start of the leg to {name}");
+            checks.joins(&what, &own.start, &at, lasting);
+            held = checks.carries(&what, held, &part, leg);
             let stopped =
                 unvisited.iter().position(|stop| stop.name == *name).map(|index| unvisited.remove(index));
             let Some(stopped) = stopped else {
                 checks.holds(&format!("{name} is a stop of the spec, visited once"), false);
                 continue;
             };
-            checks.is_at(stopped, &own.end, &at);
+            let arrival = time + lasting;
+            checks.is_at(stopped, &own.end, &at, arrival);
             let mut asked = Problem {
-                start: own.start,
-                end: own.end,
-                name: own.name.clone(),
+                end_condition: own.end_condition.clone(),
                 duration: own.duration,
-                steps: own.steps,
                 chooses_steps: own.chooses_steps,
-                ..sequence.craft.clone()
+                ..sequence.craft.later(time).known_for(lasting)
             };
-            asked.actuation.wheels.clone_from(&own.actuation.wheels);
-            if let (Some(asked), Some(craft)) =
-                (&mut asked.actuation.wheels, &sequence.craft.actuation.wheels)
-            {
-                asked.momentum_limit.clone_from(&craft.momentum_limit);
+            part.gives(&mut asked);
+            legs.push(leg.judge(&asked, settings, &part.identity, &ClosedLoop::default(), stop)?);
+            let (leaves, behind) = stopped.visit.after(arrival);
+            at = own.end;
+            let needs = leaves > arrival && (tracked::moves(stopped) || sequence.craft.is_timed());
+            if needs != hold.is_some() {
+                checks.holds(&format!("a motion of the hold at {name}"), false);
             }
-            legs.push(leg.judge(&asked, settings, &identity, &ClosedLoop::default(), stop)?);
-            let (leaves, behind) = stopped.visit.after(time + lasting);
+            if let Some(hold) = hold.as_ref().filter(|_| needs) {
+                let own = Own::of(hold)?;
+                let what = format!("start of the hold at {name}");
+                checks.joins(&what, &own.problem.start, &at, own.lasting);
+                held = checks.carries(&what, held, &own, hold);
+                checks.equal(&format!("end of the hold at {name}"), own.lasting, leaves - arrival, leaves);
+                let off = tracked::off_target(stopped, arrival, &hold.trajectory.0);
+                checks.within(&format!("hold at {name}, rad from the target"), off, ON_TARGET);
+                let mut asked = tracked::holding(sequence, stopped, (arrival, at), leaves - arrival);
+                own.gives(&mut asked);
+                at = own.problem.end;
+                let judged = hold.judge(&asked, settings, &own.identity, &ClosedLoop::default(), stop)?;
+                holds.push((name.clone(), judged));
+            }
             let told = [
                 ("begins", record.leg_begins_s, time),
-                ("arrives", record.arrives_s, time + lasting),
+                ("arrives", record.arrives_s, arrival),
                 ("hold", record.hold_begins_s, leaves - stopped.visit.hold),
                 ("leaves", record.leaves_s, leaves),
             ];
             for (what, told, found) in told {
                 checks.equal(&format!("recorded times of {name}: {what}"), told, found, leaves);
             }
-            (at, time, late) = (State { ..own.end }, leaves, late + behind);
+            (time, late) = (leaves, late + behind);
         }
         checks.holds("every stop of the spec is visited", unvisited.is_empty());
         let cost: f64 = self.legs.iter().map(|leg| leg.cost).sum();
         checks.equal("recorded cost", self.record.cost, cost, cost);
         checks.equal("recorded duration", self.record.duration_s, time, time);
         checks.within("seconds by which windows are missed", late, 0.0);
-        let solved = self.legs.iter().all(|leg| leg.status == Status::Solved) && late == 0.0;
+        let solved = self.parts().all(|part| part.status == Status::Solved) && late == 0.0;
         let status = self.record.status;
         let coherent = (status == Status::Solved) == solved && self.record.exit_code == status.exit_code();
         checks.holds("recorded status", coherent);
         checks.holds("recorded checksum", !matches!(self.seal, Seal::Broken));
-        Ok(SequenceJudgement { legs, checks: checks.0 })
+        Ok(SequenceJudgement { legs, holds, checks: checks.0 })
     }
 }
 
 /// The largest change of the momenta of wheels between legs, as a part of the largest one: a leg ends
 /// as well as it lands.
 const CARRIED: f64 = 1e-3;
+
+/// The largest angle between a hold and its target at the nodes \[rad\]: what the witnesses' round-off
+/// comes to over many steps.
+const ON_TARGET: f64 = 1e-7;
+
+/// The maneuver of a part of a sequence, as its file holds it.
+struct Own {
+    problem: Problem,
+    identity: Identity,
+    /// How long the part lasts \[s\].
+    lasting: f64,
+}
+
+impl Own {
+    fn of(part: &PlanFile<'_>) -> Result<Self, ExportError> {
+        let spec = part.spec.as_ref().ok_or(ExportError::NoSpec)?;
+        let read = spec.read("the spec of a leg", &[]).map_err(|_| ExportError::NoSpec)?;
+        let Loaded { problem, identity, .. } = read;
+        let path = &part.trajectory.0;
+        let problem = Problem { end: path.completed(&problem).end, ..problem };
+        Ok(Self { problem, identity, lasting: path.time.last().copied().unwrap_or(0.0) })
+    }
+
+    /// Gives another maneuver what is the part's own: its ends, its grid, and the momenta of its
+    /// wheels.
+    fn gives(&self, asked: &mut Problem) {
+        let own = &self.problem;
+        (asked.start, asked.end, asked.steps) = (own.start, own.end, own.steps);
+        asked.name.clone_from(&own.name);
+        if let (Some(asked), Some(own)) = (&mut asked.actuation.wheels, &own.actuation.wheels) {
+            asked.momentum.clone_from(&own.momentum);
+        }
+    }
+}
 
 /// The checks so far.
 struct Checks(Vec<Check>);
@@ -150,23 +191,48 @@ impl Checks {
         self.within(name, turn.max(rate), SAME);
     }
 
-    /// Checks that a state is at a stop; `from` is the state at the start of its leg.
-    fn is_at(&mut self, stop: &Stop, state: &State, from: &State) {
+    /// Checks that wheels begin a part with the momenta that the part before has left; returns those
+    /// that this part leaves.
+    fn carries(
+        &mut self,
+        name: &str,
+        before: Option<Vec<f64>>,
+        own: &Own,
+        part: &PlanFile<'_>,
+    ) -> Option<Vec<f64>> {
+        let now = &own.problem.actuation.wheels.as_ref()?.momentum;
+        if let Some(before) = before {
+            let scale = before.iter().chain(now).fold(f64::MIN_POSITIVE, |most, part| most.max(part.abs()));
+            let apart = before.iter().zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            self.within(&format!("wheels at the {name}"), apart / scale, CARRIED);
+        }
+        let rows = &part.trajectory.0.wheel_momentum;
+        Some(rows[rows.len().saturating_sub(now.len())..].to_vec())
+    }
+
+    /// Checks that a state at a time \[s\] is at a stop; `from` is the state at the start of its leg.
+    fn is_at(&mut self, stop: &Stop, state: &State, from: &State, time: f64) {
+        let zero = Vector3::zeros();
+        let (aim, moves) = match &stop.place {
+            Place::Attitude(_) => (None, false),
+            Place::Aim(aim) if tracked::moves(stop) => (Some(aim.clone()), true),
+            Place::Aim(aim) => (Some(aim.clone().at_rest()), false),
+        };
+        let ends = aim.as_ref().map(|aim| aim.ends(time, &from.attitude, &zero));
+        let matched = match &ends {
+            Some(Ok(ends)) if moves => ends.at(ends.nearest(&state.attitude)).1,
+            _ => zero,
+        };
         let fastest = stop.passing.unwrap_or(0.0);
-        let excess = (state.angular_velocity.norm() - fastest).max(0.0);
+        let excess = ((state.angular_velocity - matched).norm() - fastest).max(0.0);
         let rate = if fastest.is_finite() { excess } else { 0.0 };
         self.within(&format!("rate at {} beyond its bound, rad/s", stop.name), rate, SAME);
-        let away = match &stop.place {
-            Place::Attitude(attitude) => lie::minus(&state.attitude, attitude).norm(),
-            Place::Aim(aim) => match aim.clone().at_rest().ends(0.0, &from.attitude, &Vector3::zeros()) {
-                Ok(ends) => {
-                    let roll = ends.nearest(&state.attitude);
-                    let held = roll.clamp(-ends.within(), ends.within());
-                    let roll = if aim.has_roll() { held } else { 0.0 };
-                    lie::minus(&state.attitude, &ends.at(roll).0).norm()
-                }
-                Err(_) => f64::INFINITY,
-            },
+        let away = match (&stop.place, ends) {
+            (Place::Attitude(attitude), _) => lie::minus(&state.attitude, attitude).norm(),
+            (Place::Aim(_), Some(Ok(ends))) => {
+                lie::minus(&state.attitude, &ends.at(ends.nearest(&state.attitude)).0).norm()
+            }
+            (Place::Aim(_), _) => f64::INFINITY,
         };
         self.within(&format!("attitude at {}, rad from the stop", stop.name), away, SAME);
     }

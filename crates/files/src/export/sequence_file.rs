@@ -11,7 +11,7 @@ use slewkit::maneuver::Settings;
 use slewkit::plan::Status;
 use slewkit::sequence::joined::{Flown, Joined};
 use slewkit::sequence::order::Proof;
-use slewkit::sequence::{Sequence, SequencePlan};
+use slewkit::sequence::{Hold, Sequence, SequencePlan};
 use std::io::{Read, Write};
 
 /// What is known of the order of the stops.
@@ -24,6 +24,8 @@ pub enum OrderProof {
     AllOrders,
     /// The best order that was found, with a proved lower bound.
     LowerBound,
+    /// The best of the orders that were tried: legs depend on when they begin.
+    None,
 }
 
 impl OrderProof {
@@ -33,6 +35,7 @@ impl OrderProof {
             Self::Given => "given",
             Self::AllOrders => "all_orders",
             Self::LowerBound => "lower_bound",
+            Self::None => "none",
         }
     }
 }
@@ -98,6 +101,9 @@ pub struct SequenceFile<'a> {
     pub record: SequenceRecord,
     /// The plan of each leg, in the order of the stops.
     pub legs: Vec<PlanFile<'a>>,
+    /// The motion of each hold where targets or cones move, in the same order; `None` where the body
+    /// rests.
+    pub holds: Vec<Option<PlanFile<'a>>>,
     /// Whether the record is the one that was written, with these legs.
     pub seal: Seal,
 }
@@ -117,6 +123,13 @@ impl<'a> SequenceFile<'a> {
             let identity = leg_identity(identity, leg.begins);
             PlanFile::new(&leg.problem, settings, &leg.plan).with_identity(&identity)
         });
+        let holds = plan.legs.iter().map(|leg| {
+            let Hold { problem, plan, .. } = leg.hold.as_ref()?;
+            let lasting = leg.plan.solution.trajectory.time.last().copied().unwrap_or(0.0);
+            let identity = leg_identity(identity, leg.begins + lasting);
+            Some(PlanFile::new(problem, settings, plan).with_identity(&identity))
+        });
+        let holds = holds.collect();
         let stops = plan.legs.iter().map(|leg| {
             let stop = &sequence.stops[leg.stop];
             let lasting = leg.plan.solution.trajectory.time.last().copied().unwrap_or(0.0);
@@ -144,12 +157,17 @@ impl<'a> SequenceFile<'a> {
                 None => OrderProof::Given,
                 Some(Proof::AllOrders) => OrderProof::AllOrders,
                 Some(Proof::LowerBound) => OrderProof::LowerBound,
+                Some(Proof::None) => OrderProof::None,
             },
-            order_gap: plan.order.as_ref().map(|order| order.gap()),
+            order_gap: plan
+                .order
+                .as_ref()
+                .filter(|order| order.proof != Proof::None)
+                .map(|order| order.gap()),
             stops: stops.collect(),
             spec: SpecDocument::of_sequence(sequence, settings).ok().map(|spec| spec.with_identity(identity)),
         };
-        Self { record, legs: legs.collect(), seal: Seal::Made }
+        Self { record, legs: legs.collect(), holds, seal: Seal::Made }
     }
 
     /// Writes the document with its checksums, and a last newline.
@@ -162,14 +180,25 @@ impl<'a> SequenceFile<'a> {
             #[serde(flatten)]
             record: &'a SequenceRecord,
             legs: Vec<Sealed<'a, PlanFile<'b>>>,
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            holds: Vec<Option<Sealed<'a, PlanFile<'b>>>>,
             checksum: String,
         }
-        for leg in &self.legs {
-            super::check_finite(&leg.trajectory.0)?;
+        for part in self.parts() {
+            super::check_finite(&part.trajectory.0)?;
         }
         let legs: Vec<_> = self.legs.iter().map(Sealed::new).collect::<Result<_, _>>()?;
-        let checksum = checksum(&(&self.record, legs.iter().map(Sealed::checksum).collect::<Vec<_>>()))?;
-        write_document(&Written { record: &self.record, legs, checksum }, output)
+        let mut holds: Vec<_> = self
+            .holds
+            .iter()
+            .map(|hold| hold.as_ref().map(Sealed::new).transpose())
+            .collect::<Result<_, _>>()?;
+        let sums: Vec<_> = legs.iter().chain(holds.iter().flatten()).map(Sealed::checksum).collect();
+        let checksum = checksum(&(&self.record, sums))?;
+        if holds.iter().all(Option::is_none) {
+            holds.clear();
+        }
+        write_document(&Written { record: &self.record, legs, holds, checksum }, output)
     }
 
     /// Reads a document, and compares it and its legs with their checksums.
@@ -183,17 +212,27 @@ impl<'a> SequenceFile<'a> {
             record: SequenceRecord,
             legs: Vec<PlanFile<'static>>,
             #[serde(default)]
+            holds: Vec<Option<PlanFile<'static>>>,
+            #[serde(default)]
             checksum: Seal,
         }
-        let Document { record, legs, checksum } = serde_json::from_reader(without_mark(input)?)?;
+        let Document { record, legs, mut holds, checksum } = serde_json::from_reader(without_mark(input)?)?;
         if record.sequence_format != Self::FORMAT {
             return Err(ExportError::Format { found: record.sequence_format });
         }
-        let told: Vec<&str> = legs.iter().map(|leg| leg.seal.text()).collect();
+        let told: Vec<&str> = legs.iter().chain(holds.iter().flatten()).map(|part| part.seal.text()).collect();
         let own = record.generator == PlanFile::GENERATOR && record.spec.is_some();
         let seal = checksum.compared(&(&record, told), own);
-        let legs = legs.into_iter().map(PlanFile::checked).collect::<Result<_, _>>()?;
-        Ok(SequenceFile { record, legs, seal })
+        let legs: Vec<_> = legs.into_iter().map(PlanFile::checked).collect::<Result<_, _>>()?;
+        holds.resize_with(legs.len(), || None);
+        let checked = |hold: Option<PlanFile<'static>>| hold.map(PlanFile::checked).transpose();
+        let holds = holds.into_iter().map(checked).collect::<Result<_, _>>()?;
+        Ok(SequenceFile { record, legs, holds, seal })
+    }
+
+    /// Returns the plans of all legs and holds.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &PlanFile<'a>> {
+        self.legs.iter().chain(self.holds.iter().flatten())
     }
 
     /// Returns whether a text with these first bytes is the plan of a sequence.
@@ -203,9 +242,11 @@ impl<'a> SequenceFile<'a> {
 
     /// Returns the motion over all legs and the rests between them.
     pub fn joined(&self) -> Joined {
-        Joined::of(self.legs.iter().zip(&self.record.stops).map(|(leg, stop)| Flown {
+        let legs = self.legs.iter().zip(&self.record.stops).zip(&self.holds);
+        Joined::of(legs.map(|((leg, stop), hold)| Flown {
             path: &leg.trajectory.0,
             begins: stop.leg_begins_s,
+            hold: hold.as_ref().map(|hold| &*hold.trajectory.0),
             until: stop.leaves_s,
         }))
     }

@@ -56,6 +56,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let section = root.section("maneuver")?;
     let duration = maneuver::duration(section);
     let known = duration.and_then(|duration| duration.known().or(duration.at_most()));
+    let has_stops = stops::has_stops(root);
+    let known = known.or_else(|| has_stops.then(|| sky::ahead_of(stops::lasting(root))));
     let mut sky = sky::Reading::new(root, identity.epoch, known, folder);
     let constraints = constraint::constraints(root, &mut sky);
     for boundary in [&start, &end].into_iter().flatten() {
@@ -75,7 +77,6 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         // The end has the spin of its aim.
         end.rate = Some(Vector3::zeros());
     }
-    let has_stops = stops::has_stops(root);
     let stops = if has_stops { stops::read(root, &mut sky) } else { Some(Vec::new()) };
     if let (None, true, Some(start)) = (&end, has_stops, &start) {
         // The end of the last leg is a stop.

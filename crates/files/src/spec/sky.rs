@@ -29,6 +29,12 @@ const MOST_AHEAD: f64 = 86_400.0;
 /// The time within which the next pass over a station is searched \[s\].
 const PASSES: f64 = 86_400.0;
 
+/// Returns the time for which the targets of a sequence are computed that lasts so long at least, in
+/// both \[s\].
+pub(crate) fn ahead_of(lasting: f64) -> f64 {
+    if lasting < MOST_AHEAD { (lasting + HORIZON).min(MOST_AHEAD) } else { lasting }
+}
+
 /// Something that is aimed at, with the name that people read.
 #[derive(Clone, Debug)]
 pub struct Named {

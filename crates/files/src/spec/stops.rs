@@ -2,10 +2,10 @@
 
 use super::attitude::{self, Use};
 use super::{Section, constraint, escape, short, sky};
-use slewkit::Vector3;
-use slewkit::maneuver::{Problem, ProblemError, State};
+use slewkit::maneuver::{Aim, Constraint, EndCondition, Problem, ProblemError, Rule, State};
 use slewkit::sequence::order::Visit;
 use slewkit::sequence::{Ordering, Place, Sequence, Stop};
+use slewkit::{Matrix3, Vector3};
 
 /// The keys of a table that have no meaning beside stops, with the reason.
 const ALONE: [(&str, &str); 4] = [
@@ -45,6 +45,20 @@ pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> 
     all_read.then_some(stops)
 }
 
+/// Returns how long a sequence may last at least \[s\], by its windows, holds and rests.
+pub(crate) fn lasting(root: &Section) -> f64 {
+    let mut rests = 0.0;
+    let mut last = 0.0_f64;
+    for stop in root.list("stop") {
+        let time = |key: &str| if stop.has(key) { stop.number(key).unwrap_or(0.0) } else { 0.0 };
+        rests += time("settling_s") + time("hold_s");
+        let window = if stop.has("window_s") { stop.square("window_s") } else { None };
+        let until = window.and_then(|pairs| pairs.first()?.get(1).copied()).unwrap_or(0.0);
+        last = last.max(until).max(time("start_s") + time("hold_s"));
+    }
+    last.max(rests)
+}
+
 /// Returns the name of a stop, which is its number if it has none.
 fn name(section: &Section, index: usize) -> String {
     section.word("name").map_or_else(|| (index + 1).to_string(), String::from)
@@ -53,14 +67,9 @@ fn name(section: &Section, index: usize) -> String {
 /// Reads one stop.
 fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop> {
     let place = if section.has("point") {
-        let aim = sky.aim(section, None)?.at_rest();
+        let aim = sky.aim(section, None)?;
         if let Err(error) = aim.check() {
             return section.refuse("E0078", "point", error.to_string(), "check the axes and the directions");
-        }
-        if aim.moves(&Vector3::zeros()) {
-            let reason = "the target of the stop moves, and stops are on targets that stand still";
-            let remedy = "plan the leg to it by itself, as [end]; or give ra_deg and dec_deg";
-            return section.refuse("E0190", "point", reason, remedy);
         }
         Place::Aim(aim)
     } else {
@@ -147,20 +156,45 @@ pub(crate) fn refuse_order(maneuver: &Section) -> Option<()> {
     Some(())
 }
 
+/// Returns an attitude in which a boresight points at a target that stands still.
+fn pointing(aim: &Aim, sequence: &Sequence) -> Option<Matrix3> {
+    let zero = Vector3::zeros();
+    let ends = aim.ends(0.0, &sequence.craft.start.attitude, &zero).ok();
+    ends.filter(|_| !aim.moves(&zero)).map(|ends| ends.at(0.0).0)
+}
+
+/// Returns whether a constraint is of cones for one boresight alone.
+fn is_of(constraint: &Constraint, boresight: &Vector3) -> bool {
+    matches!(&constraint.rule, Rule::Pointing(cone) if cone.boresights == [*boresight])
+}
+
 /// Reports the stops that violate a constraint, and what sequences cannot have; returns whether
 /// there is none.
 pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
     let mut sound = true;
     for (index, section) in root.list("stop").iter().enumerate() {
         let name = name(section, index);
-        let stop = sequence.stops.iter().find(|stop| stop.name == name);
-        let Some(Stop { name, place: Place::Attitude(attitude), .. }) = stop else { continue };
-        let there = Problem { end: State::attitude(*attitude, Vector3::zeros()), ..sequence.craft.clone() };
+        let Some(stop) = sequence.stops.iter().find(|stop| stop.name == name) else { continue };
+        let there = |attitude: Matrix3| Problem {
+            end: State::attitude(attitude, Vector3::zeros()),
+            end_condition: EndCondition::State,
+            ..sequence.craft.clone()
+        };
+        let (key, there) = match &stop.place {
+            Place::Attitude(attitude) => ("attitude", there(*attitude)),
+            Place::Aim(aim) => {
+                // Where the axis that points is in a cone, no roll helps.
+                let Some(attitude) = pointing(aim, sequence) else { continue };
+                let mut there = there(attitude);
+                there.constraints.retain(|constraint| !aim.has_roll() || is_of(constraint, &aim.boresight));
+                ("point", there)
+            }
+        };
         for error in there.violations() {
             let ProblemError::Violated { end: "end", name: constraint, found } = error else { continue };
             let (code, remedy) = constraint::violated(&there, &constraint, "stop");
             let reason = format!("stop \"{}\" violates \"{}\": {found}", escape(name), escape(&constraint));
-            section.error(code, "attitude", reason, remedy);
+            section.error(code, key, reason, remedy);
             sound = false;
         }
     }

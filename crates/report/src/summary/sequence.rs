@@ -81,6 +81,7 @@ fn order(record: &SequenceRecord) -> String {
         OrderProof::AllOrders | OrderProof::LowerBound if record.late_s > 0.0 => {
             format!("{stops}; no order that keeps every window was found")
         }
+        OrderProof::None => format!("{stops} in the best order of those that were tried"),
         OrderProof::Given => format!("{stops} in the given order"),
         OrderProof::AllOrders => format!("{stops} in the best order: no order of these legs is better"),
         OrderProof::LowerBound => {
@@ -97,7 +98,7 @@ fn whole(file: &SequenceFile<'_>) -> String {
     let rests = record.duration_s - turning;
     let mut text = format!("{} s", short(record.duration_s));
     if rests > 0.0 {
-        text.push_str(&format!(", of which {} s at rest", short(rests)));
+        text.push_str(&format!(", of which {} s at stops", short(rests)));
     }
     if record.minimize != "time" {
         text.push_str(&format!("; {} {}, the sum of all legs", record.minimize, significant(record.cost, 6)));

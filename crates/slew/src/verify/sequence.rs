@@ -33,7 +33,7 @@ pub(super) fn run(
     } else {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
-    let SequenceJudgement { legs, checks } = &judged;
+    let SequenceJudgement { legs, holds, checks } = &judged;
     let mut lines = vec![summary::headline(console, &loaded.sequence.craft.name, verdict, tone)];
     let passed = legs.iter().filter(|leg| leg.verification.passed()).count();
     lines
@@ -43,19 +43,23 @@ pub(super) fn run(
         "joins",
         format!("{held} of {} hold: ends, stops, holds, windows, records", counted(checks.len(), "check")),
     );
-    for (leg, stop) in legs.iter().zip(&file.record.stops) {
-        let failed = leg.verification.checks.iter().filter(|check| !check.passed);
-        lines.lines("failed", failed.map(|check| format!("leg to {}: {}", escape(&stop.name), told(check))));
-        let violated = leg.verification.margins.iter().filter(|margin| !margin.holds());
-        lines.lines(
-            "violated",
-            violated.map(|margin| format!("leg to {}: {}", escape(&stop.name), escape(&margin.name))),
-        );
-        for Difference { key, first, second } in &leg.differences {
-            lines.line(
-                "differs",
-                format!("leg to {}: {key}: {first} in the plan, {second} in the spec", escape(&stop.name)),
-            );
+    if !holds.is_empty() {
+        let passed = holds.iter().filter(|(_, hold)| hold.verification.passed()).count();
+        let told = format!("{passed} of {} verified by the witnesses", counted(holds.len(), "hold"));
+        lines.line("holds", told);
+    }
+    let parts = legs
+        .iter()
+        .zip(&file.record.stops)
+        .map(|(leg, stop)| (format!("leg to {}", escape(&stop.name)), leg))
+        .chain(holds.iter().map(|(name, hold)| (format!("hold at {}", escape(name)), hold)));
+    for (part, found) in parts {
+        let failed = found.verification.checks.iter().filter(|check| !check.passed);
+        lines.lines("failed", failed.map(|check| format!("{part}: {}", told(check))));
+        let violated = found.verification.margins.iter().filter(|margin| !margin.holds());
+        lines.lines("violated", violated.map(|margin| format!("{part}: {}", escape(&margin.name))));
+        for Difference { key, first, second } in &found.differences {
+            lines.line("differs", format!("{part}: {key}: {first} in the plan, {second} in the spec"));
         }
     }
     lines.lines("failed", checks.iter().filter(|check| !check.passed).map(told));
@@ -65,6 +69,7 @@ pub(super) fn run(
         exit_code: exit.code(),
         name: &loaded.sequence.craft.name,
         legs: legs.iter().map(|leg| &leg.verification).collect::<Vec<_>>(),
+        holds: holds.iter().map(|(_, hold)| &hold.verification).collect::<Vec<_>>(),
         checks: checks,
     })?;
     Ok(exit)

@@ -1,0 +1,301 @@
+//! The legs of an order, one after the other: those that share something are planned together
+//! ([`super::together`]), those to targets that move by themselves.
+
+use super::carried::{self, carry};
+use super::joint::Joint;
+use super::together::{Lasting, Together, Tuning, Whole};
+use super::tracked::{self, Hold};
+use super::{Part, Place, PlannedLeg, Sequence, SequenceError, rolls};
+use crate::maneuver::aim::{Aim, AimRate};
+use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::settings::{Settings, Target};
+use crate::maneuver::solution::Trajectory;
+use crate::optimize::search::Observer;
+use crate::plan::{Guess, Status, plan};
+use crate::{Matrix3, Vector3, lie};
+
+/// The legs so far, and where they lead to.
+pub struct Legs<'a> {
+    sequence: &'a Sequence,
+    settings: &'a Settings,
+    /// How many legs the order has.
+    count: usize,
+    /// The state in which the next leg begins, and the momenta of the wheels there; `None` before
+    /// the first leg.
+    at: State,
+    held: Option<Vec<f64>>,
+    /// The legs that have plans, in their order.
+    pub planned: Vec<PlannedLeg>,
+    /// Their cost.
+    pub cost: f64,
+    /// When the next leg begins \[s\].
+    pub time: f64,
+    /// By how much windows are missed \[s\].
+    pub late: f64,
+}
+
+impl<'a> Legs<'a> {
+    /// Plans the legs to stops in their order. A leg without a plan is the last one.
+    ///
+    /// # Errors
+    /// As [`Sequence::plan`].
+    pub fn planned(
+        sequence: &'a Sequence,
+        settings: &'a Settings,
+        stops: &[usize],
+        observer: &mut dyn Observer,
+    ) -> Result<Self, SequenceError> {
+        let (count, at) = (stops.len(), sequence.craft.start);
+        let planned = Vec::with_capacity(count);
+        let mut legs =
+            Self { sequence, settings, count, at, held: None, planned, cost: 0.0, time: 0.0, late: 0.0 };
+        let mut left = stops;
+        while !left.is_empty() && !legs.has_failed() {
+            let (run, rest) = left.split_at(legs.sharing(left)?);
+            match run {
+                [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer)?,
+                _ => legs.run(run, observer)?,
+            }
+            left = rest;
+        }
+        Ok(legs)
+    }
+
+    /// Returns how many of the next legs share something: each but the last one ends where a number is
+    /// free that the next one depends on, or all share a total.
+    fn sharing(&self, left: &[usize]) -> Result<usize, SequenceError> {
+        let sequence = self.sequence;
+        if sequence.shared()?.is_some() && sequence.pinned_from(self.time, left).is_none() {
+            return Ok(left.len());
+        }
+        let is_alone = |stop: usize| sequence.is_alone(&sequence.stops[stop]);
+        for (index, pair) in left.windows(2).enumerate() {
+            let shares = !pair.iter().any(|stop| is_alone(*stop))
+                && sequence.joint(&sequence.stops[pair[0]])?.size() > 0;
+            if !shares {
+                return Ok(index + 1);
+            }
+        }
+        Ok(left.len())
+    }
+
+    fn has_failed(&self) -> bool {
+        self.planned.last().is_some_and(|leg| leg.status() != Status::Solved)
+    }
+
+    /// Plans the legs of a run that share something, and each of them as [`plan()`] plans it.
+    fn run(&mut self, stops: &[usize], observer: &mut dyn Observer) -> Result<(), SequenceError> {
+        let whole = self.together(stops, observer)?;
+        for (stop, leg) in stops.iter().zip(whole.legs) {
+            let guess = Guess::of(&leg.solution, &leg.problem);
+            let constraints = self.sequence.craft.later(self.time).constraints;
+            self.add(*stop, Problem { constraints, ..leg.problem }, Some(guess), observer)?;
+            if self.has_failed() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Plans a leg that shares nothing: to a target where that is on arrival, in the roll that is best
+    /// for this leg.
+    fn alone(&mut self, stop: usize, observer: &mut dyn Observer) -> Result<(), SequenceError> {
+        let at = &self.sequence.stops[stop];
+        let leg = Problem { start: self.at, ..self.sequence.leg() };
+        let mut leg = match &at.place {
+            Place::Aim(aim) if aim.has_roll() || tracked::moves(at) => {
+                let rate = if tracked::moves(at) { AimRate::Matched } else { AimRate::Zero };
+                leg.with_aim_at_end(Aim { rate, ..aim.clone() })
+            }
+            Place::Aim(_) | Place::Attitude(_) => {
+                Problem { end: self.sequence.joint(at)?.state(&[]), ..leg }
+            }
+        };
+        if let Some(durations) = self.sequence.pinned_from(self.time, &[stop]) {
+            leg = leg.with_duration(durations[0]);
+        }
+        self.add(stop, leg.later(self.time), None, observer)
+    }
+
+    /// Plans a leg from here, and adds it with the hold at its end.
+    fn add(
+        &mut self,
+        stop: usize,
+        mut problem: Problem,
+        guess: Option<Guess>,
+        observer: &mut dyn Observer,
+    ) -> Result<(), SequenceError> {
+        let Self { sequence, settings, .. } = *self;
+        let (at, craft) = (&sequence.stops[stop], &sequence.craft);
+        let part = format!("leg {} of {}", self.planned.len() + 1, self.count);
+        let observer = &mut Part { observer, part };
+        let told = |error| SequenceError::Leg { stop: at.name.clone(), error };
+        carry(&mut problem, &carried::momentum(craft), self.held.as_deref());
+        problem.name = format!("{}, leg to {}", craft.name, at.name);
+        if craft.chooses_steps {
+            (problem.steps, problem.chooses_steps) = (craft.steps, true);
+        }
+        let guess =
+            guess.filter(|_| !problem.objective.switches() && problem.duration.known().is_some());
+        let plan = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
+        let path = &plan.solution.trajectory;
+        let lasting = path.time.last().copied().unwrap_or(0.0);
+        let problem = path.completed(&problem).known_for(lasting);
+        let arrival = self.time + lasting;
+        let (end, behind) = at.visit.after(arrival);
+        let known = sequence.known_until();
+        if end > known {
+            return Err(SequenceError::Beyond { stop: at.name.clone(), end, known });
+        }
+        (self.at, self.held) = (problem.end, self.wheels(path));
+        let holds = plan.status == Status::Solved
+            && end > arrival
+            && (tracked::moves(at) || craft.is_timed());
+        let hold = if holds { Some(self.hold(stop, arrival, end, observer)?) } else { None };
+        self.cost += plan.solution.cost;
+        let planned =
+            PlannedLeg { problem, plan, stop, begins: self.time, holds: [end - at.visit.hold, end], hold };
+        self.planned.push(planned);
+        (self.time, self.late) = (end, self.late + behind);
+        Ok(())
+    }
+
+    /// Plans the hold at a stop from the arrival on, and is at its end then.
+    fn hold(
+        &mut self,
+        stop: usize,
+        arrival: f64,
+        until: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Hold, SequenceError> {
+        let stop = &self.sequence.stops[stop];
+        let asked = (self.settings, observer);
+        let hold = tracked::hold(self.sequence, stop, (arrival, self.at), until, self.held.as_deref(), asked);
+        let hold = hold.map_err(|error| SequenceError::Aim { stop: stop.name.clone(), error })?;
+        (self.at, self.held) = (hold.end(), self.wheels(&hold.plan.solution.trajectory));
+        Ok(hold)
+    }
+
+    /// Returns the momenta of the wheels at the end of a path.
+    fn wheels(&self, path: &Trajectory) -> Option<Vec<f64>> {
+        let wheels = self.sequence.craft.actuation.wheels.as_ref()?.momentum.len();
+        let rows = &path.wheel_momentum;
+        Some(rows[rows.len().checked_sub(wheels)?..].to_vec())
+    }
+
+    /// Plans legs together, from two first states of the joints: those of legs that are the best one
+    /// by one, and those of the best turns.
+    fn together(&self, stops: &[usize], observer: &mut dyn Observer) -> Result<Whole, SequenceError> {
+        let Self { sequence, settings, at: start, .. } = *self;
+        let joints: Vec<Joint> =
+            stops.iter().map(|stop| sequence.joint(&sequence.stops[*stop])).collect::<Result<_, _>>()?;
+        let (craft, total) = (sequence.leg(), sequence.shared()?);
+        let (power, pinned) = (sequence.power(), sequence.pinned_from(self.time, stops));
+        let inertia = craft.body.inertia.j();
+        let share = |states: &[State]| -> Vec<f64> {
+            if let Some(durations) = &pinned {
+                return durations.clone();
+            }
+            let Some(total) = total else { return Vec::new() };
+            let before = std::iter::once(&start).chain(states);
+            let weight = |(from, to): (&State, &State)| {
+                let momentum = (inertia * lie::minus(&to.attitude, &from.attitude)).norm();
+                // Of effort c/T³, whose best split is by the fourth roots; no leg is without time.
+                momentum.powf(0.25 * power).max(f64::EPSILON)
+            };
+            let weights: Vec<f64> = before.zip(states).map(weight).collect();
+            let all: f64 = weights.iter().sum();
+            weights.iter().map(|weight| total * weight / all).collect()
+        };
+        let together = Together {
+            craft: &craft,
+            start,
+            begins: self.time,
+            visits: stops.iter().map(|stop| sequence.stops[*stop].visit).collect(),
+            momentum: carried::momentum(&sequence.craft),
+            joints: &joints,
+            lasting: match &pinned {
+                Some(durations) => Lasting::Given(durations),
+                None => total.map_or(Lasting::Sought, Lasting::Shared),
+            },
+            settings,
+            tuning: Tuning::default(),
+        };
+        let equal = share(&rolls::cheapest(&start, &joints, inertia, power, &[]));
+        let of_turns = rolls::cheapest(&start, &joints, inertia, power, &equal);
+        let observer = &mut Part { observer, part: "all legs together".into() };
+        let mut firsts = vec![of_turns];
+        if joints.iter().any(|joint| joint.size() > 0) {
+            firsts.extend(self.one_by_one(stops, &joints, &equal, observer)?);
+        }
+        let named = || sequence.named(stops);
+        let told = |error| SequenceError::Leg { stop: named(), error };
+        let mut best: Option<Whole> = None;
+        for states in firsts {
+            let passed = self.passed(&joints, states, &equal);
+            let first = together.unknowns(&passed, &share(&passed));
+            let Some(whole) = together.planned(first, None, observer).map_err(told)? else { continue };
+            let whole = together.improved(whole, observer).map_err(told)?;
+            if best.as_ref().is_none_or(|best| whole.cost() < best.cost()) {
+                best = Some(whole);
+            }
+        }
+        best.ok_or_else(|| SequenceError::NoPlan { stop: named() })
+    }
+
+    /// Returns the states of legs that are each the best to any roll of its end.
+    fn one_by_one(
+        &self,
+        stops: &[usize],
+        joints: &[Joint],
+        durations: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Vec<State>>, SequenceError> {
+        let sequence = self.sequence;
+        let settings = Settings { target: Target::Discrete, ..self.settings.clone() };
+        let (mut from, mut time) = (self.at, self.time);
+        let mut states = Vec::with_capacity(stops.len());
+        for (index, (stop, joint)) in stops.iter().zip(joints).enumerate() {
+            let stop = &sequence.stops[*stop];
+            let state = match (&stop.place, joint) {
+                (Place::Aim(aim), Joint::Roll(_) | Joint::PassingRoll { .. }) => {
+                    let mut problem = Problem { start: from, ..sequence.leg().later(time) };
+                    if let Some(duration) = durations.get(index) {
+                        problem = problem.with_duration(*duration);
+                    }
+                    let problem = problem.with_aim_at_end(aim.clone().at_rest());
+                    let told = |error| SequenceError::Leg { stop: stop.name.clone(), error };
+                    let found = plan(&problem, &settings, None, observer).map_err(told)?;
+                    let lasting = found.solution.trajectory.time.last().copied().unwrap_or(0.0);
+                    time = stop.visit.after(time + lasting).0;
+                    let Some(last) = found.solution.trajectory.quaternion.last() else { return Ok(None) };
+                    let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
+                    State::attitude(attitude, Vector3::zeros())
+                }
+                _ => joint.state(&vec![0.0; joint.size()]),
+            };
+            states.push(state);
+            from = State { angular_velocity: Vector3::zeros(), ..state };
+        }
+        Ok(Some(states))
+    }
+
+    /// Returns states with the rates of a cubic through them where the body passes, if it is known
+    /// how long the legs last.
+    fn passed(&self, joints: &[Joint], mut states: Vec<State>, durations: &[f64]) -> Vec<State> {
+        let attitudes: Vec<Matrix3> = std::iter::once(self.at.attitude)
+            .chain(states.iter().map(|state| state.attitude))
+            .collect();
+        for (index, joint) in joints.iter().enumerate() {
+            let is_passed = matches!(joint, Joint::Passing { .. } | Joint::PassingRoll { .. });
+            if let (true, Some(next), [before, after]) =
+                (is_passed, attitudes.get(index + 2), durations.get(index..index + 2).unwrap_or(&[]))
+            {
+                let [from, at] = [attitudes[index], attitudes[index + 1]];
+                let [come, gone] = [lie::minus(&at, &from) / *before, lie::minus(next, &at) / *after];
+                states[index].angular_velocity = (come * *after + gone * *before) / (before + after);
+            }
+        }
+        states
+    }
+}
