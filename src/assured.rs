@@ -1,10 +1,10 @@
 //! A plan with data for its flight: gains, covariances, and chances of limits.
 //!
 //! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
-//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
-//! of a rate, of the torque of each input and of its rate of change. The margin depends on the
-//! plan, and the plan on the margin. Both are iterated, each plan starting from the last one,
-//! until they agree.
+//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains. The room is a margin of a cone, or
+//! a reserve of a rate, of the torque of each input, or of its rate of change. The margin depends
+//! on the plan, and the plan on the margin. Both are iterated, each plan starting from the last
+//! one, until they agree.
 //!
 //! This is the chance at an instant, to first order. The chance of exceeding a limit at any time
 //! of the motion is larger. It is not a sum over instants, because their errors are correlated:
@@ -189,9 +189,10 @@ pub struct Kept<'a> {
 /// The time to which a chance refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
-    /// At the node with the largest chance, to first order.
+    /// The chance at the node with the largest chance, to first order.
     Instant,
-    /// At any time of the motion, also between the nodes, counted in flights with this plant.
+    /// The chance at any time of the motion, also between the nodes, counted in flights with this
+    /// plant.
     Motion(Plant),
 }
 
@@ -199,8 +200,8 @@ impl Over {
     /// The least chance of a motion that can be counted.
     pub const LEAST: f64 = 1e-4;
 
-    /// Number of flown cases that are expected to violate a constraint. With this number the chance
-    /// is known to a tenth.
+    /// Number of flown cases that are expected to violate a constraint. This number gives the
+    /// chance to a tenth.
     const VIOLATING: f64 = 100.0;
 
     /// The least number of violations that the flights of long plans should count.
@@ -341,7 +342,8 @@ pub fn plan(
             limit.check(&craft, &wanted)?;
             limit.hold(&mut with, &craft, &wanted);
         }
-        // The limits hardly move: the plan of the last ones leads to that of the next.
+        // The limits hardly change: the plan for the last limits leads to the plan for the next
+        // ones.
         let guess = Guess::of(&found.solution, &with).alone();
         found = plan::plan(&with, settings, Some(&guess), observer)?;
         margins.plans += 1;

@@ -1,4 +1,4 @@
-//! What the unit tests share: reference files and random numbers.
+//! Helpers that the unit tests share: reference files and random numbers.
 
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::objective::{Objective, Weights};

@@ -11,9 +11,9 @@
 //! and wall times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan:
 //! kind, seed, number, verdict, cost, seconds.
 //!
-//! Beside the plans it times the interior point by itself, cold, from the path about the fixed axis:
-//! the median of its iterations to round-off, and of the wall time of an iteration divided by the
-//! steps.
+//! In addition to the plans it times the interior point by itself, cold, from the path about the
+//! fixed axis: the median of its iterations to round-off, and the median wall time of an iteration
+//! divided by the steps.
 //!
 //! If `--bench` is missing (as when `cargo test` calls it), one maneuver of least effort is
 //! planned.

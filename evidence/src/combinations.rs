@@ -40,7 +40,7 @@ const WHEELS: &str = "[[actuators.wheel]]\naxis_body = [1, 0, 0]\ntorque_limit_n
 
 const RATES: &str = "torque_rate_limit_n_m_per_s = 0.1\n";
 
-/// The inputs. Limited torque rates and pulses are those of limited torques about three axes.
+/// The inputs. Limited torque rates and pulses are combined with limited torques about three axes.
 pub const INPUTS: [Part; 8] = [
     ("torque", ""),
     ("limited torques", AXES),
@@ -78,7 +78,7 @@ pub struct Combination {
     pub input: &'static str,
 }
 
-/// What becomes of a combination.
+/// The result of a combination: a plan, or the reason why it is refused.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Became {
     /// A plan that is solved and verified, in this wall time \[s\].

@@ -19,7 +19,7 @@ pub enum Damage {
     Time,
     /// A component of a quaternion is changed, or a quaternion in the middle is negated.
     Attitude,
-    /// All attitudes, or all rates, are those of one node.
+    /// All attitudes, or all rates, are replaced by the values of one node.
     Constant,
     /// A component of a rate is changed.
     Rate,

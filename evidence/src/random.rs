@@ -14,7 +14,7 @@ impl Random {
         Self(seed)
     }
 
-    /// Builds the stream of a case among those of a seed.
+    /// Builds the stream of random numbers of one case of a seed.
     pub fn of_case(seed: u64, index: usize) -> Self {
         let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();

@@ -22,10 +22,10 @@
 //! # How does the wheel bring the program?
 //!
 //! `slewkit_cli::run` takes arguments, returns an exit code, and is all that `main` of the binary
-//! calls. The compiled part of the package, which contains the library anyway, exposes it, and
-//! the entry point `slew` of the wheel calls it. The wheel therefore needs no second binary.
-//! Before the program starts, the entry point returns Ctrl-C to the system, because Python would
-//! only record it.
+//! calls. The compiled part of the package, which contains the library anyway, exposes it, and the
+//! entry point `slew` of the wheel calls it. The wheel therefore needs no second binary. The entry
+//! point returns Ctrl-C to the system before the program starts, because Python would only record
+//! it.
 //!
 //! # Why does a dictionary become TOML text?
 //!

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// The name of a dictionary in messages.
 const DICTIONARY: &str = "dict";
 
-/// The name of a maneuver whose dictionary has none.
+/// The name of a maneuver whose dictionary has no name.
 const UNNAMED: &str = "maneuver";
 
 /// Keys set from outside, with their values.

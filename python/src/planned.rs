@@ -363,8 +363,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, completely or not at all, in the named format or in that of its
-    /// ending.
+    /// Writes the plan to a file, completely or not at all, in the named format or in the format of
+    /// its ending.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,

@@ -10,8 +10,8 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// A depth beyond that of any spec. Deeper parts are cut off, and the reader reports that the
-/// spec is nested too deeply. A dictionary may contain itself.
+/// A depth of nesting that no spec reaches. Deeper parts are cut off, and the reader reports that
+/// the spec is nested too deeply. A dictionary may contain itself.
 const DEEPEST: usize = 40;
 
 /// Returns the spec as TOML.

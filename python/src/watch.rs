@@ -22,7 +22,7 @@ impl Watch {
     /// `progress` is called with the progress of the work, at once and then repeatedly; a return
     /// value of `False` stops the work.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
-        // Without a progress function, work of a few milliseconds is not interrupted.
+        // Work of a few milliseconds is not interrupted if no progress function is given.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };
         Self { progress, looked, raised: None, stopped: false }
     }

@@ -33,8 +33,8 @@ pub struct Campaign<'a> {
     nominal: Flight<'a>,
     /// Ticks a step of the plan.
     ticks: usize,
-    /// Commands without feedback, with the time from which each acts: those given before the
-    /// start, then those of the steps.
+    /// Commands without feedback, with the time from which each acts: first the commands given
+    /// before the start, then the commands of the steps.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Records the room to these constraints instead of those of the maneuver.
+    /// Records the room to these constraints instead of the constraints of the maneuver.
     pub(crate) fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
         Self { constraints, ..self }
     }

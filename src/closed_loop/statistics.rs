@@ -107,7 +107,7 @@ impl Sampled {
             cases: ends.len(),
             mean,
             covariance,
-            // With few cases some eigenvalues are zero, or negative by round-off.
+            // Some eigenvalues are zero, or negative by round-off, if there are few cases.
             eigenvalues: ratios.map(|ratios| [ratios.min().max(0.0), ratios.max()]),
             inside: Proportion::new(inside as u64, ends.len() as u64),
         }

@@ -153,8 +153,8 @@ pub struct Gains {
     pub timing: Timing,
     /// Number of inputs m.
     pub inputs: usize,
-    /// The first step whose gains repeat those of the step before it, held to the end; the number
-    /// of steps if none does.
+    /// The first step whose gains repeat the gains of the step before it, held to the end; the
+    /// number of steps if no gains repeat.
     pub frozen_from: usize,
     /// Steps from one measurement to the next; a correction is held over them. The rows of these
     /// steps are one.
@@ -174,7 +174,7 @@ pub struct Gains {
 
 impl Gains {
     /// Designs the regulator of default weights along a plan of `problem`, for the true motion
-    /// under the inputs of the plan, held over its steps: an error of a radian weighs as much as
+    /// under the inputs of the plan, held over its steps. An error of a radian weighs as much as
     /// the torque that turns the body by a radian in the duration.
     ///
     /// # Errors
@@ -186,7 +186,7 @@ impl Gains {
 
     /// Designs the gains of the neighbouring extremal along a plan of `problem`, for the true
     /// motion under the inputs of the plan, held over its steps: the craft follows the cheapest
-    /// motion from where it is. The gains of the last steps are those of the step before.
+    /// motion from where it is. The gains of the last steps repeat the gains of the step before.
     ///
     /// # Errors
     /// [`NoGains`]: also for plans whose inputs switch, or are at their limits for too long.

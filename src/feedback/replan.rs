@@ -12,8 +12,8 @@
 //! decides is computed once.
 //!
 //! Between nodes, at `t`, the plan is interpolated, and the remaining time is divided into equal
-//! steps whose length is nearest to that of the plan. The end keeps its time, and each of n steps
-//! differs from the plan's by at most 1/2n of it.
+//! steps whose length is nearest to the length of the plan's steps. The end keeps its time, and
+//! each of n steps differs from the plan's by at most 1/2n of it.
 //!
 //! A plan that lands has a discrete target near its end. Here each moment has its own target,
 //! which the plan's inputs reach from the true motion at that time. A start on the plan has the
@@ -294,8 +294,8 @@ impl Replanner {
         Ok(Moment { time: node as f64 * step, steps: left, duration, node, share: 0.0 })
     }
 
-    /// Returns the moment of a time \[s\]: the moment of a node if the time equals that of a node
-    /// to round-off.
+    /// Returns the moment of a time \[s\]: a node, if the time equals the time of the node to
+    /// round-off.
     ///
     /// # Errors
     /// [`NotReplanned::Time`] before the plan begins, or where fewer than two steps are left.
@@ -494,9 +494,8 @@ struct Solved {
 /// Newton from a guess in its basin: every step whole, and every error less than half of the one
 /// before.
 ///
-/// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If that nearly meets the
-/// tolerance, its sweep omits the derivatives, which take longer: the present factor suffices for
-/// the rest.
+/// The next error after `e₀, e₁` is about `e₁ (e₁/e₀)²`. If that nearly meets the tolerance, its
+/// sweep omits the derivatives, which take longer: the present factor suffices for the rest.
 fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Result<Solved, Left> {
     let failed = |outcome, steps, residual| Left::NotConverged { outcome, steps, residual };
     let (mut end, psi) =

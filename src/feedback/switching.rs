@@ -5,10 +5,10 @@
 //! ```
 //!
 //! The neighbour of a plan of arcs has these arcs with other lengths
-//! (`optimize::methods::switching::moved` has the equations). From the corrected start the motion
-//! misses the end by the square of `z`, and the duration is that of the neighbouring optimum.
-//! After the first switches too few lengths remain for six errors. A plan is therefore corrected
-//! once, at its start, and a regulator with reserved torque follows the corrected motion.
+//! (`optimize::methods::switching::moved` has the equations). The motion from the corrected start
+//! misses the end by the square of `z`, and its duration equals the duration of the neighbouring
+//! optimum. Too few lengths remain for six errors after the first switches. A plan is therefore
+//! corrected once, at its start, and a regulator with reserved torque follows the corrected motion.
 //!
 //! If an error would make an arc shorter than zero, the optimal plan has other arcs, which no
 //! derivative gives ([`Reversed`]): plan again.
@@ -84,8 +84,8 @@ pub enum NotCorrected {
 
 impl SwitchingGains {
     /// Designs gains for the arcs of `plan`, a trajectory of `problem` on its own grid. These are
-    /// the flown arcs; their switches differ from those of the continuous extremal by the square
-    /// of the step.
+    /// the flown arcs; their switches differ from the switches of the continuous extremal by the
+    /// square of the step.
     ///
     /// # Errors
     /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few

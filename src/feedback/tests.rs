@@ -357,10 +357,10 @@ fn the_held_model_is_the_derivative_of_the_true_motion() {
     }
 }
 
-/// The gains of the first step beside the true motion are the change of the mean torque of that
-/// step by which plans from neighbouring starts differ, to second order in the step: in a field,
-/// and with torques in axes that turn against the body. Costates that are taken half a kick beyond
-/// the nodes leave an error of first order.
+/// The mean torque of the first step differs between plans from neighbouring starts. The gains of
+/// this step for the true motion equal that difference, to second order in the step, in a field and
+/// with torques in axes that turn against the body. Costates that are taken half a kick beyond the
+/// nodes leave an error of first order.
 #[test]
 fn gains_in_fields_are_of_second_order() {
     use crate::flight::Flight;

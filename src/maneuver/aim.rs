@@ -46,7 +46,7 @@ pub struct Aim {
     pub roll: Roll,
     /// The rate of the body at the end.
     pub rate: AimRate,
-    /// At which rate it turns about the boresight besides \[rad/s\]: a spin that is kept.
+    /// The additional rate about the boresight \[rad/s\]: a spin that is kept.
     pub roll_rate: f64,
 }
 

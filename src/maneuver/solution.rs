@@ -37,11 +37,11 @@ pub enum Outcome {
 
 /// The discrete trajectory, SI units, frames as in the crate's conventions.
 ///
-/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows
-/// for Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
+/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
+/// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
 /// `λ_{−1} … λ_{N−1}`). For minimum time and fuel inputs and torques are held over steps that may
 /// be unequal: row k, of N, belongs to the step from node k to node k + 1, and costates have
-/// `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
+/// `N + 1` rows. The vectors of positions, velocities and forces are empty on SO(3).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
@@ -291,13 +291,13 @@ pub struct InteriorWork {
     pub starts: usize,
     /// The last barrier term μ, scaled: each row's slack times its multiplier.
     pub mu: f64,
-    /// What a plan near this one may cost less by complementarity, relative: the barrier term of
+    /// The relative cost that a plan near this one may save by complementarity: the barrier term of
     /// all rows over the cost.
     pub gap: f64,
-    /// What the plan costs in continuous time, estimated.
+    /// The estimated cost of the plan in continuous time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<ContinuousCost>,
-    /// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
+    /// The cost that switches between the nodes could save of a plan of least time or fuel, to
     /// first order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_gap: Option<ContinuousGap>,
@@ -309,8 +309,8 @@ pub struct InteriorWork {
 pub struct ContinuousCost {
     /// The estimate, in the unit of [`Solution::cost`].
     pub cost: f64,
-    /// By how much it may be off, in the same unit: the difference of the costs on both grids, and
-    /// what landing costs.
+    /// The possible error of the estimate, in the same unit: the difference of the costs on both
+    /// grids, and the cost of landing.
     pub error: f64,
 }
 
@@ -320,8 +320,8 @@ impl ContinuousCost {
     }
 }
 
-/// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
-/// first order, and which inputs are not determined.
+/// The cost that switches between the nodes could save of a plan of least time or fuel, to first
+/// order, and the inputs that are not determined.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContinuousGap {
@@ -330,8 +330,8 @@ pub struct ContinuousGap {
     /// the discrete optimum, linear between nodes. It compares with neighbouring plans to first
     /// order, and is no bound for plans on other paths.
     pub gap: f64,
-    /// What it costs to first order, in the same unit, that a plan which lands draws constraints
-    /// in; the plan may cost as much more.
+    /// The first-order cost of tightened constraints of a landed plan, in the same unit; the plan
+    /// may cost as much more.
     #[serde(default)]
     pub drawn_in: f64,
     /// Inputs on which the cost does not depend to first order: the optimum need not be unique.
@@ -409,7 +409,7 @@ pub enum Rung {
 }
 
 impl Rung {
-    /// Returns the name of the rung in files.
+    /// Returns the name of the strategy in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Guess => "guess",
@@ -496,8 +496,8 @@ pub enum Sense {
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Without an iterate numbers are NaN and
-/// lists are empty.
+/// A planned maneuver, converged or the best iterate. Numbers are NaN and lists are empty if no
+/// iterate exists.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// The two differ by the square of the step. For minimum time the cost is the duration, and
 /// `eigenaxis_s` is the duration of a turn about the fixed axis.
 ///
-/// If limits other than those of the torques shape a plan, it has equal steps and is a discrete
-/// optimum of its own. The arcs are then those of the corresponding continuous extremal.
+/// If limits other than torque limits shape a plan, it has equal steps and is a discrete optimum of
+/// its own. The arcs then belong to the corresponding continuous extremal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {

@@ -452,8 +452,8 @@ impl Actuation {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
 
-    /// Returns all limits: those of the torques, of the wheels, then of the forces. Limits of
-    /// thrusters are limits of forces.
+    /// Returns all limits: first the torque limits, then the limits of the wheels and of the
+    /// forces. Limits of thrusters are limits of forces.
     pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
         let torque = Some(&self.torque).filter(|_| self.thrusters.is_none());
         let sets = [(torque, self.first_torque(), false), (self.force.as_ref(), 0, true)];

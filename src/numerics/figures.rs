@@ -7,7 +7,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return format!("{value}");
     }
     let scientific = format!("{value:.*e}", digits - 1);
-    // The exponent is that of the rounded number: 9.99999 to three digits is 10.0.
+    // The exponent belongs to the rounded number: 9.99999 to three digits is 10.0.
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or_default();
     if (-3..7).contains(&exponent) {
         let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);

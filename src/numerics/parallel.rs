@@ -4,8 +4,8 @@
 //! # Why two threads for a plan?
 //!
 //! If a plan has some hundred steps or more, the replay and the continuous witness under linear
-//! torque run on one thread, and the witnesses of the held torque on the other. Before them, an
-//! extremal is recorded on one thread while its second order is tested on the other. Neither half
+//! torque run on one thread, and the witnesses of the held torque on the other. An extremal is
+//! recorded before them on one thread while its second order is tested on the other. Neither half
 //! reads results of the other, so the bits do not depend on the number of threads.
 
 use std::sync::Arc;

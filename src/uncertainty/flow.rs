@@ -95,7 +95,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// Converts a covariance of the state to that of `[ζ; δΠ]`, rad and N·m·s.
+    /// Converts a covariance of the state to the covariance of `[ζ; δΠ]`, rad and N·m·s.
     fn si(&self, state: &Square<N>) -> Matrix6 {
         let unit = |row: usize| self.plan.unit(row);
         Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))

@@ -114,10 +114,10 @@ impl Covariance {
     }
 }
 
-/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order,
-/// if each source of error is anywhere within one deviation of [`Uncertainty`]: start and noise
-/// within their ellipsoids (noise of the torque as its mean over a step), each parameter in its
-/// interval.
+/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order, if
+/// each source of error is anywhere within one deviation of [`Uncertainty`]. Start and noise are
+/// within their ellipsoids (noise of the torque as its mean over a step), and each parameter is in
+/// its interval.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {

@@ -142,8 +142,8 @@ impl Implicit {
                 return None;
             }
             f += step;
-            // The change stops shrinking at round-off. With an ill-conditioned inertia it stops
-            // before 4 ulps of f, with an equally small residual.
+            // The change stops shrinking at round-off. It stops before 4 ulps of f if the inertia
+            // is ill-conditioned, with an equally small residual.
             let size = g.amax().max(spin.norm() * f.norm());
             let stagnates = change >= 0.5 * last && residual.amax() <= 64.0 * f64::EPSILON * size;
             let norm = f.norm();

@@ -51,8 +51,8 @@ impl Margin {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// Returns the margin of the true motion, in `unit`: that of the continuous motion, if it has
-    /// one, and otherwise that of the plan; 0 within round-off.
+    /// Returns the margin of the true motion, in `unit`: the margin of the continuous motion, if it
+    /// has one, and otherwise the margin of the plan; 0 within round-off.
     pub fn met(&self) -> f64 {
         let value = self.continuous_margin.unwrap_or(self.margin);
         // An active limit is touched up to round-off, of either sign.

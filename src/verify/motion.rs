@@ -158,8 +158,8 @@ impl<'a> Inputs<'a> {
         Output::of(self.problem, self.numbers(index))
     }
 
-    /// Returns the row of inputs at a node, if any: Lie–Euler has none at the start, held inputs
-    /// none at the end.
+    /// Returns the row of inputs at a node, if any: Lie–Euler has no input at the start, and held
+    /// inputs have no input at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
         if self.switches {
             return Some(node).filter(|node| *node < self.problem.steps);

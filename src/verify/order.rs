@@ -1,7 +1,7 @@
 //! Whether the discrete and the continuous witness describe one motion.
 //!
 //! The discrete witness propagates the held torque at h, h/2, h/4 over a few windows, from the
-//! state of the continuous witness at the start of each. Its ends must converge to those of the
+//! state of the continuous witness at the start of each. Its ends must converge to the ends of the
 //! continuous witness at the order of the scheme. Steps that are too long for this regime, and
 //! leading terms that happen to cancel, get h/8 and h/16.
 //!

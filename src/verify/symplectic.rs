@@ -162,9 +162,9 @@ mod tests {
         (momentum, attitude)
     }
 
-    /// At the largest turn of a degree its error cannot be distinguished from rounding. Four
-    /// times that turn, or twice the largest turn, shows the error, and the order 2s gives its
-    /// value at the smaller turn.
+    /// Its error cannot be distinguished from rounding if the largest turn is a degree. Four times
+    /// that turn, or twice the largest turn, shows the error, and the order 2s gives its value at
+    /// the smaller turn.
     #[test]
     fn the_error_of_each_degree_is_round_off_where_it_is_taken() {
         let mut random = Random(19);

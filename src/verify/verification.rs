@@ -83,7 +83,7 @@ pub struct Testimony {
     pub witness: String,
     /// The method of the witness, or the reason why it does not judge.
     pub method: String,
-    /// The number of steps of the plan over which it ran: all, or those of the windows.
+    /// The number of steps of the plan over which it ran: all steps, or the steps of the windows.
     pub steps: usize,
     /// The number of windows.
     pub windows: usize,

@@ -176,8 +176,8 @@ fn same_picture(expected: &str, found: &str) -> bool {
         })
 }
 
-/// Compares the pictures beside a document with those of the same name that its commands wrote, and
-/// returns the names of those that differ.
+/// Compares the pictures beside a document with the pictures of the same name that its commands
+/// wrote, and returns the names of the pictures that differ.
 fn pictures(document: &Path, folder: &Path, bless: bool) -> Vec<String> {
     let mut differences = Vec::new();
     for entry in fs::read_dir(document.parent().unwrap()).unwrap() {

@@ -8,12 +8,12 @@ use std::borrow::Cow;
 pub(crate) struct Cell<'t> {
     /// The text of the cell.
     pub text: Cow<'t, str>,
-    /// The byte of the line at which that begins.
+    /// The byte of the line at which the text begins.
     pub start: usize,
 }
 
-/// Returns the separator of a table with this header: the first comma, semicolon or tab outside
-/// of quotes; `None` if it has none.
+/// Returns the separator of a table with this header: the first comma, semicolon or tab outside of
+/// quotes; `None` if the header has no separator.
 pub(crate) fn separator(head: &str) -> Option<char> {
     let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))

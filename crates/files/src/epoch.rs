@@ -274,9 +274,9 @@ impl Epoch {
         if self.scale != Scale::Utc {
             return said;
         }
-        // From TAI to UTC hifitime is a second early in the half minute that ends with a leap
-        // second; from UTC to TAI it is right. A second that no name reaches is the leap second
-        // itself.
+        // The conversion of hifitime from TAI to UTC is a second early in the half minute that ends
+        // with a leap second; its conversion from UTC to TAI is right. A second that no name
+        // reaches is the leap second itself.
         let (year, month, day, hour, minute, named, _) = second.to_gregorian(scale);
         let Ok(utc) = Instant::maybe_from_gregorian(year, month, day, hour, minute, named, 0, scale) else {
             return said;

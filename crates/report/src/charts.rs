@@ -55,7 +55,7 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
             let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]);
             let rows = trajectory.input.len() / count.max(1);
-            // Of the means where these act alone.
+            // The norm is computed from the means of rows where only the means act on the body.
             let means = problem.objective.switches() && rows == trajectory.time.len();
             let size =
                 |row: usize| if means { 0.5 * (output(row) + output(row + 1)) } else { output(row) }.norm();

@@ -271,7 +271,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // In open loop no correction adds to the input of the plan.
+        // No correction adds to the input of the plan in open loop.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);

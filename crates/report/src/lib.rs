@@ -207,9 +207,10 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// Returns a line of values of the inputs, one a row: with corners where inputs switch, which
-    /// the plan holds over its steps. Of minimum time or fuel on equal steps these are the means of
-    /// the rows, which alone act: rows may alternate about them.
+    /// Returns a line of values of the inputs, one for each row. The line has corners if inputs
+    /// switch, because the plan then holds them over its steps. For minimum time or fuel on equal
+    /// steps it shows the means of neighbouring rows: only the means act on the body, and rows may
+    /// alternate about them.
     fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
         // The motion over a sequence has no costates, and holds its inputs over steps.
         if !self.problem.objective.switches() && !self.trajectory().costates.is_empty() {
@@ -223,8 +224,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Returns the pictures of a plan, in the order of a report. Without a trajectory only the
-/// convergence is shown.
+/// Returns the pictures of a plan, in the order of a report. Only the convergence is shown if the
+/// plan has no trajectory.
 pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {

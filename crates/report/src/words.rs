@@ -316,8 +316,8 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Returns the name of the limited quantity: that of an input or a boresight in the spec, if it has
-/// one.
+/// Returns the name of the limited quantity: the name of its input or boresight in the spec, if it
+/// has one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     if let Some(input) = margin.input(subject.problem) {
         return subject.input_name(input);

@@ -16,8 +16,8 @@ const MU: f64 = 3.986_004_418e14;
 /// The second zonal harmonic of the Earth.
 const J2: f64 = 1.082_626_68e-3;
 
-/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. After
-/// more time the error of J2 is hundreds of kilometres.
+/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. The
+/// error of J2 is hundreds of kilometres after more time.
 const OLDEST: f64 = 30.0 * 86_400.0;
 
 /// The propagation of a state.

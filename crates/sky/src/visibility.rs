@@ -8,7 +8,7 @@
 //! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
 //! ```
 //!
-//! In a low orbit this gives edges within some ten seconds. It is less accurate if the Sun grazes
+//! The edges in a low orbit are accurate to some ten seconds. It is less accurate if the Sun grazes
 //! the limb, because air bends and dims light, and the Earth is flattened.
 
 use crate::bodies;

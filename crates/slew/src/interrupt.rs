@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// Takes Ctrl-C over from here on.
 pub fn watch() {
     let installed = ctrlc::set_handler(asked);
-    // Without a handler Ctrl-C ends the program, which is its default.
+    // If no handler can be installed, Ctrl-C ends the program, which is its default.
     drop(installed);
     #[cfg(unix)]
     unix::watch();
@@ -104,7 +104,7 @@ mod unix {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
             let listen = move || signals.forever().for_each(|_| super::asked());
-            // Without a thread the signals end the program, which is their default.
+            // If no thread can be started, the signals end the program, which is their default.
             let _ = std::thread::Builder::new().spawn(listen);
         }
     }

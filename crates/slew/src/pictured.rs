@@ -135,8 +135,8 @@ pub fn sequence(
     Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
 
-/// Returns the file of `path` with the verdict of the witnesses; where they refuse what it claims,
-/// that is said.
+/// Returns the file of `path` with the verdict of the witnesses; if they refute its claims, the
+/// result states so.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,

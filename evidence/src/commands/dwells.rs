@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// Duration of a sequence [s].
 const TOTAL: f64 = 12.0;
-/// A relative difference of costs that is none.
+/// The relative difference below which two costs count as equal.
 const NEAR: f64 = 1e-6;
 
 fn sequence(index: usize) -> Sequence {

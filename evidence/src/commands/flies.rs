@@ -4,10 +4,10 @@
 //! maneuvers, CASES (20 000) flights each.
 //!
 //! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from
-//! rest to rest in 60 s, torques of least effort on default steps; a cone whose edge the free slew
-//! would pass 4° inside of, for one body axis; start off by 0.3° and 0.005 deg/s, moments of
-//! inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and
-//! their noise 0.003° and 1e-4 deg/s; neighbouring gains.
+//! rest to rest in 60 s, torques of least effort on default steps, neighbouring gains. The free
+//! slew would carry one body axis 4° into a cone. The errors: 0.3° and 0.005 deg/s at the start,
+//! 2 % of the moments of inertia and of the scale of the torques, actuators turned by 0.3°, sensors
+//! turned by 0.02° with a noise of 0.003° and 1e-4 deg/s.
 //!
 //! It prints these figures:
 //! - For the chance of 1e-2 at the worst instant of the cone: the proportion of flights at that

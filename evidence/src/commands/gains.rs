@@ -5,9 +5,10 @@
 //! is compared with the mean torque over that step of plans that start 1e-4 beside, by central
 //! differences in all six directions, in parts of the largest gain.
 //!
-//! Gains belong to the motion under held torques, so they differ from those of the discrete plans
-//! by what the steps leave, of second order. The law is that the difference falls at least by 2^1.7
-//! from 60 to 120 steps, or is below 1e-5. The command ends with 1 if fewer than 99.5 % obey it.
+//! Gains belong to the motion under held torques, so they differ from the gains of the discrete
+//! plans by the error of the steps, of second order. The law is that the difference falls at least
+//! by 2^1.7 from 60 to 120 steps, or is below 1e-5. The command ends with 1 if fewer than 99.5 %
+//! obey it.
 
 use evidence::words::Words;
 use evidence::{Random, median};

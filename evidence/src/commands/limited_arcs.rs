@@ -1,16 +1,17 @@
-//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs,
-//! and whether these depend on the grid.
+//! Plans of least time and fuel with more limits than torque limits: how many end as arcs, and
+//! whether the arcs depend on the grid.
 //!
-//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by
-//! default. Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`,
-//! `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel,
-//! and `torque-rates` of least time alone; all in turns without one. The law is printed before the
-//! figures.
+//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by default.
+//! Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`,
+//! `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel, and
+//! `torque-rates` of least time alone. Without a KIND all kinds are planned in turn. The law is
+//! printed before the figures.
 //!
-//! Of each plan its gap of first order in continuous time is printed as a part of its cost, with or
-//! without arcs. A plan on 100 steps is also made to land. `excess` is what the landed plan costs
-//! above the cost in continuous time, that of arcs, or else that extrapolated from both grids. It
-//! compares with the gap, and with the price of the constraints that landing draws in.
+//! The first-order gap of each plan in continuous time is printed as a part of its cost, with or
+//! without arcs. A plan on 100 steps is also made to land. `excess` is the part by which the landed
+//! plan costs more than in continuous time. The cost in continuous time is the cost of arcs, or
+//! else extrapolated from both grids. It compares with the gap, and with the price of the
+//! constraints that landing draws in.
 //!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 

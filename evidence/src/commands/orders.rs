@@ -22,7 +22,7 @@ use std::time::Instant;
 
 /// The most stops whose orders are all tried.
 const ALL: usize = 8;
-/// Relative difference of two sums of legs that is none.
+/// The relative difference below which two sums of legs count as equal.
 const NEAR: f64 = 1e-6;
 
 fn sequence(index: usize, count: usize) -> Result<Sequence, Box<dyn Error>> {

@@ -1,11 +1,11 @@
 //! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both
 //! ways round.
 //!
-//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random
-//! maneuvers each with a boresight that ends at rest on a fixed direction, and on one that moves,
-//! with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest or turning,
-//! boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about
-//! each axis, in 2 to 8 s. On 100 steps, least effort.
+//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers each
+//! with a boresight that ends at rest on a fixed direction, and on one that moves, with its rate.
+//! Bodies with moments in ratios to 10 about any axes, starts at rest or turning, boresights and
+//! directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2
+//! to 8 s. Plans have least effort on 100 steps.
 //!
 //! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
 //! that with the given end. It ends with 1 if fewer than 99.5 % do.

@@ -31,7 +31,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a folder holds.
+/// The contents of a folder.
 #[derive(Clone, Copy, Default)]
 struct Size {
     lines: usize,

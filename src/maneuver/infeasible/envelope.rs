@@ -13,14 +13,14 @@
 //! kick    of weight w: |Δ(RΠ)| ≤ w ū ,  |Δv| ≤ w ū/√J₁ ,  |Δμ| ≤ w ū
 //! ```
 //!
-//! so momentum and speed grow no faster than the torque allows, counted from the start and,
-//! because the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and
-//! `sin φ ≤ h v/√J₁`. With `h → 0` these lines also hold for the continuous motion. The sums over
-//! the middles of the steps are never below its integrals, because the integrands are concave.
+//! so momentum and speed grow no faster than the torque allows, counted from the start and, because
+//! the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and `sin φ ≤ h v/√J₁`. These
+//! lines also hold for the continuous motion, as `h → 0`. The sums over the middles of the steps
+//! are never below its integrals, because the integrands are concave.
 //!
-//! A limit r̄ of the rate of the torque bounds the momentum too. In body axes a drift changes Π
-//! by no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the
-//! kicks before and after. Then
+//! A limit r̄ of the rate of the torque bounds the momentum too. A drift changes Π in body axes by
+//! no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the kicks
+//! before and after. Then
 //!
 //! ```text
 //! |Π − (b Π_0 + a Π_N)/(a + b)| ≤ r̄ (ab/2 + h²/8) + 2 (g + m̄) ab/(a + b) + h g/2
@@ -218,8 +218,8 @@ impl Motion {
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);
-        // With wheels each pass is valid for the angle of the last one. Without wheels the first
-        // pass is final.
+        // Each pass with wheels is valid for the angle of the last one. The first pass without
+        // wheels is final.
         for _ in 0..if arc.stored > 0.0 { WHEEL_PASSES } else { 1 } {
             let sine = step
                 * ((arc.momentum + share) / smallest)

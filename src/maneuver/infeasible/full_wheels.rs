@@ -33,7 +33,8 @@ pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     }
     let ends = Ends::of(problem, duration);
     let (total, _) = held(problem, &ends);
-    // What the total momentum and the wheels each let a demand move in the duration [rad].
+    // The angles by which a demand can move in the duration, limited by the total momentum and by
+    // the wheels [rad].
     let allowed = |demand: &Demand| {
         let rate_of = demand.of_rate() * problem.body.inertia.j_inverse();
         let axes: Vec<_> = problem.actuation.torque.axes().iter().map(|axis| rate_of * axis).collect();

@@ -50,8 +50,8 @@ const UNREACHED: f64 = 1e-7;
 /// Room to a cone \[rad\]: the deviation of a plan from the way that is checked.
 const ROOM: f64 = 1e-3;
 
-/// Returns a duration \[s\], rounded up to four digits and longer than that of the problem, in
-/// which a turn about a fixed axis is a plan; `None` where none is known: between rates, in a
+/// Returns a duration \[s\], rounded up to four digits and longer than the duration of the problem,
+/// in which a turn about a fixed axis is a plan; `None` where none is known: between rates, in a
 /// field, for a body that translates, for thrusters, or where a constraint is in the way of such a
 /// turn.
 pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {

@@ -35,7 +35,7 @@ pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
 /// Two bodies relative to each other, in the axes of the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// The position `X` of the mass center of body 1 relative to that of body 2 \[m\].
+    /// The position `X` of the mass center of body 1 relative to the mass center of body 2 \[m\].
     pub position: Vector3,
     /// Attitude `R`, axes of body 1 → axes of body 2.
     pub attitude: Matrix3,

@@ -13,7 +13,7 @@
 //! ```
 //! All are symplectic, with one evaluation for each step: where both kicks act, the potential at
 //! the end of a step is kept, because it is the potential at the start of the next one. Lie–Verlet
-//! is of second order. In the variable `Π̃ = Π + (h/2) M` either Lie–Euler is Lie–Verlet: its error
+//! is of second order. Either Lie–Euler is Lie–Verlet in the variable `Π̃ = Π + (h/2) M`: its error
 //! is the missing half kick at the ends, and does not grow.
 
 use super::course::{Course, Method};

@@ -4,9 +4,9 @@
 //! ```text
 //! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i
 //! ```
-//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. With an
-//! embedded pair and a tolerance the step is divided until the estimated error of each part,
-//! relative to the size of each quantity, is within it.
+//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. A step with
+//! an embedded pair and a tolerance is divided until the estimated error of each part, relative to
+//! the size of each quantity, is within the tolerance.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};

@@ -134,7 +134,7 @@ impl Input {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Invariants {
-    /// Kinetic plus potential energy \[J\]. In a turning frame `n · Σ(x×γ + RΠ)` is subtracted:
+    /// Kinetic plus potential energy \[J\]. If the frame turns, `n · Σ(x×γ + RΠ)` is subtracted:
     /// this is Jacobi's integral, which a field fixed in that frame conserves.
     pub energy: f64,
     /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of
@@ -306,9 +306,9 @@ impl Potential for EnvironmentPotential {
 
 /// The loads on all bodies within a step, counted.
 ///
-/// Within a step the methods use the inertial axes that coincide with those of the reference
-/// frame at its start. The potential is fixed in the reference frame: its poses are turned back
-/// by the rotation of the frame so far, and its forces forward.
+/// The methods use one set of inertial axes within a step, which coincides with the axes of the
+/// reference frame at its start. The potential is fixed in the reference frame: its poses are
+/// turned back by the rotation of the frame so far, and its forces forward.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     pub system: System,

@@ -11,10 +11,10 @@
 //! Every motion between the two attitudes has a largest rate of at least the mean rate, by the mean
 //! value theorem. A mean rate above the limit is therefore a violation for any motion of the body.
 //!
-//! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
+//! An angle along the cubic through attitudes and rates changes at most at the steepest slope of
 //! the rotation vector, and at the rate of the target. A stretch is clear if the distance of its
-//! middle from the rim exceeds
-//! half of this change. Any other stretch is halved, until it is shorter than the tolerance.
+//! middle from the rim exceeds half of this change. Any other stretch is halved, until it is
+//! shorter than the tolerance.
 
 use super::{AttitudeReport, Motion};
 use crate::Vector3;

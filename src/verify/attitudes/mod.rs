@@ -1,7 +1,7 @@
 //! Checks of a motion of which only attitudes and rates are known.
 //!
-//! - **Ends and duration** must be those of the problem, and the rows must cover the time between
-//!   them.
+//! - **Ends and duration** must agree with the problem, and the rows must cover the time between
+//!   the ends.
 //! - **Cones and rates** are judged at the rows and on the motion between them. There the body
 //!   turns about one axis at one rate, and the extremum of every angle has a closed form. If
 //!   the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
@@ -31,12 +31,13 @@ pub struct AttitudeRows<'a> {
     pub time: &'a [f64],
     /// Quaternions from body to reference, `[w, x, y, z]`, of length 1, one for each time.
     pub quaternion: &'a [[f64; 4]],
-    /// Angular velocity against the reference frame, body axes [rad/s]; as many, or none.
+    /// Angular velocity relative to the reference frame, body axes [rad/s], one for each time;
+    /// empty if the file has no rates.
     pub rate: &'a [Vector3],
-    /// Rows before which nothing may be interpolated.
+    /// Rows that must not be connected with the row before by interpolation.
     pub breaks: &'a [usize],
-    /// Which rows the file states; between them a polynomial makes the others. Empty: all are
-    /// stated. Between stated rows a motion may enter a cone by the tolerance.
+    /// For each row, whether the file states it; a polynomial gives the rows between stated rows.
+    /// Empty: all are stated. Between stated rows a motion may enter a cone by the tolerance.
     pub told: &'a [bool],
     /// The rounding of the printed digits.
     pub rounding: Rounding,

@@ -71,7 +71,7 @@ fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     let folder = Folder::new();
     let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_xte.toml");
     let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
-    // The words of a sweep are those of a plan.
+    // The page of a sweep uses the same words as the page of a plan.
     folder.slew(&over).ends(0).tells("proof       2 local minima to first order");
     folder
         .slew(&["plan", spec, "-o", "one.json"])

@@ -107,7 +107,7 @@ fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
     assert!(rows[0].starts_with("loop,case,attitude_error_x_rad,"), "{}", rows[0]);
     let cells: Vec<&str> = rows[18].split(',').collect();
     assert_eq!(cells[..2], ["closed loop", "18"]);
-    // Cases count from 1, as those of batches do.
+    // Cases count from 1, like the cases of batches.
     folder.slew(&["fly", "plan.json", "--case", "18", "-o", "one.csv"]).ends(0).tells("18, closed loop");
     folder.slew(&["fly", "plan.json", "--case", "0", "-o", "none.csv"]).ends(2);
     let last = folder.read("one.csv").lines().last().unwrap().to_string();
@@ -198,7 +198,7 @@ fn gains_are_exported_with_the_plan() {
     assert!(table.starts_with("# slewkit flight table 2"));
     let mut rows = table.lines().filter(|line| !line.starts_with('#'));
     let head = rows.next().unwrap();
-    // What is held has another name than what acts at a node.
+    // A held input has another name than an input that acts at a node.
     assert!(head.contains(",held_torque_x_n_m,") && head.contains(",held_input_1_n_m,"), "{head}");
     assert!(head.ends_with("gain_3_rate_y,gain_3_rate_z"));
     let plan = folder.json("plan.json");

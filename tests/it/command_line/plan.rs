@@ -228,7 +228,7 @@ fn a_guess_is_taken_for_an_end_on_a_target() {
     fs::write(folder.path("other.json"), other.to_string()).unwrap();
     let beside = plan(&["--guess", "other.json"]);
     assert!((cost(&beside) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&beside));
-    // At the roll of the other plan, which is nearly the best.
+    // The roll of the other plan is nearly the best.
     let alone = cost(&plan(&["--guess", "other.json", "--guess-alone"])) / cost(&best);
     assert!((1.0..1.02).contains(&alone), "{alone}");
     // Nothing begins from a guess where inputs switch.

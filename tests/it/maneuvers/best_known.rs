@@ -134,9 +134,9 @@ fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     }
 }
 
-/// Random maneuvers that had other answers backwards, or no answer: branches that are visible from
-/// one end of a maneuver alone, arcs that show late or whose grid is far from them, and arcs of a
-/// costlier branch than the one from which they were read.
+/// Random maneuvers that once had another answer backwards, or no answer. The causes: branches that
+/// are visible from only one end of a maneuver, arcs that show late or whose grid is far from them,
+/// and arcs of a costlier branch than the one from which they were read.
 #[test]
 fn a_maneuver_has_one_answer_forwards_and_backwards() {
     let settings = Settings { target: Target::Discrete, ..Settings::default() };

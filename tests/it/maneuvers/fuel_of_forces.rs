@@ -109,8 +109,8 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
 #[test]
 fn moves_along_a_bend_are_corrected_and_few() {
     // A pendulum's field bends the dynamics along a move: the defects at the end of a move give
-    // back the duration that the move takes away. Without corrections of second order moves shrink,
-    // and the iteration needs ten times as many moves.
+    // back the duration that the move takes away. The iteration needs ten times as many moves,
+    // which shrink, if it has no corrections of second order.
     let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
     let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
     let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));
@@ -224,7 +224,7 @@ fn a_duration_is_sought_where_a_body_moves_through_a_field() {
     flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
     flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
     let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
-    // On fewer steps discrete motions pass by the center of the field as no body does.
+    // Discrete motions on fewer steps pass by the center of the field as no body does.
     let flight = flight.with_steps(2 * STEPS).with_environment(pull).with_duration(Duration::SOUGHT);
     let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
     is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);

@@ -134,8 +134,8 @@ fn a_price_goes_through_to_the_cost() {
     assert!((cost / (3.0 * reference) - 1.0).abs() < 1e-6, "{cost}");
 }
 
-/// More time from rest to rest burns less, so all of it is used. With a price that exceeds the
-/// gain, it is not.
+/// More time from rest to rest burns less, so all of it is used. It is not, if the price exceeds
+/// the gain.
 #[test]
 fn up_to_a_longest_duration_all_of_it_or_what_is_worth_its_price() {
     let (_, problem, reference) = cases().swap_remove(6);

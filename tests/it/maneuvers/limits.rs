@@ -90,8 +90,8 @@ fn the_published_limits_are_met_in_as_many_iterations_as_published() {
     }
 }
 
-/// Nearly bang-bang, where Newton fails from the costates without limits: those of the interior point
-/// lead there.
+/// A nearly bang-bang plan. Newton fails from the costates without limits, and converges from the
+/// costates of the interior point.
 #[test]
 fn tight_limits_are_reached_from_the_interior_point() {
     let free = rest_to_rest(120.0)

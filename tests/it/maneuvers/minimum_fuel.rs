@@ -155,8 +155,8 @@ fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_
     assert!(around <= 3.0_f64.sqrt() * norm * (1.0 + 1e-9), "{around} {norm}");
 }
 
-/// Fuel from rest to rest falls with the duration, so all of it is used. With a price, the duration
-/// is the duration of the closed form, if it is allowed.
+/// Fuel from rest to rest falls with the duration, so all of it is used. The duration at a price of
+/// time is the duration of the closed form, if it is allowed.
 #[test]
 fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let (limit, price) = (0.8, 0.3);

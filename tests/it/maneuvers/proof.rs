@@ -1,4 +1,4 @@
-//! How far plans are proved to be optima: one scale for all.
+//! The scale of proofs of optimality, which is one for plans of all methods.
 
 use evidence::Random;
 use evidence::switching::{Kind, maneuver};

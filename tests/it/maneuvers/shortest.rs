@@ -72,10 +72,11 @@ fn duration(problem: &Problem, steps: usize) -> f64 {
     duration
 }
 
-/// Returns the cases, and their durations [s] by another program: direct multiple shooting by the
-/// Runge–Kutta method of order 4 with quaternions, inputs constant (or linear, under a limit of
-/// their slope) on each interval, CasADi 3.8.2 and IPOPT, the lowest of ten starts, extrapolated
-/// from the two finest grids (160 and 320 intervals, or 192 and 384).
+/// Returns the cases, and their durations [s] by another program: direct multiple shooting with
+/// CasADi 3.8.2 and IPOPT. It uses quaternions, the Runge–Kutta method of order 4, and inputs that
+/// are constant (or linear, under a limit of their slope) on each interval. The duration is the
+/// lowest of ten starts, extrapolated from the two finest grids (160 and 320 intervals, or 192 and
+/// 384).
 fn cases() -> Vec<(&'static str, Problem, f64)> {
     const MOMENTS: [f64; 3] = [1.0, 2.0, 3.0];
     let free = || slew(MOMENTS, turn([1.0, 2.0, 3.0], 120.0));

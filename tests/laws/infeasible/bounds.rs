@@ -165,8 +165,9 @@ fn forces_and_distances_are_bounded() {
     assert!(found.reason.contains("beyond the mean") && found.duration_lower_bound.is_none(), "{found}");
 }
 
-/// What is advised is a plan: with little momentum in four wheels, and about an axis that no
-/// inertia favours, where 1.2 times the bound is none (41.63 s; the shortest found was 56.96 s).
+/// A plan exists for the advised duration, with little momentum in four wheels, and about an axis
+/// that no inertia favours. No plan was found in 1.2 times the bound (41.63 s; the shortest found
+/// was 56.96 s).
 #[test]
 fn the_duration_that_is_advised_has_a_plan() {
     let four = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
@@ -189,8 +190,8 @@ fn the_duration_that_is_advised_has_a_plan() {
     assert_eq!(planned(advised).status, Status::Solved);
 }
 
-/// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. What
-/// is advised is a little more. Between rates none is known.
+/// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. The
+/// advised value is a little more. Between rates none is known.
 #[test]
 fn the_duration_that_is_advised_is_that_of_a_turn_about_a_fixed_axis() {
     let j = Matrix3::from_diagonal(&Vector3::new(60.0, 80.0, 95.0));

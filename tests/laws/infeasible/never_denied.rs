@@ -119,9 +119,9 @@ fn weakened(problem: &Problem, factor: f64) -> Problem {
 }
 
 /// A motion that the witness's own propagation makes within limits is never reported as impossible
-/// with exactly these limits: bodies of all kinds, both schemes, long steps and short, wheels,
-/// fields, turning frames, torques fixed to the reference frame, moving ends, cones that are just
-/// touched.
+/// with exactly these limits. The motions cover bodies of all kinds, both schemes, long steps and
+/// short, wheels, fields, turning frames, torques fixed to the reference frame, moving ends, and
+/// cones that are just touched.
 ///
 /// `FEASIBLE_CASES` sets how many are drawn, for longer runs.
 #[test]

@@ -41,8 +41,8 @@ impl Header {
 
 /// The result of one case.
 ///
-/// Numbers are those of the plan file. A number that does not exist is absent: no cost without a
-/// plan, no error without one.
+/// All numbers equal the numbers of the plan file. A number that does not exist is absent: no cost
+/// without a plan, no error without one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
     /// Number of the case, from 1.
@@ -91,14 +91,14 @@ pub struct CaseResult {
     /// Discrete terminal error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
-    /// How far the plan is proved to be an optimum.
+    /// The degree to which the plan is proved to be an optimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// What neighbouring plans can save, to first order, if inputs switch; such a plan has no
-    /// second-order test.
+    /// The cost that neighbouring plans can save, to first order, if inputs switch; such a plan has
+    /// no second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// The results of the witnesses.

@@ -1,7 +1,7 @@
 //! Cases on several threads, results in the order of the cases.
 //!
 //! Workers take the next case from one stream. A result that is finished early waits for its
-//! predecessors. At most [`WINDOW`] results wait, which limits the lead of a worker and the
+//! predecessors. No more than [`WINDOW`] results wait, which limits the lead of a worker and the
 //! memory.
 
 use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};

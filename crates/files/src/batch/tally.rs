@@ -1,7 +1,7 @@
 //! The statistics of the cases of a batch: counts, quantiles, the worst cases.
 //!
-//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. Of all other
-//! cases it holds the number only, except for the first of each kind and the worst.
+//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. It holds only the
+//! number of all other cases, except for the first of each kind and the worst.
 
 use super::CaseResult;
 use slewkit::maneuver::Proved;

@@ -50,7 +50,7 @@ impl Seal {
         if let Self::Read(text) = self { text } else { "" }
     }
 
-    /// Compares the checksum that was read with the contents `file`; `own` tells whether this
+    /// Compares the checksum that was read with the contents `file`; `own` states whether this
     /// version of the program wrote them all.
     pub(super) fn compared(&self, file: &impl Serialize, own: bool) -> Self {
         match self {

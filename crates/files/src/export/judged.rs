@@ -42,7 +42,7 @@ const CHECKSUM: &str = "recorded checksum";
 const UNSEALED: &str = "whether costates, gains, covariances or another figure of the search was changed in \
     the file: it has no checksum of this version, or no spec";
 
-/// The allowed relative error of a recorded figure: that of sums in another order.
+/// The allowed relative error of a recorded figure: the round-off of sums in another order.
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
@@ -92,7 +92,8 @@ impl PlanFile<'_> {
             not_judged.push(SMOOTHED.into());
         }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
-        // The recorded tolerance is that of the plan, even if another spec has a different one.
+        // The recorded tolerance must be the tolerance of the plan, even if another spec has a
+        // different one.
         let cost = verify::cost(&problem, trajectory);
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));

@@ -79,7 +79,7 @@ pub struct PlanFile<'a> {
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
-    /// How far the plan is proved to be an optimum; absent without a plan.
+    /// The degree to which the plan is proved to be an optimum; absent without a plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
     /// The result of its count of conjugate points.
@@ -306,7 +306,7 @@ impl<'a> PlanFile<'a> {
     /// of attitudes. An empty text, or one that is not text, counts as a plan file, so that its
     /// reader reports the error.
     pub fn begins(text: &[u8]) -> bool {
-        // What is no text is named by the reader of attitudes.
+        // The reader of attitudes reports a file that is not text.
         if encoding::is_utf16(text) || encoding::binary(text).is_some() {
             return false;
         }
@@ -388,8 +388,8 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
-/// The largest size of a plan file: several times that of a million steps with every input that a
-/// spec allows.
+/// The largest size of a plan file, several times the size of a plan with a million steps and every
+/// input that a spec allows.
 const MOST_BYTES: u64 = 4 << 30;
 
 /// An input that fails where it is longer than any plan: a pipe need not end.

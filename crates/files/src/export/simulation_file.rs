@@ -27,7 +27,7 @@ pub struct SimulationFile {
     pub trajectory: SimulationRows,
 }
 
-/// The rows of a simulation; those of one body, or of several in `bodies`.
+/// The rows of a simulation: the states of one body, or of several in `bodies`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct SimulationRows {
     /// Times \[s\].

@@ -18,7 +18,7 @@ use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 pub struct FeedbackRecord {
     /// "neighbouring", "tvlqr" or "switching".
     pub kind: String,
-    /// The first step whose gains repeat those of the step before it.
+    /// The first step whose gains repeat the gains of the step before it.
     pub frozen_from: usize,
     /// The number of steps between measurements, over which a correction is held; their gains are
     /// equal. 1 if absent.
@@ -39,7 +39,7 @@ pub struct FeedbackRecord {
     pub arcs: Vec<ArcRecord>,
 }
 
-/// An arc of a plan whose inputs switch: from a start near that of the plan it has the length
+/// An arc of a plan whose inputs switch. From a start near the start of the plan its length is
 /// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
@@ -297,8 +297,8 @@ pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
 
-/// Returns the boresights of a maneuver: those of its cones and of its end; the body axes if it
-/// has none.
+/// Returns the boresights of the cones and of the end of a maneuver; the body axes if it has no
+/// boresight.
 pub fn boresights(problem: &Problem) -> Vec<Vector3> {
     let mut all: Vec<Vector3> = problem.aim().map(|aim| aim.boresight).into_iter().collect();
     for constraint in &problem.constraints {

@@ -119,8 +119,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. Without a valid selector it
-    /// reports nothing, because the selector is the error.
+    /// Reports a key that belongs to another value of the selector. It reports nothing if the
+    /// selector is not valid, because then the selector is the error.
     fn misplaced(
         &mut self,
         entry: &Entry,

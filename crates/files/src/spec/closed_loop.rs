@@ -16,7 +16,8 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
-/// The gains, the uncertainty and the plant of a plan; empty if the spec has none.
+/// The gains, the uncertainty and the plant of a plan; empty if the spec does not have these
+/// tables.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {

@@ -34,7 +34,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Returns the boresights that have a name: of constraints, then that of the end.
+/// Returns the boresights that have a name: first the boresights of constraints, then the boresight
+/// of the end.
 fn boresights(root: &Section) -> Vec<Boresights> {
     let point = root.section("end").and_then(|end| end.section("point"));
     let named = root.list("constraint").iter().chain(point).filter_map(|section| {

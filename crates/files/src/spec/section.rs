@@ -228,8 +228,8 @@ impl Section {
         }
     }
 
-    /// Returns the tables under `name`: one, those of a list, or none if the key is absent.
-    /// Returns `None` if it holds anything else.
+    /// Returns the tables under `name`: one table, the tables of a list, or no table if the key is
+    /// absent. Returns `None` if it holds anything else.
     pub fn tables(&self, name: &str) -> Option<&[Section]> {
         match self.given(name) {
             None => Some(&[]),

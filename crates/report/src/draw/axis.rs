@@ -16,7 +16,7 @@ pub struct Axis {
     pub label: String,
     /// The scale.
     pub scale: Scale,
-    /// The limits of the axis; `None` for those of the data.
+    /// The limits of the axis; `None` for the bounds of the data.
     pub limits: Option<(f64, f64)>,
 }
 

@@ -1,5 +1,5 @@
-//! Which of several things is on when: a row for each, over a time axis that leaves out long
-//! stretches in which all are off.
+//! A chart of the times at which each of several things is on: a row for each, over a time axis
+//! that leaves out long stretches in which all are off.
 
 use super::axis::{Axis, Laid};
 use super::colour;
@@ -36,8 +36,8 @@ const BREAK: f64 = 26.0;
 /// this part of the whole.
 const LONG: f64 = 0.4;
 const NOTED: f64 = 0.05;
-/// How much of a stretch that is left out is shown at either side, as a part of all that has bars:
-/// less than half of [`LONG`].
+/// The part of a left-out stretch that is shown at either side, relative to all stretches with
+/// bars: less than half of [`LONG`].
 const BESIDE: f64 = 0.15;
 /// The least width of a stretch that is shown [px].
 const LEAST: f64 = 24.0;

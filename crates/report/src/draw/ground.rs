@@ -84,8 +84,8 @@ impl Ground {
         let reach = view.reach.to_degrees();
         let step =
             STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
-        // A line that crosses the map has points on it or one step of the line beside it. Near the
-        // point opposite to the middle the map is torn.
+        // A line that crosses the map has points on the map, or at most one step of the line away
+        // from it. Near the point opposite to the middle the map is torn.
         let farthest = (reach + 1.5 * FINE).min(174.0).to_radians().cos();
         for line in grid(step) {
             let near = |at: &Place| direction(at).dot(&view.middle) > farthest;

@@ -18,7 +18,7 @@ pub enum Picture {
     Map(Map),
     /// Ways on the ground.
     Ground(Ground),
-    /// What is on when.
+    /// A chart of the times at which each of several things is on.
     Gantt(Gantt),
 }
 

@@ -227,7 +227,7 @@ impl Sky {
                 svg.path(&edge, true, &style);
             }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
-            // On this map the inside of a closed curve is the part without the point opposite to
+            // The inside of a closed curve on this map is the part without the point opposite to
             // the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
             if cone.asks != ConeAsks::HoldOn {

@@ -76,7 +76,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     if !failed_nothing {
         last = failed;
     }
-    // Other plans are told where there is room.
+    // Other plans are reported if there is room.
     if failed_nothing && AROUND + lines.len() + last.len() + others.len() < MOST_LINES + aimed {
         last.extend(others);
     }
@@ -174,7 +174,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// Compares the cost with that of the turn about a fixed axis, if known.
+/// Compares the cost with the cost of the turn about a fixed axis, if known.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;

@@ -340,7 +340,7 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// What is known of the optimality of a plan of time or fuel, whose second order is not tested.
+/// The proof of optimality of a plan of least time or fuel, whose second order is not tested.
 const MINIMAL: &str = "minimal to first order on the grid";
 
 /// The number of residuals that are shown before and after an ellipsis.

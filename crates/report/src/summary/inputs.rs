@@ -245,7 +245,8 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
 /// Returns the names and the peaks, and the largest part of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
-    // In digits that an optimum has: the first of those that are at their limits comes first.
+    // Peaks are compared in the digits that an optimum determines: the first input at its limit
+    // comes first.
     let part = |index: usize| {
         let part = limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
         (part * 1e9).round() * 1e-9

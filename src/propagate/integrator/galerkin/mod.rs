@@ -16,10 +16,10 @@
 //! time.
 //!
 //! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). Newton solves all
-//! equations together. If the gradient of the potential is available, or loads do not depend on
-//! the poses, the Jacobian is exact and 2–4 iterations suffice. Without the gradient, or with too
-//! many bodies, its part is omitted, every body is solved alone, and each iteration reduces the
-//! error by a factor of about h²‖U''‖.
+//! equations together. If the gradient of the potential is available, or loads do not depend on the
+//! poses, the Jacobian is exact and 2–4 iterations suffice. If the gradient is not available, or
+//! the bodies are too many, the gradient's part of the Jacobian is omitted and every body is solved
+//! alone. Each iteration then reduces the error by a factor of about h²‖U''‖.
 
 mod attitude;
 mod convergence;

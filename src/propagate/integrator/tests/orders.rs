@@ -63,8 +63,8 @@ fn every_method_of_fixed_steps_has_its_published_order() {
             assert!(distance(&end, &other) < 1e-14 * duration, "the references agree");
             let errors = [coarse, fine].map(|n| error(kind, &case, duration, n, &end));
             let slope = (errors[0] / errors[1]).ln() / (f64::from(fine) / f64::from(coarse)).ln();
-            // Without a field the missing half kicks of Lie–Euler vanish, so it equals
-            // Lie–Verlet.
+            // Lie–Euler equals Lie–Verlet if there is no field, because its missing half kicks
+            // vanish.
             let expected = if name == "free" && order == 1 { 2 } else { order };
             println!(
                 "{name:10} {:24} {expected:3} {slope:6.2}  {:.1e} {:.1e}",

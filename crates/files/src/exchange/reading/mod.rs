@@ -132,7 +132,7 @@ pub struct AttitudeTold {
 }
 
 /// Reads the attitude of a moment, `seconds` after `epoch`. An APM has one attitude, which must
-/// belong to that moment. In all other files the attitude is interpolated as the file declares.
+/// belong to that moment. The attitude in all other files is interpolated as the file declares.
 /// Times of tables count from the epoch. `name` stands for the file in messages.
 ///
 /// # Errors

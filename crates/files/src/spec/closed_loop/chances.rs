@@ -61,7 +61,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // In a spec that slew wrote, the margin is that of the chance.
+        // The margin in a spec that slew wrote is the margin that the chance requires.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");

@@ -27,7 +27,8 @@ pub(crate) fn each<I, T>(
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// Returns the elements of a list; `what` they are and a `sample` where the value is none.
+/// Returns the elements of a list. If the value is not a list, the message names the expected
+/// elements (`what`) and shows the `sample`.
 fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     match &node.value {
         Value::Array(items) => Ok(items),

@@ -39,9 +39,9 @@ pub struct EqualError {
     pub time_s: Option<f64>,
     /// The meaning of the ratios; `None` if they are unknown.
     pub ratio_bound: Option<Bound>,
-    /// The ratio of its evaluations to those of the first method.
+    /// The ratio of its evaluations to the evaluations of the first method.
     pub force_evaluation_ratio: Option<f64>,
-    /// The ratio of its time to that of the first method.
+    /// The ratio of its time to the time of the first method.
     pub time_ratio: Option<f64>,
 }
 

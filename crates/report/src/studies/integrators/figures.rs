@@ -10,8 +10,8 @@
 //! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `evaluations_precision`, `work_precision` | – |
 //!
 //! Two of its observations cannot be reproduced with any initial data. The implicit midpoint rule
-//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy
-//! error is near that of the variational method, not near that of the explicit rule.
+//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy error
+//! is near the error of the variational method, not near the error of the explicit rule.
 
 use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};

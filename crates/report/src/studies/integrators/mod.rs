@@ -13,8 +13,8 @@
 //! them: the comparison of section 3.4 of the survey, its figures 2 and 3.
 //!
 //! A ratio of work needs its error level and its horizon: the energy error of a symplectic method
-//! is bounded and that of others grows, so every such ratio grows with the horizon. On short
-//! smooth arcs methods of high order need less work.
+//! is bounded, and the energy error of other methods grows, so every such ratio grows with the
+//! horizon. Methods of high order need less work on short smooth arcs.
 
 mod at_equal_error;
 pub mod figures;
@@ -42,7 +42,7 @@ use thiserror::Error;
 /// The methods, steps and horizons of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// The methods; the work of all is compared with that of the first.
+    /// The methods; the work of each is compared with the work of the first.
     pub kinds: Vec<Kind>,
     /// Their steps \[s\], longest first.
     pub steps: Vec<f64>,

@@ -20,9 +20,9 @@ pub enum Verdict {
 
 /// The agreement of the answers of shooting and SCP. A number is absent if one of the answers is.
 ///
-/// Costates are compared at every node, in scaled units, relative to the largest, and only
-/// between answers with one path. With a symmetry (a sensitivity matrix without full rank) the
-/// costates of one extremal are not unique, and may differ.
+/// Costates are compared at every node, in scaled units, relative to the largest, and only between
+/// answers with one path. If the problem has a symmetry (a sensitivity matrix without full rank),
+/// the costates of one extremal are not unique, and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// Whether the costs agree.
@@ -61,7 +61,7 @@ impl Agreement {
     const COST_FLOOR: f64 = 1e-6;
 }
 
-/// Compares the answers; `settings` are those of the shooting.
+/// Compares the answers; `settings` are the settings of the shooting.
 pub(super) fn of(
     problem: &Problem,
     settings: &Settings,

@@ -153,7 +153,7 @@ fn the_reference_costs_come_from_every_method() {
         assert_eq!(unmet(&found, true), Vec::<String>::new(), "{share:?}");
         for run in found.methods.iter().filter(|run| run.status != Standing::DoesNotApply) {
             let off = run.cost.unwrap() / cost - 1.0;
-            // Without Newton the tolerance of the iteration applies.
+            // The tolerance of the iteration applies if no Newton iteration follows.
             let allowed = if run.method == Contender::Scp { COST } else { digits + 2e-13 };
             assert!(off.abs() < allowed, "{:?} {share:?}: off by {off:e}", run.method);
         }
@@ -292,7 +292,7 @@ mod bounded {
         let found = global(&shipped("rest_120"), &Settings::discrete(), Some(4), &mut Silent).unwrap();
         assert!(!found.same_grid && found.steps == 4 && found.tight);
         assert!(found.lower_bound <= found.cost && found.gap < 1e-6);
-        // On its own grid the maneuver is another discrete problem: 10.69, not 9.54.
+        // The maneuver on its own grid is another discrete problem: 10.69, not 9.54.
         assert!((found.cost - 9.543).abs() < 1e-3);
         let same =
             global(&shipped("rest_120").with_steps(4), &Settings::discrete(), None, &mut Silent).unwrap();
