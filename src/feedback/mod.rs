@@ -370,7 +370,8 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
 /// 6×6, `z` physical.
 ///
 /// ```text
-/// G = A_kᵀ P_k + H_k ,     δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,     K₊ = [[I, 0], [w ∂M/∂R, I]] ,     Q/2 = [0, 0; 0, w S]
+/// G = A_kᵀ P_k + H_k ,             δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,
+/// K₊ = [[I, 0], [w ∂M/∂R, I]] ,    Q/2 = [0, 0; 0, w S]
 /// ```
 ///
 /// with the weight `w` of the half kick that opens it, 0 if the maneuver has none. It is NaN if

@@ -2,7 +2,8 @@
 //! neighbouring start and solved.
 //!
 //! ```text
-//! guess     λ_{k−1} = λ*_{k−1} + D_k z ,     z = [log(R*_kᵀ R); Π − Π*_k] ,     D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,  G_k = A_kᵀ P_k + H_k
+//! guess     λ_{k−1} = λ*_{k−1} + D_k z ,        z = [log(R*_kᵀ R); Π − Π*_k] ,
+//!           D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,      G_k = A_kᵀ P_k + H_k
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!

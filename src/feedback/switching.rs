@@ -88,8 +88,8 @@ impl SwitchingGains {
     /// square of the step.
     ///
     /// # Errors
-    /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
-    /// or too alike to correct six errors.
+    /// [`NoGains::Arcs`] if the inputs of the plan do not stay at limits or off, if something else
+    /// limits them, or if its arcs are too few or too alike to correct six errors.
     pub fn along(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
         Self::suits(problem)?;
         let arcs = arcs(problem, plan)?;

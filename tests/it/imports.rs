@@ -304,7 +304,8 @@ fn types_with_methods(words: &[String]) -> BTreeSet<String> {
     (0..words.len()).filter(|at| words[*at] == "impl" && is_item(*at)).filter_map(of_item).collect()
 }
 
-/// The abilities of a type, and the functions that may write to it, stand in one file, or in the folder of the module that defines it.
+/// The abilities of a type, and the functions that may write to it, stand in one file, or in the
+/// folder of the module that defines it.
 #[test]
 fn a_type_of_the_optimiser_has_its_methods_in_one_place() {
     let modules = read();

@@ -29,8 +29,8 @@ targets; a PRM may also have the Sun, and free rolls. All else is refused with i
 
 Without --spec the attitudes of the observations are reported, and -o converts one format to the other. With --spec the
 slews are planned: from the start of the spec, at its epoch, through all observations. Without an epoch the first
-observation is the start. Slews of `minimize = \"time\"` are as fast as possible, and must fit; of effort and fuel they last
-from one observation to the next. -o then has the planned times, and the attitude of every observation.
+observation is the start. Slews of `minimize = \"time\"` are as fast as possible, and must fit. Slews of effort and fuel
+last from one observation to the next. -o then has the planned times, and the attitude of every observation.
 
 Examples:
   slew timeline requests.xml

@@ -95,7 +95,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         fine_ones.push(fine);
     }
     println!(
-        "{good} of {cases} of second order; median order {:.2}, {:.1e} of the largest gain on 120 steps; {} others without a plan beside",
+        "{good} of {cases} of second order; median order {:.2}, {:.1e} of the largest gain on 120 \
+        steps; {} others without a plan beside",
         median(&mut orders),
         median(&mut fine_ones),
         index - cases

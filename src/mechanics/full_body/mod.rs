@@ -12,7 +12,7 @@
 //! | [`Dumbbells`] | spheres on rods | closed form |
 //! | [`MutualGravity`] of [`Attractor::Cloud`] | any shape, as points | exact for the points |
 //! | … of [`Attractor::Polyhedron`] with points or clouds | homogeneous solids | closed form |
-//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | Gauss points of one in the exact field of the other: `O((l/d)^{2n})` |
+//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | `O((l/d)^{2n})`: Gauss points of one, exact field of the other |
 //! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
 //!
 //! Force and moment of each body come from one energy that depends on relative positions and

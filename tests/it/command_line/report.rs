@@ -283,7 +283,8 @@ start.attitude = { axis = [0, 0, 1], angle_deg = 0 }
 end.attitude = { axis = [0, 0, 1], angle_deg = 20 }
 maneuver = { minimize = "fuel", duration_s = 300 }
 constraint = [
-    { kind = "keep_out", name = "Sun", boresight_body = [0, 0, 1], boresight_name = "telescope", direction_inertial = { vector = [1, 0, 1] }, half_angle_deg = 20 },
+    { kind = "keep_out", name = "Sun", boresight_body = [0, 0, 1], boresight_name = "telescope",
+      direction_inertial = { vector = [1, 0, 1] }, half_angle_deg = 20 },
 ]
 [actuators]
 thruster = [

@@ -842,9 +842,10 @@ tables! {
         /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
         /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most 0.3 rad for each step,
-        /// the nutation under the momentum of wheels included; more if a plan needs them to land,
-        /// or to cost at most about 0.1 % above its optimum in continuous time.
+        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most
+        /// 0.3 rad for each step, the nutation under the momentum of wheels included; more if a
+        /// plan needs them to land, or to cost at most about 0.1 % above its optimum in continuous
+        /// time.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
