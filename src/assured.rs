@@ -280,12 +280,12 @@ const MOST_PLANS: usize = 24;
 /// their margins is kept.
 const TURNS: usize = 12;
 
-/// Plans a maneuver with chance constraints; also returns the maneuver with the margins that
-/// these need.
+/// Plans a maneuver with chance constraints. Also returns the maneuver with the margins that the
+/// chances need.
 ///
 /// # Errors
-/// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or
-/// more of a limit is needed than there is.
+/// [`NotKept`]: the errors of [`plan::plan`], an end that is too near to a limit for its chance, or
+/// a chance that needs more than the whole limit.
 pub fn plan(
     problem: &Problem,
     settings: &Settings,

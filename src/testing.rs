@@ -123,9 +123,9 @@ pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     Grid::of_lengths(scheme, &lengths).unwrap().with_duration(1.0)
 }
 
-/// Returns the same maneuver with limits that are `part` of what the extremal from `costate` would
-/// demand: on the norm of the torque and on each force input, or the other way round. Inputs that
-/// are limited one by one get the diagonal of their weight.
+/// Returns the same maneuver with limits that are `part` of the largest inputs of the extremal from
+/// `costate`. Either the norm of the torque and each force input are limited, or each torque input
+/// and the norm of the force. Inputs that are limited one by one get the diagonal of their weight.
 pub fn limited<const N: usize>(
     problem: &Problem,
     costate: &SVector<f64, N>,

@@ -143,8 +143,8 @@ impl Flights<'_> {
     }
 }
 
-/// Returns the room that is left in standard deviations. Where nothing is uncertain a plan keeps
-/// its limits.
+/// Returns the room that is left in standard deviations. A plan keeps its limits if nothing is
+/// uncertain.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

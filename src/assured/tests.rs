@@ -198,7 +198,7 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
             active += usize::from(worst.chance > 0.98 * asked);
             let beyond = flown.iter().filter(|case| case.as_ref().unwrap()[index][part]).count();
             let found = Proportion::new(beyond as u64, 20_000);
-            // The interval of 95 %, and what is not linear.
+            // The interval of 95 %, and the nonlinear part.
             assert!(
                 found.low < 1.25 * worst.chance && found.high > worst.chance / 1.25,
                 "{} {part}: {found:?} for {worst:?}",

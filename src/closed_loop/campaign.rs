@@ -24,7 +24,7 @@ pub struct Campaign<'a> {
     pub(super) uncertainty: &'a Uncertainty,
     plant: Plant,
     draws: Draws<'a>,
-    /// Threads that share the cases; those there are where none is given.
+    /// The number of threads that share the cases; `None` for all available threads.
     threads: Option<usize>,
     /// The actuators and the constraints of the craft: with the full limits, and without margins.
     actuators: ActuatorSet,
@@ -115,8 +115,8 @@ impl<'a> Campaign<'a> {
         self.each(first, count, |case| self.fly(case))
     }
 
-    /// Flies the cases `first … first + count` step by step, on several threads; of each what `of`
-    /// makes of it.
+    /// Flies the cases `first … first + count` step by step, on several threads. Returns the result
+    /// of `of` for each case.
     pub fn trace_all<R: Clone + Send>(
         &self,
         first: u64,
@@ -199,7 +199,7 @@ impl<'a> Campaign<'a> {
                 let (mut now, end) = (time + index as f64 * tick, time + (index + 1) as f64 * tick);
                 let noise = self.draws.torque * Vector3::from_fn(|_, _| torques.normal()) / tick.sqrt();
                 while now < end - SAME_TIME * tick {
-                    // A command whose time comes within the tick acts from then on.
+                    // A command whose time is within the tick acts from that time on.
                     let (wanted, until) = line.at(now + SAME_TIME * tick);
                     let until = until.min(end);
                     let part = until - now;

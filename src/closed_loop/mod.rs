@@ -1,5 +1,5 @@
-//! A plan flown: the true craft under the plan's torques and its gains, with all that it differs
-//! by.
+//! Flights of a plan: the motion of the true craft, which differs from the planned one, under the
+//! plan's torques and gains.
 //!
 //! The plant is not the planner's step: it is the continuous motion of a craft of another inertia,
 //! under torques held over a tick (`flight`). A step of the loop:

@@ -56,8 +56,9 @@ pub struct Sampled {
     pub mean: Vector6,
     /// The covariance of `[ζ; δΩ]`.
     pub covariance: Matrix6,
-    /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the
-    /// directions that have one: 1 where the motion is linear enough.
+    /// The least and the largest eigenvalue of the sampled covariance relative to the linear
+    /// covariance, in the directions that have a covariance. Both are near 1 if the motion is
+    /// linear enough.
     pub eigenvalues: Option<[f64; 2]>,
     /// The proportion inside of the ellipsoid that holds 99.73 % by the linear covariance.
     pub inside: Proportion,

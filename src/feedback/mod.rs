@@ -85,8 +85,8 @@ impl RegulatorWeights {
     /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
 
-    /// Returns the weights under which a torque that turns the body by a radian in the duration
-    /// costs what being a radian off does.
+    /// Returns the weights for which an error of a radian costs as much as the torque that turns
+    /// the body by a radian in the duration.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
         // In the solver's units the torque weight applies to all four; the weight of the force
         // applies to position and velocity.
@@ -156,8 +156,8 @@ pub struct Gains {
     /// The first step whose gains repeat the gains of the step before it, held to the end; the
     /// number of steps if no gains repeat.
     pub frozen_from: usize,
-    /// Steps from one measurement to the next; a correction is held over them. The rows of these
-    /// steps are one.
+    /// Steps from one measurement to the next; a correction is held over them. These steps have
+    /// equal rows.
     pub every: usize,
     /// The number n of components of `z`: 6; 9 for neighbouring gains of wheels, `[ζ; δΠ; δμ]`
     /// with the momentum of the wheels, body axes; 12 for bodies that translate,
@@ -374,8 +374,8 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
 /// K₊ = [[I, 0], [w ∂M/∂R, I]] ,    Q/2 = [0, 0; 0, w S]
 /// ```
 ///
-/// with the weight `w` of the half kick that opens it, 0 if the maneuver has none. It is NaN if
-/// `I + G Q/2` is singular.
+/// with the weight `w` of the half kick at the start of the motion, 0 if the maneuver has no half
+/// kick. It is NaN if `I + G Q/2` is singular.
 fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
     let step = &plan.steps()[node];
     let g = step.stage.a.transpose() * to_go + step.stage.h;

@@ -64,7 +64,7 @@ const SAME: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
-    /// The plan has positions besides attitudes.
+    /// The plan has positions in addition to attitudes.
     #[error("the body translates: replanning supports attitudes alone")]
     Translation,
     /// The inputs of the plan switch, or its duration was free.
@@ -83,7 +83,7 @@ pub enum NotReplanned {
     /// maneuver.
     #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
-    /// It is the plan of something else.
+    /// The plan belongs to another maneuver.
     #[error("it belongs to a maneuver with {0}")]
     Other(&'static str),
     /// A time before the plan or within its last two steps.
@@ -109,7 +109,7 @@ pub enum Left {
         outcome: Outcome,
         /// The steps that Newton took.
         steps: usize,
-        /// The terminal error that it left, scaled; NaN where no sweep came to its end.
+        /// The terminal error that it left, scaled; NaN if no sweep reached its end.
         residual: f64,
     },
     /// It converged to an extremal that costs more than a neighbour can.
@@ -337,11 +337,11 @@ impl Replanner {
 
     /// Replans from `start` at `moment`, to `end` or to the end of the plan. The second order is
     /// not tested. For a plan that lands, the target is reached by its own inputs
-    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes, and
-    /// nothing that grows with the plan.
+    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes; its memory
+    /// does not grow with the plan.
     ///
     /// # Errors
-    /// [`Left`] where the neighbour of the plan is not found: then a search is due.
+    /// [`Left`] if the neighbour of the plan is not found; the maneuver then needs a search.
     pub fn replan(&self, start: &State, moment: &Moment, end: Option<&State>) -> Result<Replanned, Left> {
         let dynamics = &self.bvp.dynamics;
         let from = self.beginning(moment);
@@ -393,7 +393,7 @@ impl Replanner {
     /// steps.
     ///
     /// # Errors
-    /// [`NotReplanned::Other`] with what differs.
+    /// [`NotReplanned::Other`] with the quantity that differs.
     pub fn fits(&self, problem: &Problem) -> Result<(), NotReplanned> {
         let own = &self.problem;
         let (j, other) = (own.body.inertia.j(), problem.body.inertia.j());
@@ -524,7 +524,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
         let ratio = end.residual() / residual;
         residual = end.residual();
         next = residual * ratio * ratio;
-        // Written so that what is not a number is no progress.
+        // The comparison counts NaN as no progress.
         if !(ratio <= PROGRESS || residual <= tolerance) {
             return Err(failed(Outcome::Stalled, newton_steps + 1, residual));
         }

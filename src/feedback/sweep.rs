@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, SMatrix};
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// Part of the largest singular value of `Z` below which a direction is one that no input reaches.
+/// Part of the largest singular value of `Z`; no input reaches a direction whose singular value is
+/// smaller.
 const UNREACHED: f64 = 1e-11;
 
 /// The result of a sweep: the duals `(h + U S)⁻¹(V + BᵀP)` of each step, from which inputs follow

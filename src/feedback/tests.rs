@@ -247,7 +247,7 @@ pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
             UniformGravity::new(1.0, 0.4, -Vector3::z(), Vector3::new(0.3, 0.1, -0.6)).unwrap(),
         ),
         4 => {
-            // Limits at nine tenths of what the plan without them gives most.
+            // Limits of nine tenths of the largest inputs of the plan without limits.
             let free = planned(&problem);
             let most = (0..free.torque.len())
                 .flat_map(|row| free.inputs(row).to_vec())

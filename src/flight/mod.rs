@@ -1,5 +1,5 @@
-//! The true motion under the inputs of a plan, held over each step. The planner lands its plans
-//! by it.
+//! The true motion under the inputs of a plan, held over each step. The planner lands its plans on
+//! this motion.
 //!
 //! ```text
 //! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
@@ -12,12 +12,12 @@
 //! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a
 //! step `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors
 //! (`numerics/tableau`). The witnesses judge by other flows (`verify::continuous`,
-//! `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
+//! `verify::symplectic`). This module and the witnesses share no code.
 //!
 //! A part turns and nutates by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a
-//! turn of a few radians (a test holds that). Momentum in wheels makes a body nutate that hardly
-//! turns. Fields may change faster than the body turns: where there is one,
-//! parts are halved until two runs agree ([`Flight::settle`]).
+//! turn of a few radians (a test checks this). Momentum in wheels makes even a body nutate that
+//! hardly turns. Fields may change faster than the body turns: if the body is in a field, parts are
+//! halved until two runs agree ([`Flight::settle`]).
 
 mod limits;
 
@@ -35,7 +35,7 @@ use crate::{Matrix3, Vector3, lie};
 pub(crate) struct Held {
     pub force: Vector3,
     pub torque: Vector3,
-    /// A torque that no actuator gives, body axes [N·m]: wheels do not store its reaction.
+    /// A torque that no actuator produces, body axes [N·m]: wheels do not store its reaction.
     pub outside: Vector3,
 }
 

@@ -12,8 +12,7 @@ use std::fmt;
 pub enum Shortfall {
     /// The nearest iterate violates limits, constraints or the end.
     Violated {
-        /// The iterations or subproblems after which the limit of iterations came, where it came
-        /// first.
+        /// The number of iterations or subproblems at which the limit ended the search, if it did.
         cut_short_after: Option<usize>,
         /// The remaining violations.
         violations: Vec<Violation>,
@@ -29,7 +28,7 @@ pub enum Shortfall {
     },
     /// No optimum has the requested homotopy class.
     OtherWay {
-        /// Whether the nearest goes the short way.
+        /// Whether the nearest optimum turns the short way.
         short: bool,
         /// The angle of its rotation \[deg\].
         turned_deg: f64,

@@ -258,8 +258,8 @@ impl Optimality {
 pub enum SecondOrder {
     /// A local minimum.
     Minimum,
-    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the
-    /// rotation was given.
+    /// The cost decreases in some direction. A descent in this direction found no cheaper plan, or
+    /// the spec gave the rotation.
     Saddle,
     /// Undecided.
     Undecided,
@@ -560,9 +560,9 @@ pub struct Solution {
     /// The shortest duration \[s\] that was found, a local minimum, if no plan was found for the
     /// requested duration.
     pub shortest: Option<f64>,
-    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a
-    /// plan was found for it, or it suffices for a turn about a fixed axis within the limits.
-    /// `None` if none is known.
+    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a plan
+    /// was found for it, or it suffices for a turn about a fixed axis within the limits. `None` if
+    /// no duration is known.
     pub longer: Option<f64>,
     /// The requested tolerance, scaled.
     pub tolerance: f64,
@@ -571,8 +571,8 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Widens the error of the cost in continuous time by what landing costs: what has landed is a
-    /// motion in continuous time, so the optimum there costs no more.
+    /// Adds the cost of landing to the error of the cost in continuous time: a landed plan is a
+    /// motion in continuous time, so the optimum in continuous time costs no more.
     pub(crate) fn widen_by_landing(&mut self) {
         let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
         if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {

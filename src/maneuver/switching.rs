@@ -22,12 +22,12 @@ pub struct Switching {
     pub continuous_duration_s: f64,
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
-    /// The gap to neighbouring plans, no bound on what plans on other paths cost: the possible gain
-    /// in cost, to first order, is `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching
-    /// functions s and the inputs v of the continuous extremal. For fuel counted by inputs the
-    /// costates minimise the gap. It is 0 if every input is always at the limit that its
-    /// switching function selects. For pulses it is their cost above the best plan found without
-    /// a shortest pulse, which bounds the gain of better pulses.
+    /// The gap to neighbouring plans: the possible gain in cost, to first order, is
+    /// `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs v of the
+    /// continuous extremal. It is no bound on the cost of plans on other paths. For fuel counted by
+    /// inputs the costates minimise the gap. It is 0 if every input is always at the limit that its
+    /// switching function selects. For pulses it is their cost above the best plan found without a
+    /// shortest pulse, which bounds the gain of better pulses.
     pub gap: f64,
     /// The duration of a turn about the fixed axis under the given limits, from rest to rest,
     /// seconds; for minimum time.
@@ -36,21 +36,21 @@ pub struct Switching {
     pub switches: usize,
     /// Inputs that are within their limits on an arc, or chatter where they would be, from 0.
     pub singular_inputs: Vec<usize>,
-    /// ε of the smoothed law on the grid, scaled, where the plan has one.
+    /// ε of the smoothed law on the grid, scaled, if the plan uses a smoothed law.
     pub smoothing: Option<f64>,
     /// Whether the plan meets the end on the arcs nearest to the continuous ones without being a
     /// discrete optimum, because none was found. The stationarity of the plan is the remaining
     /// residual.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub beside_optimum: bool,
-    /// Arcs of the continuous extremal, none where the inputs are smoothed.
+    /// Arcs of the continuous extremal; empty if the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
     /// The result of the search for pulses, if the spec has a shortest pulse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pulses: Option<Pulses>,
 }
 
-/// Pulses, and what their shortest length costs.
+/// The pulses of a plan, and the cost of their shortest length.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pulses {
@@ -115,9 +115,9 @@ pub struct SwitchingArc {
     pub start_s: f64,
     /// The end, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it; none where the torque has its full norm and turns, and where
-    /// some input holds a constraint. Those that it begins with where they change, and the means of
-    /// those that are within their limits.
+    /// The inputs, which are constant along the arc. If inputs change at a constant rate, these are
+    /// the inputs at the start of the arc; for inputs within their limits, these are means. Empty
+    /// if the torque has its full norm and turns, or if some input holds a constraint.
     pub input: Vec<f64>,
     /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]

@@ -17,13 +17,13 @@ pub enum AxisFrame {
 }
 
 impl AxisFrame {
-    /// Returns the vectors (columns) of body axes in these axes, at attitude `r`.
+    /// Converts vectors (columns) from body axes to these axes, at attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r * vectors }
     }
 
-    /// Returns the vectors of these axes in body axes.
+    /// Converts vectors from these axes to body axes.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
@@ -309,21 +309,21 @@ impl InputLimit<'_> {
 pub struct Actuation {
     /// Torque inputs.
     pub torque: ActuatorSet,
-    /// Force inputs; `None` on SO(3), or when nothing pushes the body.
+    /// Force inputs; `None` on SO(3), or if no input pushes the body.
     pub force: Option<ActuatorSet>,
-    /// The wheels behind the torque inputs, where they are wheels.
+    /// The wheels that produce the torque inputs, if these are wheels.
     pub wheels: Option<Wheels>,
-    /// The thrusters behind forces and torques, where each gives both.
+    /// The thrusters that produce forces and torques, if each produces both.
     pub thrusters: Option<Thrusters>,
 }
 
 impl Actuation {
-    /// Builds the torque inputs alone.
+    /// Builds an actuation that has torque inputs alone.
     pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None, thrusters: None }
     }
 
-    /// Builds the torque inputs and force inputs, each of its own.
+    /// Builds an actuation whose torque inputs and force inputs are independent.
     pub fn torques_and_forces(torque: ActuatorSet, force: ActuatorSet) -> Self {
         Self { force: Some(force), ..Self::torques(torque) }
     }

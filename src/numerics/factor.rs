@@ -85,9 +85,9 @@ impl<const N: usize> Factor<N> {
     }
 }
 
-/// Returns `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed
-/// size; false, and nothing of use, where the matrix is singular to the tolerance of
-/// [`Factor::new`].
+/// Applies `matrix⁻¹` to the first `count` columns of `right`, in place and in arrays of fixed
+/// size. Returns false, and leaves `right` without meaning, if the matrix is singular to the
+/// tolerance of [`Factor::new`].
 #[inline]
 pub(crate) fn eliminate<const N: usize, const M: usize>(
     matrix: &SMatrix<f64, N, N>,
@@ -171,8 +171,8 @@ pub(crate) fn effective<const N: usize>(
     }
 }
 
-/// Returns the sizes of the columns; one that is nothing but the round-off of the others is not
-/// blown up to a direction of its own.
+/// Returns the sizes of the columns. A column that is only round-off of the others keeps a small
+/// size, so that scaling does not turn it into a direction.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
     let sizes = matrix.data.0.each_ref().map(size);

@@ -139,8 +139,8 @@ fn plain(value: f64) -> bool {
     value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
 }
 
-/// Far more than the slack that proofs allow for, far less than what four digits show; of more
-/// digits a share of one.
+/// Far more than the slack that proofs allow, and far less than four digits show. With more digits
+/// it is a part of the last digit.
 const SLACK: f64 = 3e-6;
 
 fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {

@@ -1,9 +1,9 @@
 //! Random numbers by counter: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel
 //! Random Numbers: As Easy as 1, 2, 3*, SC 2011).
 //!
-//! A number is a function of a key and a counter and of nothing else, so any case of a million has
-//! its numbers without those before it, on any machine, in any order. The function is fixed by the
-//! paper and checked against the vectors of its authors: no release will change a stream.
+//! A number is a function of a key and a counter alone, so any case of a million has its numbers
+//! without the cases before it, on any machine, in any order. The function is fixed by the paper
+//! and checked against the vectors of its authors: no release will change a stream.
 //!
 //! # Which random numbers?
 //!

@@ -78,7 +78,7 @@ pub struct Encounter {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Run {
-    /// Whether it came to the end; false: the observer ended it.
+    /// Whether the run reached its end; false if the observer ended it.
     pub finished: bool,
     /// The properties of the method.
     pub facts: Facts,

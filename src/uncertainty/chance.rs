@@ -60,8 +60,8 @@ pub struct Chance {
     pub quantity: Quantity,
     /// Chance at each node, or in each step: the largest of its parts.
     pub nodes: Vec<f64>,
-    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs
-    /// one each.
+    /// The worst chance of each part of the limit: a cone and a norm have one part, components and
+    /// inputs have one part each.
     pub parts: Vec<Worst>,
 }
 

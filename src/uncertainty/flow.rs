@@ -57,7 +57,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         sum
     }
 
-    /// Returns a matrix of `z` as one of the whole state: nothing else.
+    /// Returns the matrix of the whole state that contains a matrix of `z` and is zero elsewhere.
     fn whole(of: &Matrix6) -> Square<N> {
         let mut out = Square::<N>::zeros();
         out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
@@ -176,8 +176,8 @@ impl<'a, const N: usize> Flow<'a, N> {
             along.torque.push(corrected * plan.units().torque().powi(2));
             along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
             if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
-                // The last correction is still in part to come at the end, and belongs to what was
-                // seen before it.
+                // A part of the last correction still follows at the end; it belongs to the
+                // measurement before it.
                 let back = Self::whole(&plan.last());
                 let mut half = SMatrix::<f64, N, 3>::zeros();
                 half.fixed_view_mut::<6, 3>(0, 0).copy_from(&(momentum_rows() * plan.half_kick(1)));

@@ -69,7 +69,7 @@ pub struct Covariance {
     pub states: Vec<Matrix6>,
     /// The covariance of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
     pub end: Matrix6,
-    /// The part of [`Self::end`] that comes from the parameters.
+    /// The part of [`Self::end`] that the parameters cause.
     pub end_of_parameters: Matrix6,
     /// `∂[ζ; δΩ]/∂p` at the end, 6 numbers a parameter.
     pub end_by_parameter: Vec<Vector6>,

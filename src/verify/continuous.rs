@@ -1,6 +1,6 @@
-//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing
-//! depends on the pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference
-//! frame or thrusters fixed in the body do.
+//! The continuous witness integrates the equations of motion. It uses a Taylor series if nothing
+//! depends on the pose, and Verner's 9(8) pair for a field, axes fixed in the reference frame, or
+//! thrusters fixed in the body.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
@@ -291,7 +291,7 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Adds a part of a step over `length`, scaled; adds nothing and returns false where the series
+    /// Adds a part of a step over `length`, scaled. Returns false and adds nothing if the series
     /// does not converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);

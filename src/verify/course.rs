@@ -42,11 +42,11 @@ pub struct Clearance {
     pub continuous: Vec<f64>,
 }
 
-/// Follows both motions through the plan of `problem`; what [`super::verify`] keeps the extremes
-/// of, step by step.
+/// Follows both motions through the plan of `problem` and returns, step by step, the values of
+/// which [`super::verify`] keeps the extremes.
 ///
 /// # Errors
-/// A [`WitnessError`] where the rows do not fit, or a motion cannot be followed to its end.
+/// A [`WitnessError`] if the rows do not fit, or a motion cannot be followed to its end.
 pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, WitnessError> {
     problem.check_numbers()?;
     rows::fit(problem, trajectory)?;

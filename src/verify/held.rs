@@ -102,7 +102,7 @@ struct Passage {
 }
 
 /// Returns the end of the continuous motion under the held torque and its method, its margins of
-/// rates and cones where there are constraints, and where it was at the ends of each window.
+/// rates and cones if the problem has constraints, and its states at the ends of each window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,

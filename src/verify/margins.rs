@@ -87,7 +87,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// Returns the worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
+/// Returns the worst scaled violation among margins; 0 if all hold, NaN if one is NaN.
 pub fn worst_violation(margins: &[Margin]) -> f64 {
     margins.iter().fold(0.0, |worst: f64, margin| {
         let violation = -margin.scaled;

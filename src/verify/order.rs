@@ -7,20 +7,20 @@
 //!
 //! # Why do order test and symplectic witness run over windows?
 //!
-//! A fault of the scheme acts in every step. Over a window its part of the whole error is the
-//! window's part of the duration, and so is the error of the discretisation. The order test uses
-//! their ratio, which is equal over a window and over the plan. Rounding has less time to grow,
-//! so the floor below which the witnesses agree is fifty times lower. The continuous witness
-//! passes the whole plan and records its state at the ends of eight windows. These are spread
-//! from the first step to the last; together they have one step of 32, and at least two steps
-//! each. Plans of 16 steps or fewer are one window. Each finer run starts from these states.
+//! A fault of the scheme acts in every step. A window has the part of the whole error that it has
+//! of the duration, and the same part of the error of the discretisation. The order test uses their
+//! ratio, which is equal over a window and over the plan. Rounding has less time to grow, so the
+//! floor below which the witnesses agree is fifty times lower. The continuous witness passes the
+//! whole plan and records its state at the ends of eight windows. These are spread from the first
+//! step to the last. Together they cover 1/32 of the steps, and each has at least two steps. A plan
+//! of 16 steps or fewer is a single window. Each finer run starts from these states.
 //! `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
 //! missing half kick, a reduced order, a torque one part in a million too large). It finds each
 //! fault as soon as the steps are short enough for it to exceed the discretisation error. Windows
 //! show more than whole plans: Lie–Euler from rest to rest has an end error of second order, and
 //! showed order 2 as a whole, but has order 1 along the motion. A window misses a fault at one
-//! place only. The replay, the continuous witness and the margins find it, because they pass
-//! every step. The plan file and the summary state which witness ran over how many steps.
+//! place only. The replay, the continuous witness and the margins find it, because they pass every
+//! step. The plan file and the summary state which witness ran over how many steps.
 
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};

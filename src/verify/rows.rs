@@ -30,7 +30,7 @@ pub(super) fn turned(trajectory: &Trajectory) -> f64 {
         let apart =
             |sign: f64| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a + sign * b).powi(2)).sum::<f64>().sqrt();
         let (sum, difference) = (apart(1.0), apart(-1.0));
-        // Both signs are one rotation: the nearer one counts.
+        // Both signs of a quaternion are one rotation: the nearer sign counts.
         4.0 * sum.min(difference).atan2(sum.max(difference))
     };
     trajectory.quaternion.windows(2).map(angle).sum()
@@ -97,12 +97,13 @@ pub(super) struct Reached<'a> {
     /// Momenta of the wheels.
     wheels: &'a [f64],
     index: usize,
-    /// The output of the actuators for the row of inputs of this node, if it has one.
+    /// Returns the output of the actuators for the row of inputs of this node, if the node has
+    /// inputs.
     output: Option<Output>,
 }
 
 impl Reached<'_> {
-    /// Returns the row of inputs of this node, if it has one.
+    /// Returns the row of inputs of this node, if the node has inputs.
     fn row(&self) -> Option<usize> {
         self.inputs.row_at(self.index)
     }
@@ -231,8 +232,8 @@ pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     (0..=problem.steps).fold(0.0, |drift, node| larger(drift, (total(node) - start).norm() / unit))
 }
 
-/// Scaled difference of what is recorded at a node from where the body is: its state, and what its
-/// actuators exert by the row of inputs that the node has.
+/// Returns the scaled difference between the record of a node and the motion: the state, and the
+/// output of the actuators for the row of inputs of the node.
 pub(super) fn node_difference(
     plant: &Plant,
     trajectory: &Trajectory,

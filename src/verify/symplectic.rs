@@ -32,7 +32,7 @@ const MOST_STEPS: f64 = 4e6;
 /// for free bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
-/// Returns the lowest degree that does for steps of this turn.
+/// Returns the lowest degree that suffices for steps with this turn.
 fn degree(turn: f64) -> usize {
     let does = |(_, most): &&(usize, f64)| turn <= *most;
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)

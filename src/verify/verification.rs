@@ -146,7 +146,7 @@ pub enum WitnessError {
         /// Start of that step of the plan \[s\].
         time: f64,
     },
-    /// The caller asked to stop, or the time was over.
+    /// The caller requested a stop, or the time limit was reached.
     #[error("the witnesses were stopped before they finished")]
     Stopped,
     /// A number became NaN or infinite.

@@ -20,12 +20,12 @@ impl<'a> Watch<'a> {
         Self { stopped, ask: Some(ask) }
     }
 
-    /// For work on another thread, of what this one notes.
+    /// Returns the flag of this watch, for work on another thread.
     pub(super) fn noted(&self) -> &'a AtomicBool {
         self.stopped
     }
 
-    /// Creates a watch that reads the flag and never asks the caller.
+    /// Creates a watch that reads the flag and never calls the caller's function.
     pub(super) fn of(stopped: &'a AtomicBool) -> Self {
         Self { stopped, ask: None }
     }

@@ -7,8 +7,8 @@ use crate::optimize::discrete::linear_plan::{PosedPlan, Stages};
 use crate::testing::{attitude_only, moving_ends};
 use nalgebra::SVector;
 
-/// A motion of the discrete equations under inputs that are held, its states, and its record with
-/// costates of its own.
+/// A motion of the discrete equations under held inputs, its states, and its record with its own
+/// costates.
 struct Recorded<const N: usize> {
     dynamics: Dynamics,
     states: Vec<Point>,
@@ -130,8 +130,8 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the
-/// regulator, each held over `every` steps.
+/// Returns the slope of the terminal error with neighbouring gains, with these gains of the wrong
+/// sign, and with the regulator, each held over `every` steps.
 fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();

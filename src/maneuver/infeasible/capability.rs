@@ -82,7 +82,7 @@ impl Ends {
     }
 }
 
-/// Returns whether nothing but the actuators turns the body.
+/// Returns whether only the actuators turn the body.
 pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }

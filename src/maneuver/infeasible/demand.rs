@@ -31,10 +31,10 @@ pub(super) const ROUND_OFF: f64 = 1e-9;
 /// The growth of a limit beyond which a larger limit is reported to have no effect.
 const MUCH: f64 = 100.0;
 
-/// Growth of the duration beyond which none is named.
+/// The growth of the duration beyond which no longer duration is reported.
 const LONG: f64 = 1e6;
 
-/// Pairs of boresights and cones that are looked at.
+/// The largest number of pairs of boresights and cones that are checked.
 const MAX_CONES: usize = 1000;
 
 /// A way to go.
@@ -130,8 +130,8 @@ impl<'a> Case<'a> {
 // ------------------------------------------------------------------
 
 impl Demand {
-    /// Returns the matrix whose product with the angular velocity is the rate of what must move: of
-    /// the whole body, or of a body axis b, `S(b)`.
+    /// Returns the matrix whose product with the angular velocity is the rate of the moving part:
+    /// the identity for the whole body, or `S(b)` for a body axis b.
     pub fn of_rate(&self) -> Matrix3 {
         self.axis.as_ref().map_or_else(Matrix3::identity, |lever| lever.cross)
     }

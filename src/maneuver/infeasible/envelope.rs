@@ -29,8 +29,8 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than
-/// about `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
+/// Most passes for the angle of an arc with wheels. They find it if the wheels store less than
+/// about `J₁/h`. If the wheels store much more, the bound stays at 90° and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.
@@ -51,7 +51,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    /// Returns whether nothing limits how the momentum of the body changes.
+    /// Returns whether the change of the momentum of the body has no limit.
     pub fn torque_is_unlimited(&self) -> bool {
         [self.torque + self.field, self.slope, self.storage].iter().all(|limit| *limit == f64::INFINITY)
     }
@@ -158,7 +158,7 @@ impl Motion {
         // A concave function is nowhere larger than this times its largest value in the middle of a
         // step.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
-        // Every pass is valid for what the last one found.
+        // Every pass is valid for the result of the last one.
         for _ in 0..8 {
             let peak = between * arcs.iter().map(|arc| arc.momentum).fold(0.0, f64::max);
             let peak = peak.min(means.rate * means.rate_growth * self.moments[1]);
@@ -240,7 +240,7 @@ pub(super) fn sine_angle(sine: f64) -> f64 {
     if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
 }
 
-/// Returns a product in which zero is zero, whatever the other.
+/// Returns a product that is zero if one factor is zero, whatever the other factor.
 fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }

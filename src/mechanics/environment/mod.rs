@@ -1,8 +1,8 @@
 //! The forces and torques on the body that its actuators do not produce.
 //!
 //! An environment gives force and moment at a pose, their derivatives, and the contracted second
-//! derivatives that the costate sensitivities need. A new one is one file that implements
-//! [`Environment`] and one line in the list of the derivative tests.
+//! derivatives that the costate sensitivities need. A new environment is a file that implements
+//! [`Environment`] and a line in the list of the derivative tests.
 
 mod central_gravity;
 mod error;

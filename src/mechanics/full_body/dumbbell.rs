@@ -129,7 +129,7 @@ impl Pair {
 }
 
 impl Potential for Dumbbells {
-    /// Only how the bodies stand to one another acts.
+    /// Returns all symmetries: the energy depends on relative poses alone.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }

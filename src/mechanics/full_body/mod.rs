@@ -65,12 +65,12 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// Returns `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
-    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over
+    /// Writes force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body to
     /// `wrenches`, which has one row per pose.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
 
-    /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over
-    /// `gradient[n i + j]`; false, and nothing written, where the potential does not offer it.
+    /// Writes the derivative of force and moment on body i with respect to `(δx, ζ)` of body j to
+    /// `gradient[n i + j]`. Returns false and writes nothing if the potential does not provide it.
     ///
     /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
     fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {

@@ -21,7 +21,7 @@ pub enum Threads {
     /// Uses threads if an evaluation is long enough. Default.
     #[default]
     Auto,
-    /// Evaluates on the calling thread; allocates nothing.
+    /// Evaluates on the calling thread, without allocation.
     One,
     /// Evaluates on the threads of rayon, also if that takes longer; on the calling thread
     /// without the feature `threads`.
@@ -40,12 +40,12 @@ pub struct MutualGravity {
     threads: Threads,
     /// Cost of one evaluation, and of a task in the mean, in interactions of point with point.
     cost: f64,
-    /// The buffer for the results of tasks, so that an evaluation allocates nothing.
+    /// The buffer for the results of tasks, so that an evaluation does not allocate.
     results: Mutex<Vec<Exchange>>,
 }
 
 impl MutualGravity {
-    /// Most bodies; their pairs are summed one by one.
+    /// The largest number of bodies; their pairs are summed one by one.
     pub const BODIES: usize = 2_000;
     /// Most interactions of point with point that one evaluation may take: about half a minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
@@ -94,7 +94,7 @@ impl MutualGravity {
         self.cost
     }
 
-    /// Returns whether an evaluation goes to several threads.
+    /// Returns whether an evaluation uses several threads.
     fn is_shared(&self) -> bool {
         match self.threads {
             Threads::One => false,
@@ -122,7 +122,7 @@ impl MutualGravity {
 }
 
 impl Potential for MutualGravity {
-    /// Only how the bodies stand to one another acts.
+    /// Returns all symmetries: the energy depends on relative poses alone.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }

@@ -14,8 +14,9 @@
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
 
-/// Force on the second of a pair and moments on both, in the axes of the first, over `G`: the first
-/// is the field, the second the probes, where one of them has a field of its own.
+/// The force on the second body of a pair and the moments on both, in the axes of the first body,
+/// divided by `G`. If one of them has a field of its own, it is the first, and the second has the
+/// probes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
     pub force: Vector3,

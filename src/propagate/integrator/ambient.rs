@@ -1,4 +1,5 @@
-//! The equations of motion in the numbers of the matrices, for methods that do not use the group.
+//! The equations of motion in the entries of the rotation matrices, for methods that do not use the
+//! group.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates

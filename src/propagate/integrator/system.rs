@@ -326,7 +326,7 @@ impl Loads {
         Self { system: system.clone(), step, evaluations: 0, turned }
     }
 
-    /// Returns whether nothing acts: no potential and no inputs.
+    /// Returns whether the bodies are free: no potential and no inputs.
     pub fn is_free(&self, inputs: &[Input]) -> bool {
         self.system.potential.is_none() && inputs.is_empty()
     }

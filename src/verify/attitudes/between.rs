@@ -51,8 +51,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
 }
 
-/// Returns the direction while the body goes from row `k` to the next, in the axes of the reference
-/// frame.
+/// Returns the direction between row `k` and the next, in the axes of the reference frame.
 pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
@@ -161,7 +160,7 @@ fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
         return end;
     }
     let (mut bad, mut good) = (violated, end);
-    // Fifty halvings leave nothing of a double.
+    // Fifty halvings exhaust the digits of a double.
     for _ in 0..50 {
         let middle = 0.5 * (bad + good);
         if room(middle) < 0.0 { bad = middle } else { good = middle }

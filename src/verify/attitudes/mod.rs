@@ -88,7 +88,8 @@ impl AttitudeReport {
 
 /// The largest relative error of the duration: many programs print times to a nanosecond.
 const DURATION: f64 = 1e-6;
-/// A rate may be off by what turns the body by the tolerance in this share of the duration.
+/// The part of the duration that defines the allowed error of a rate: such an error turns the body
+/// by the tolerance in this time.
 const RATE_SHARE: f64 = 0.01;
 
 /// The name of the check that rates are the derivatives of the attitudes.
@@ -126,7 +127,7 @@ impl Motion<'_> {
         self.rows.time[k + 1] - self.rows.time[k]
     }
 
-    /// Returns the inertial angular velocity in body axes, if the file has one.
+    /// Returns the inertial angular velocity in body axes, if the file has rates.
     fn inertial(&self, k: usize) -> Option<Vector3> {
         self.rows.rate.get(k).map(|rate| rate + self.attitude[k].tr_mul(&self.frame_rate))
     }
@@ -146,8 +147,8 @@ impl Motion<'_> {
 }
 
 /// Returns the attitude and the angular velocity, among all ends on the target, that come nearest
-/// to the last row: the plan chooses the roll, free or within a band. `None` where the end is
-/// stated, or where the target leaves it open at that time.
+/// to the last row: the plan chooses the roll, free or within a band. `None` if the spec states the
+/// end, or if the target does not define it at that time.
 fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
     let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
     Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))

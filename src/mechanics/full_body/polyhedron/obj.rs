@@ -144,7 +144,7 @@ impl<R: BufRead> Lines<R> {
             if text.len() > LINE {
                 return Err(ObjProblem::LineTooLong { limit: LINE });
             }
-            // Blanks behind the sign that a line goes on are not seen by who writes them.
+            // Writers do not see blanks after the sign that continues a line, so they are ignored.
             while text.last().is_some_and(u8::is_ascii_whitespace) {
                 text.pop();
             }

@@ -36,15 +36,15 @@ impl Convergence {
             return Next::GiveUp;
         }
         let ratio = correction / self.last;
-        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a
-        // factor.
+        // The remaining error is Δθ² if corrections shrink like Δ, CΔ², C³Δ⁴, …, and Δθ/(1 − θ) if
+        // they shrink by a factor.
         let left = match (ratio < 0.5, self.exact) {
             (true, true) => correction * ratio * ratio,
             (true, false) => correction * ratio / (1.0 - ratio),
             (false, _) => correction,
         };
         let noise = correction <= NOISE && ratio >= 0.5 && self.last <= NOISE;
-        // The first correction has nothing to be compared with.
+        // The first correction cannot be compared with an earlier one.
         let left = if self.last.is_finite() { left } else { correction };
         self.last = correction;
         if left <= ROUND_OFF || noise { Next::Done } else { Next::Iterate }

@@ -97,7 +97,8 @@ fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     let rule = (0..n).map(|i| {
         let mut x = -((i as f64 + 0.75) / (n as f64 + 0.5) * std::f64::consts::PI).cos();
         let mut slope = 1.0;
-        // Newton from Tricomi's guess: three or four iterations, the rest changes nothing.
+        // Newton's method from Tricomi's guess converges in three or four iterations; more change
+        // nothing.
         for _ in 0..10 {
             let (p, before) = legendre(n, x);
             slope = n as f64 * (before - x * p) / (1.0 - x * x);

@@ -1,4 +1,4 @@
-//! Long runs: what compensated updates keep over 10⁶ steps (10⁷:
+//! Long runs: the conservation of compensated updates over 10⁶ steps (10⁷:
 //! `cargo bench -p benches --bench integrators`).
 
 use super::*;
@@ -56,7 +56,7 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
                 assert!(now.orthogonality <= 1e-12, "{kind} {name} {step}: {:e}", now.orthogonality);
                 energies.push(now.energy - before.energy);
             }
-            // Means over stretches of many periods; what is left of them is noise around a line.
+            // Means over stretches of many periods, which are noise around a line.
             let stretches: Vec<f64> = energies
                 .chunks(steps / 100)
                 .map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64)

@@ -103,7 +103,7 @@ fn a_step_keeps_the_symplectic_form() {
     }
 }
 
-/// Momenta turned round, the symmetric methods go back where they came from.
+/// Symmetric methods return to their start if the momenta are reversed.
 #[test]
 fn symmetric_methods_are_reversible_in_time() {
     let reversed = |state: &SystemState| {

@@ -77,7 +77,8 @@ fn every_method_of_fixed_steps_has_its_published_order() {
                 6 | 8 => 0.2,
                 _ => 1.0,
             };
-            // Two miss the band above the plateau, and are listed with what they measure.
+            // Two methods miss the band above the plateau, and are listed with their measured
+            // order.
             let expected = match (name, kind.name()) {
                 ("free", "galerkin_lobatto_4") => 8.25,
                 ("dumbbells", "rkf78") => 7.74,
