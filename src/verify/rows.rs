@@ -97,8 +97,7 @@ pub(super) struct Reached<'a> {
     /// Momenta of the wheels.
     wheels: &'a [f64],
     index: usize,
-    /// Returns the output of the actuators for the row of inputs of this node, if the node has
-    /// inputs.
+    /// The output of the actuators for the row of inputs of this node, if the node has inputs.
     output: Option<Output>,
 }
 

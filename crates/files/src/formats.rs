@@ -27,7 +27,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format. If several have one ending, the ending selects the first.
+    /// Every format. If several formats share an ending, the ending selects the first.
     pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [

@@ -100,7 +100,7 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
 }
 
-/// Returns the chart of the on-times of all thrusters, one above the other.
+/// Returns the chart of the on-times of all thrusters, one row for each.
 pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
     let found = firings(problem, solution);

@@ -30,7 +30,7 @@ pub struct ComparisonFile {
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions by the names of the compared methods, for those that have one.
+    /// The motions of the compared methods that have a motion, with the names of the methods.
     #[serde(skip)]
     pub motions: Vec<Motion>,
     /// The names of the inputs of the motions, in their order; empty for numbers.

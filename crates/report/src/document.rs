@@ -1,5 +1,4 @@
-//! The pictures and the body of a page as one JSON document, with no more digits than a screen
-//! shows.
+//! The pictures and the body of a page as one JSON document, with as many digits as a screen shows.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};

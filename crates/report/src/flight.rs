@@ -100,7 +100,8 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
-/// Returns three deviations of the correction of each input, and what its limit leaves.
+/// Returns three standard deviations of the correction of each input, and the room that its limit
+/// leaves.
 fn corrections(subject: &Subject) -> Option<Shown> {
     let beside = subject.beside()?;
     let closed = beside.closed.as_ref().filter(|closed| !closed.inputs.is_empty())?;
@@ -147,7 +148,7 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         };
         for (name, values) in found {
             at_the_bottom |= values.iter().any(|value| *value < least);
-            // NaN stays what it is.
+            // NaN stays NaN.
             let values = values.into_iter().map(|value| if value < least { least } else { value });
             curves.push(line(name, curves.len(), times, values));
         }

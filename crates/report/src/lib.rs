@@ -1,4 +1,4 @@
-//! Something to look at: a plan as pictures, and as one page that needs nothing else.
+//! Reports: a plan as pictures, and as one self-contained page.
 //!
 //! [`pictures`] returns the charts of a plan, in a fixed order, and [`crate::draw`] writes them
 //! as SVG. [`plan_page`] puts these charts, drawn by its own script, with verdict, tables and a
@@ -127,7 +127,7 @@ pub struct Shown {
     pub key: &'static str,
     /// The picture.
     pub picture: Picture,
-    /// A sentence that says what is shown, if the title does not.
+    /// A sentence that describes the picture, if the title does not.
     pub remark: String,
 }
 

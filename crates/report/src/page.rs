@@ -1,4 +1,4 @@
-//! One HTML file that shows a plan and needs nothing else: no network, no other file.
+//! One self-contained HTML file that shows a plan, without a network or other files.
 //!
 //! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text
 //! ends a tag. A browser without scripts shows the words and the tables.

@@ -1,4 +1,4 @@
-//! The page of a simulation: its motion, and what of energy and momentum it keeps.
+//! The page of a simulation: its motion, and the conservation of energy and momentum.
 
 use super::attitude::{euler_chart, quaternion_chart};
 use super::body::motion;

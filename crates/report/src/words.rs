@@ -1,4 +1,4 @@
-//! The words of a report: what is proved and what is not, the checks, the margins, the rivals.
+//! The words of a report: the proof of optimality, the checks, the margins, the rivals.
 
 use super::Subject;
 use super::arcs;

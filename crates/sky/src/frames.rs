@@ -6,7 +6,7 @@
 //! ```
 //!
 //! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle
-//! ERA of UT1, and W of the motion of the pole. Neither UT1 nor that motion enters the second.
+//! ERA of UT1, and W of the motion of the pole. The second one uses neither UT1 nor that motion.
 
 use crate::time::Clock;
 use slewkit::{Matrix3, Vector3};

@@ -31,7 +31,8 @@ impl Light {
     pub const APPARENT: Self = Self { takes_time: true, aberrates: true };
 }
 
-/// Returns the vector of the same length from where light comes, to the first order in v/c.
+/// Returns the vector, with its length unchanged, in the direction from which light comes, to first
+/// order in v/c.
 pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let length = vector.norm();
     (vector / length + velocity / C).normalize() * length

@@ -177,10 +177,11 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// Returns the vector from which light comes \[m\], or along a direction, of any length.
+    /// Returns the vector to the apparent position of a target \[m\], or a vector of any length
+    /// along a direction.
     pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
-            // Opposite of what is seen.
+            // The direction is opposite to the apparent Sun.
             Target::AntiSun => return Ok(-self.vector(&Target::Sun, time, theory)?),
             Target::Sun | Target::Moon | Target::Ground { .. } | Target::Limb { .. } => true,
             Target::Fixed(_) | Target::Satellite(_) => true,
@@ -214,8 +215,9 @@ impl Sky {
         })
     }
 
-    /// Returns the vector to where a thing was that is `there` now: by its velocity, or, for a
-    /// witness, where it was indeed.
+    /// Returns the vector to the position that an object, now at `there`, had when its light left
+    /// it. The position follows from the velocity, or, for the full theory, from the position at
+    /// that time.
     fn by_old_light(
         &self,
         target: &Target,

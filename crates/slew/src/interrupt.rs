@@ -1,5 +1,5 @@
-//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the
-//! program at once, and so does one while results are written. The signals that end a process,
+//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the program
+//! at once, as does the first one while results are written. The signals that end a process,
 //! SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::Exit;
@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-/// Whether results go where they stay, one after the other.
+/// Whether results are being written to their final files, one by one.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 

@@ -75,7 +75,7 @@ impl Format {
         formats::Format::named(&self.name())
     }
 
-    /// Returns the endings of file names for the format. If several formats have one ending, it
+    /// Returns the endings of file names for the format. If several formats share an ending, it
     /// selects the first.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)

@@ -31,7 +31,7 @@ pub struct Drawing {
 /// The contents of a file that slewkit wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A plan, or nothing that is known.
+    /// A plan, or a file of an unknown kind.
     Plan,
     /// The plan of a sequence.
     Sequence,
@@ -93,7 +93,7 @@ pub struct Pictured {
     pub exit: Exit,
 }
 
-/// Reads the plan file `input` from `path` and has the witnesses judge what it claims.
+/// Reads the plan file `input` from `path` and lets the witnesses judge its claims.
 pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pictured, Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
@@ -110,7 +110,7 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
 }
 
-/// Reads the plan of a sequence from `path`, and has the witnesses judge what it claims.
+/// Reads the plan of a sequence from `path` and lets the witnesses judge its claims.
 pub fn sequence(
     path: &Path,
     input: impl Read,

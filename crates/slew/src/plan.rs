@@ -98,7 +98,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(page) = &page {
         files.iter().try_for_each(|file| page.distinct_from(file))?;
     }
-    // Known before the work: a plan must not be lost for want of a name.
+    // The name is checked before the work, so that no plan is lost because its name is missing.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;

@@ -117,7 +117,7 @@ impl Slew {
 
 /// The contents of the report on a file.
 struct Told {
-    /// The observations, with the times and attitudes of the plan if there is one.
+    /// The observations, with the times and attitudes of the plan if one was made.
     file: PointingFile,
     /// The slew to each of them; `None` to the first one if it is the start.
     slews: Vec<Option<Slew>>,

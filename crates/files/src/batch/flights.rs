@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
 use std::path::Path;
 
-/// The first line: what decides all cases. How many there are does not.
+/// The first line: the values that determine all cases. How many there are does not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightHeader {
     /// Version of the format, [`FlightHeader::FORMAT`]; its key identifies the file.

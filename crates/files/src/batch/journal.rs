@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// A line of a file that is continued, one for each case.
 pub trait Entry: DeserializeOwned {
-    /// The first line: what decides all others.
+    /// The first line: the values that determine all other lines.
     type Header: Serialize + PartialEq;
 
     /// The remedy if a file holds results of another batch.
@@ -57,11 +57,11 @@ pub struct Found {
 }
 
 impl Journal {
-    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of
-    /// them. Each result that is there goes to `take`. `anew` throws away whatever the file holds.
+    /// Opens the file at `path` for the results of `header`: a new file, or one that has some of
+    /// them. Passes each existing result to `take`. `anew` discards the contents of the file.
     ///
     /// # Errors
-    /// A file of another batch, one that is damaged, in use, or cannot be written.
+    /// A file of another batch, or a file that is damaged, in use, or cannot be written.
     pub fn open<E: Entry>(
         path: &Path,
         header: &E::Header,
@@ -149,7 +149,7 @@ fn check<E: Entry>(
     let mut lines = Lines::new(path, file);
     let head = match lines.next()? {
         None => return Ok((Found::default(), 0)),
-        // Killed while the first line was written: nothing is lost.
+        // The run was killed while it wrote the first line: no result is lost.
         Some(Line::Torn(text)) if first.as_bytes().starts_with(&text) => {
             return Ok((Found { done: 0, torn: text.len() as u64 }, 0));
         }

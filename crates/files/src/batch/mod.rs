@@ -61,8 +61,8 @@
 //! # Why is everything in memory that the quantiles need?
 //!
 //! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there
-//! may be, are 80 MB. All else of the summary is counted as lines go by, and a file that is
-//! continued is counted on the way.
+//! may be, are 80 MB. All other figures of the summary are counted line by line; a continued file
+//! is counted while it is read.
 //!
 //! # Why do batches not write Parquet at once?
 //!

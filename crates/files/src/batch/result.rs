@@ -24,7 +24,7 @@ pub struct Header {
     pub cases: u64,
     /// Keys that the cases set, in the order of their columns; empty for a folder.
     pub keys: Vec<String>,
-    /// Hash of the spec, of all that is set, and of the program.
+    /// Hash of the spec, of all set values, and of the program.
     pub fingerprint: String,
     /// Lines hold wall times, which differ between runs.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -41,8 +41,8 @@ impl Header {
 
 /// The result of one case.
 ///
-/// All numbers equal the numbers of the plan file. A number that does not exist is absent: no cost
-/// without a plan, no error without one.
+/// All numbers equal the numbers of the plan file. A number that does not exist is absent: without
+/// a plan, a result has neither a cost nor an error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
     /// Number of the case, from 1.
@@ -138,7 +138,7 @@ pub struct CaseError {
 pub struct Verdict {
     /// Whether every check holds.
     pub passed: bool,
-    /// Names of the checks that do not.
+    /// Names of the checks that do not hold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<String>,
     /// Attitude error of the discrete witness \[rad\]; absent if it did not reach the end.

@@ -15,7 +15,8 @@ use std::time::Duration;
 
 /// Results that may wait for a slower case before them.
 const WINDOW: u64 = 4096;
-/// The stack of the main thread: a case that fits one must fit the other.
+/// The stack of a worker equals the stack of the main thread: a case that fits one must fit the
+/// other.
 const STACK: usize = 8 << 20;
 /// The interval at which the caller's `tick` is called.
 const TICK: Duration = Duration::from_millis(100);

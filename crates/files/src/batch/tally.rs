@@ -44,7 +44,7 @@ pub struct Costs {
     pub all: Vec<f64>,
 }
 
-/// A case that stands out, with what makes it.
+/// A case with an extreme value, and the settings that make the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
     /// The value in which it is the worst.

@@ -16,8 +16,8 @@
 //! # Why is AEM 1.0 written with derivatives of the quaternion?
 //!
 //! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others
-//! (Orekit). The derivative is unambiguous, and the rate comes back from it. When reading, such
-//! rates are left out.
+//! (Orekit). The derivative is unambiguous, and the reader computes the rate from it. When reading,
+//! such rates are left out.
 
 use super::{Record, digits, six_of_inertia};
 use crate::export::ExportError;

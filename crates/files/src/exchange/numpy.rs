@@ -24,7 +24,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(arrays.close()?)
 }
 
-/// Arrays by name, written one after the other.
+/// Named arrays, which are written in order.
 pub struct Arrays<'o>(Archive<'o>);
 
 impl<'o> Arrays<'o> {

@@ -1,5 +1,5 @@
-//! Reads what [`Arrays`](super::Arrays) writes, and what `numpy.savez` writes of the same arrays:
-//! stored files of little-endian doubles.
+//! Reads the files that [`Arrays`](super::Arrays) writes, and those that `numpy.savez` writes for
+//! the same arrays: stored files of little-endian doubles.
 
 use super::numpy::crc32;
 use std::collections::BTreeMap;

@@ -38,7 +38,7 @@ pub(super) enum Values<'a> {
     Numbers(&'a [f64]),
     Quaternions(&'a [[f64; 4]]),
     Vectors(&'a [Vector3]),
-    /// One row after the other, with this number of values each.
+    /// The values row by row, with this number of values in each row.
     Flat(&'a [f64], usize),
 }
 

@@ -165,7 +165,7 @@ impl Target {
                 return Err(FileError::Exists { path: shown });
             }
         }
-        // A folder may take no file for many reasons: whether it does shows when one is made.
+        // A folder may refuse a file for many reasons, so a file is created to test it.
         let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
         let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
         drop(temporary);

@@ -62,7 +62,7 @@ impl PlanFile<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
         let held = self.spec.as_ref();
-        // The grid is the plan's own matter, and so is which of several sets of cones holds when.
+        // The plan chooses its grid, and the times at which each of several sets of cones holds.
         let turned;
         let problem = if problem.alternatives.is_empty() {
             problem

@@ -22,7 +22,7 @@ use slewkit::verify::{Accuracy, Verification};
 use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 
-/// A plan and all that led to it, with the keys of the file in their order.
+/// A plan and the record of its search, with the keys of the file in their order.
 ///
 /// Equal inputs give equal files but for `solve_time_s`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -327,7 +327,7 @@ impl<'a> PlanFile<'a> {
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
-        // A body that is where it should be needs no step, where time is minimised.
+        // A plan of least time has no step if the body is already where it should be.
         let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
         if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
@@ -426,8 +426,8 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Writes a document: the keys of the two outer levels on lines of their own, so that two files
-/// can be compared line by line, arrays without breaks.
+/// Writes a document. Each key of the two outer levels has its own line, so that two files can be
+/// compared line by line. Arrays have no line breaks.
 ///
 /// # Errors
 /// Returns the errors of the stream.

@@ -81,10 +81,10 @@ pub struct LoopUncertainty {
     pub end_attitude_sigma_deg: [f64; 3],
     /// The deviation of the angular velocity at the end [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
-    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every
-    /// error is anywhere within one deviation and none has a distribution \[deg\].
+    /// Half the extent of the attitude's ellipsoid at the end along the body axes \[deg\], if every
+    /// error is anywhere within one deviation, without a distribution.
     pub end_attitude_bound_deg: [f64; 3],
-    /// The part of each of these six variances that comes from a parameter, by parameter.
+    /// The part of each of these six variances that a parameter causes, for each parameter.
     pub shares: Vec<(String, [f64; 6])>,
     /// The pointing error of each boresight at the end.
     pub pointing: Vec<PointingRecord>,

@@ -1,9 +1,9 @@
 //! Converts a pointing file to a sequence of stops, and the plan of that to a file.
 //!
-//! Observations are stops that begin and end when the file says; slews are the legs between them.
-//! The clock of the sequence starts at the epoch of the spec, with the spacecraft in its start. If
-//! the spec has no epoch, it starts at the end of the first observation, with the spacecraft in its
-//! attitude.
+//! Observations are stops that begin and end at the times of the file; slews are the legs between
+//! them. The clock of the sequence starts at the epoch of the spec, with the spacecraft in its
+//! start. If the spec has no epoch, it starts at the end of the first observation, with the
+//! spacecraft in its attitude.
 
 use super::{Observation, PointingFile, Roll, Target};
 use crate::epoch::Epoch;
@@ -18,7 +18,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, SequencePlan, Stop};
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use slewkit_sky::{EarthRotation, Sky};
 
-/// A sequence that observes what a pointing file requests.
+/// The sequence of the observations that a pointing file requests.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     /// The sequence: a stop for each observation, from [`Self::first`] on.
@@ -129,8 +129,8 @@ impl Timeline {
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
 
-    /// Returns the time that each leg has \[s\]: from the end of the hold before to the begin of
-    /// its own.
+    /// Returns the available time of each leg \[s\]: from the end of the hold before it to the
+    /// start of its own hold.
     pub fn available(&self) -> Vec<f64> {
         let mut free_from = 0.0;
         let gap = |stop: &Stop| {

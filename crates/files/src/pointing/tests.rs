@@ -320,7 +320,7 @@ fn the_sun_and_a_free_roll_have_their_template() {
     let written = prm_of(&file);
     assert_eq!(written.matches("<segment>").count(), 2, "{written}");
     assert_eq!(read(&written).observations, file.observations);
-    // A given attitude becomes an observation of its own.
+    // A given attitude becomes a whole observation.
     let mut draws = Stream::new(3, 0, 0);
     for _ in 0..200 {
         let wanted = lie::exp(&(PI * draws.unit() * random(&mut draws)));

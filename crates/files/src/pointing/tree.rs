@@ -16,8 +16,8 @@ impl<'t> Part<'t> {
         elements::name(self.0)
     }
 
-    /// Refuses attributes other than these, and refuses text beside its elements. Attributes with a
-    /// namespace are of the schema and not of the message.
+    /// Refuses attributes other than these, and text next to its elements. Attributes with a
+    /// namespace belong to the schema and not to the message.
     pub fn only(self, attributes: &[&str]) -> Result<Self, Wrong> {
         let other = self
             .0
@@ -122,7 +122,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that it has neither text nor elements.
+    /// Checks that the element has neither text nor elements.
     pub fn empty(self) -> Result<(), Wrong> {
         self.all(&[])?;
         match elements::value(self.0)? {

@@ -1,4 +1,4 @@
-//! The notations of an attitude, and what users get wrong in them.
+//! The notations of an attitude, and the common errors in them.
 
 pub(super) mod from_file;
 
@@ -39,7 +39,7 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle are one notation together, and so are the angles of a pointing.
+        // Axis and angle together are one notation; the angles of a pointing are another.
         let name = match given.name.as_str() {
             name if angle(name) => "axis",
             name if POINTED.contains(&name) => POINTED[0],

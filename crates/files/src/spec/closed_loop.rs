@@ -44,7 +44,7 @@ impl ClosedLoop {
         self.written.keys().map(String::as_str)
     }
 
-    /// Returns the chance of its own that the limit `name` is to keep.
+    /// Returns the individual chance that the limit `name` must keep.
     pub fn asked(&self, name: &str) -> Option<&Chance> {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }

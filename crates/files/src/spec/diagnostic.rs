@@ -118,7 +118,7 @@ impl Diagnostics {
         })
     }
 
-    /// Returns all findings for people, one after the other, with a closing count.
+    /// Returns all findings as text, in their order, with a count at the end.
     pub fn render(&self, colour: bool) -> String {
         let mut out = String::new();
         for finding in &self.0 {

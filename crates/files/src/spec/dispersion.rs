@@ -217,7 +217,7 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// Returns the key that is set, its value, and the unit of its spread relative to that of its
+/// Returns the key that is set, its value, and the unit of its spread relative to the unit of its
 /// offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {

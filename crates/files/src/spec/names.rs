@@ -110,8 +110,8 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// Returns the names of wheels or thrusters, or their numbers where only some have one; empty where
-/// none has.
+/// Returns the names of wheels or thrusters. If only some have names, the others get their numbers;
+/// if none has a name, the list is empty.
 fn names_of(root: &Section, key: &str) -> Vec<String> {
     let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
     if !all.iter().any(|one| one.has("name")) {

@@ -18,8 +18,8 @@ use std::path::PathBuf;
 const OLD: f64 = 3.0;
 /// The error that mean elements gain in a day, smallest and largest \[km\].
 const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
-/// The oldest that are taken unless the spec says otherwise \[days\]: drag, unknown to a tenth, is
-/// then a hundred kilometres.
+/// The age above which mean elements are refused by default \[days\]: drag that is known to a tenth
+/// then gives an error of a hundred kilometres.
 const OLDEST: f64 = 30.0;
 
 /// The keys of which at least one is required.
@@ -46,10 +46,10 @@ pub(super) const KEYS: &[&str] = &[
     "model",
 ];
 
-/// When and beside what an orbit is read.
+/// The data of a maneuver that the reader of an orbit needs.
 #[derive(Clone, Debug)]
 pub(super) struct Around {
-    /// When the maneuver begins.
+    /// The moment at which the maneuver begins.
     pub epoch: Epoch,
     /// The clock that starts then.
     pub clock: Clock,
@@ -182,7 +182,7 @@ fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     recent(section, "omm", orbit)
 }
 
-/// Tells what is wrong with a file that a key names.
+/// Reports the fault of a file that a key names.
 fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
         || (1, "it cannot be read".into(), "check it".into()),

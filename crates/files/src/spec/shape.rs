@@ -1,4 +1,4 @@
-//! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
+//! `[bodies.shape]`: the mass, inertia and gravity of a shape.
 
 use super::{Section, Solid, cut, short};
 use slewkit::Matrix3;
@@ -206,7 +206,7 @@ fn homogeneous(
 /// Reads vertices and faces in the spec.
 fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
-        // The first pass has said that a shape is missing.
+        // The first pass has reported that a shape is missing.
         return None;
     }
     if !section.has("faces") {

@@ -279,7 +279,7 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
 /// second.
 const LONG: f64 = 1e8;
 
-/// Warns where a step will take long: nothing is shown within one.
+/// Warns if a step will take long, because no progress is shown within a step.
 fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]) {
     let interactions = gravity.interactions();
     if interactions < LONG {

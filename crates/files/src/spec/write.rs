@@ -32,7 +32,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// A spec as a value: of a maneuver, with all that [`Problem`] and [`Settings`] hold.
+/// The spec of a maneuver as a value, with all contents of [`Problem`] and [`Settings`].
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(transparent)]
 pub struct SpecDocument(Value);

@@ -56,7 +56,7 @@ impl Laid {
         let logarithmic = axis.scale == Scale::Logarithmic;
         let place = |value: f64| if logarithmic { value.log10() } else { value };
         let mut limits = (f64::INFINITY, f64::NEG_INFINITY);
-        // NaN and what has no logarithm is passed over here as in the curves.
+        // NaN and values without a logarithm are ignored here, as in the curves.
         for value in values.map(place).filter(|value| value.is_finite()) {
             limits = (limits.0.min(value), limits.1.max(value));
         }

@@ -71,7 +71,7 @@ impl Chart {
         svg.end()
     }
 
-    /// Returns the curves as drawn: a curve that diverges is cut, and its name says where.
+    /// Returns the curves as drawn: a curve that diverges is cut, and its name states where.
     pub fn legible_curves(&self) -> Vec<Curve> {
         legibility::cut(&self.curves, self.y.scale)
     }
@@ -229,7 +229,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     };
     let names: Vec<(Vec<String>, Vec<String>)> = curves.iter().map(named).collect();
     let lines: usize = names.iter().map(|(first, more)| first.len() + more.len()).sum();
-    // Many names stand nearer together.
+    // Many names have less distance between them.
     let row =
         (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
     for (curve, (first, more)) in curves.iter().zip(names) {

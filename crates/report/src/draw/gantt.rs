@@ -94,7 +94,7 @@ impl Gantt {
         gaps.extend(busy.last().map(|last| [last[1], self.end]));
         gaps.retain(|[from, to]| to - from > long);
         gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        // A little of what is left out is shown beside what is on.
+        // A short part of each left-out stretch is shown next to the bars.
         let beside = BESIDE * on;
         let piece = |from: f64, to: f64, left_out: bool| Piece { from, to, left: 0.0, right: 0.0, left_out };
         let mut pieces = Vec::new();

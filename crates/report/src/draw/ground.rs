@@ -68,7 +68,7 @@ impl Ground {
         SkyView { middle, right, up: middle.cross(&right), reach: (1.12 * reach).min(PI) }
     }
 
-    /// Draws it into `svg`, where `id` is used by nothing else.
+    /// Draws the map into `svg`; `id` must be unique there.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let view = self.view();
         let place = |at: &Place| {
@@ -230,7 +230,7 @@ mod tests {
         assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
         assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
     }
-    /// Lines of the grid beside the map would be most of the file.
+    /// Lines of the grid outside of the map would be most of the file.
     #[test]
     fn the_grid_of_a_small_map_is_that_of_the_map() {
         let map = |stretch: Vec<Place>| Ground {

@@ -107,7 +107,7 @@ fn rich(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 2..]);
         let Some(end) = after.find('}') else { break };
         let raised = escape(&after[..end]);
-        // The second shift brings what follows back to the line.
+        // The second shift moves the following text back to the line.
         let _ =
             write!(out, "{}<tspan dy=\"-5\" font-size=\"{RAISED_SIZE}\">{raised}</tspan>", escape(before));
         rest = &after[end + 1..];

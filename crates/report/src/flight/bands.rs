@@ -47,7 +47,7 @@ struct Bands {
     commands: Vec<Vec<Vec<f64>>>,
 }
 
-/// Returns the charts; none where nothing is uncertain.
+/// Returns the charts; no chart if nothing is uncertain.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let Some(bands) = flown(subject) else { return Vec::new() };
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()

@@ -19,17 +19,17 @@ use slewkit::verify::{Accuracy, Margin, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// Lines of a summary, with headline and what to type next.
+/// The largest number of lines of a summary, including the headline and the next command.
 const MOST_LINES: usize = 12;
 
-/// Lines around these: the headline, and what to type next.
+/// The number of lines around the others: the headline and the next command.
 const AROUND: usize = 2;
 
 /// The relative difference below which two costs count as equal: costs are printed to a tenth of
 /// a percent.
 const SAME: f64 = 5e-4;
 
-/// The gap to neighbouring plans below which none is reported [%].
+/// The gap to neighbouring plans below which no gap is reported [%].
 const LEAST_GAP: f64 = 1e-3;
 
 /// The clearance below which a cone counts as touched \[deg\].
@@ -63,7 +63,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     let aimed = target::told(problem, solution, identity);
     let before = lines.len();
     lines.lines("target", aimed.iter().flat_map(|text| wrapped(text, TEXT)));
-    // They take no room from the cones.
+    // The lines of the target do not reduce the room for the cones.
     let aimed = lines.len() - before;
     lines.extend(inputs::told(problem, solution, found, identity));
     lines.lines(
@@ -319,7 +319,7 @@ pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Returns the gap of a local minimum to first order: what neighbouring plans can save.
+/// Returns the gap of a local minimum to first order: the cost that neighbouring plans can save.
 fn neighbours(solution: &Solution) -> String {
     let Some(switching) = &solution.switching else { return String::new() };
     if switching.structure == Structure::Pulses {

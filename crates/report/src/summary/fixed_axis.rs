@@ -52,7 +52,7 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     let axis = turn / angle;
     let along = problem.body.inertia.j() * axis;
     let across = match &problem.actuation.wheels {
-        // All momentum stays zero: nothing is gyroscopic.
+        // All momentum stays zero, so no gyroscopic torque acts.
         Some(_) => axis * 0.0,
         None => axis.cross(&along),
     };

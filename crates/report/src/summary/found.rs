@@ -13,7 +13,7 @@ use slewkit_files::spec::escape;
 /// The relative gap of a singular arc that is replaced by enough arcs.
 const SMALL_GAP: f64 = 1e-4;
 
-/// Durations that differ by this part are one.
+/// The relative difference below which two durations count as equal.
 const SAME_DURATION: f64 = 1e-12;
 
 /// Returns the name of a discretisation.

@@ -54,7 +54,7 @@ pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f6
     }
 }
 
-/// Returns the unit of fuel, if all inputs have one kind and one price.
+/// Returns the unit of fuel, if all inputs have the same kind and the same price.
 pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
     let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
     let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);
@@ -115,17 +115,17 @@ fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     [Some(torques), force].into_iter().flatten().collect()
 }
 
-/// The input that uses the most of its limit, or the largest where none is limited.
+/// The input that uses the largest part of its limit, or the largest input if no input is limited.
 pub(crate) struct Busiest {
     /// The kind of inputs, as in "wheels".
     pub kind: &'static str,
     /// The name of the input.
     pub name: String,
-    /// The peak, in the unit of people.
+    /// The peak, in the unit that is displayed.
     pub peak: f64,
     /// That unit.
     pub unit: &'static str,
-    /// The limit, if there is one.
+    /// The limit, if the input has one.
     pub limit: Option<f64>,
 }
 

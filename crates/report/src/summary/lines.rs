@@ -12,8 +12,8 @@ const LABELLED: usize = 13;
 /// Columns for the text of a labelled line, in a window of eighty.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// Returns `text` in lines of at most `width` characters, broken between words; a longer word has a
-/// line of its own.
+/// Returns `text` in lines of at most `width` characters, broken between words. A longer word has
+/// its own line.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {

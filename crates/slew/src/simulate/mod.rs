@@ -374,7 +374,8 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and the next check of the clock, which costs as much as a short step.
+/// The progress line, and the step of the next check of the clock: a check costs as much as a short
+/// step.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,

@@ -174,7 +174,7 @@ impl<'a> Recorder<'a> {
             // The only key that differs between two runs.
             stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
             errors if some: seen.map(|seen| seen.totals),
-            // Two bodies that came within reach of one another.
+            // Two bodies whose distance became less than the sum of their radii.
             encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
         };
@@ -182,7 +182,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Numbers of one row, or of several one after the other.
+/// The numbers of one row, or of several rows in order.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     numbers: &'a [f64],

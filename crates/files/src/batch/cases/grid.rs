@@ -75,7 +75,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
             start * (1.0 - part) + stop * part
         }
     };
-    // Weights of the mean are rounded: 30.000000000000004 is not what anybody means by 20:40:3.
+    // Weights of the mean are rounded: 20:40:3 does not mean 30.000000000000004.
     let text = |value: f64| {
         let short: f64 = format!("{value:.13e}").parse().unwrap_or(value);
         let value = if (short - value).abs() <= 2.0 * f64::EPSILON * value.abs() { short } else { value };
@@ -153,7 +153,7 @@ impl Grid {
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// Returns the case of this number, which is one of the grid.
+    /// Returns the case with this number, which must be in the grid.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());

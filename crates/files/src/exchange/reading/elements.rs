@@ -1,5 +1,6 @@
 //! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with
-//! its place. No document types, so no entities of their own, and no files are fetched.
+//! its place. Document types are refused, so a file cannot define entities, and no other files are
+//! fetched.
 
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
@@ -8,7 +9,7 @@ use roxmltree::{Document, Error, Node, ParsingOptions};
 /// Most nodes of a document: its tree takes less than 100 bytes for each.
 const MOST_NODES: u32 = 1 << 22;
 
-/// A kind of message, and what becomes of its elements.
+/// A kind of message, and the handling of its elements.
 pub(super) trait Message<'t> {
     /// The element that is the message, in `<ndm>` or alone.
     const ELEMENT: &'static str;
@@ -25,7 +26,7 @@ pub(super) trait Message<'t> {
 pub(super) struct Element<'t> {
     /// Its name where it begins.
     pub name: Piece<'t>,
-    /// Its text, of one that has nothing else.
+    /// Its text, if it has text alone.
     pub value: Option<Piece<'t>>,
 }
 
@@ -141,8 +142,8 @@ pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<
     Ok(found)
 }
 
-/// Reads the messages of a kind from a document, element by element, and says where the last of
-/// them begins.
+/// Reads the messages of a kind from a document, element by element. Returns the place where the
+/// last message begins.
 pub(super) fn read<'t, M: Message<'t>>(
     document: &'t Document<'t>,
     message: &mut M,
@@ -155,7 +156,7 @@ pub(super) fn read<'t, M: Message<'t>>(
         };
         message.version(number)?;
         let mut open = Open(vec![last]);
-        // Down, along and up the tree without calling itself: nothing limits how deep it is.
+        // The loop walks the tree without recursion, so any depth is possible.
         let mut next = root.first_element_child();
         while let Some(node) = next {
             let piece = name(node);

@@ -19,11 +19,11 @@ use slewkit::{Matrix3, Vector3};
 use slewkit_sky::Between;
 use std::io::Read;
 
-/// Degree of the polynomial where the segment names none: by Hermite a low orbit in steps of a
-/// minute is met within a micrometre.
+/// The degree of the polynomial if the segment does not state one. A Hermite polynomial of this
+/// degree follows a low orbit in steps of a minute within a micrometre.
 const DEGREE: usize = 7;
-/// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest
-/// polynomials on equal steps swing.
+/// The lowest degree whose curvature is nearly continuous at the rows, and the highest degree:
+/// beyond it polynomials on equal steps oscillate.
 const LOWEST: usize = 3;
 const HIGHEST: usize = 25;
 
@@ -114,7 +114,7 @@ struct Started {
     /// The segment, whose places are bytes of the text in place of lines.
     segment: Segment,
     scale: Scale,
-    /// Whether the polynomial goes through velocities as well.
+    /// Whether the polynomial also interpolates the velocities.
     hermite: bool,
     /// The degree that it names, if it does.
     degree: Option<usize>,

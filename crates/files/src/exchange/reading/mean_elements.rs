@@ -12,7 +12,7 @@ use serde_json::Value;
 use slewkit_sky::MeanElements;
 use std::io::Read;
 
-/// Units in which the standard has what is taken.
+/// The units of the standard for the keys that are read.
 const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION", &["rev/day"]),
     ("SEMI_MAJOR_AXIS", &["km"]),
@@ -25,7 +25,7 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION_DDOT", &["rev/day**3"]),
 ];
 
-/// Keys of the standard; what users define and covariances have are passed over.
+/// The keys of the standard; keys of users and of covariances are ignored.
 const KNOWN: [&str; 39] = [
     "CCSDS_OMM_VERS",
     "omm",
@@ -107,8 +107,8 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
     }
 }
 
-/// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects
-/// within it. Several sets of elements are refused by their names.
+/// Returns the keys and values of JSON with their places: of an object, of a list with one object,
+/// or of objects within it. Several sets of elements are refused by their names.
 fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
     let whole: Value = serde_json::from_str(text).or_else(|error| {
         let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
@@ -204,7 +204,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
                 || said.part > 0 && said.key.is(key) && !key.bytes().any(|byte| byte.is_ascii_uppercase());
             !passed_over && !KNOWN.iter().any(|known| said.key.is(known))
         };
-        // XML puts everything that users define into an element of its own.
+        // XML has a separate element for all user-defined parameters.
         if let Some(said) = keys.iter().find(strange).filter(|_| keys[0].key.text != "omm") {
             let reason = format!("unknown key `{}` in an OMM", cut(said.key.text, 40));
             return said.key.wrong(reason, "check the spelling");

@@ -28,7 +28,7 @@ impl Version {
     }
 }
 
-/// Keys of a block of metadata, as they stand there.
+/// Keys of a block of metadata, as the file has them.
 #[derive(Debug, Default)]
 pub(super) struct Metadata<'t> {
     keys: Vec<(&'static str, Piece<'t>)>,
@@ -236,7 +236,7 @@ impl<'t> Metadata<'t> {
         }
     }
 
-    /// Returns the span that the block says it has, and the part of it that is usable.
+    /// Returns the span that the block states, and its usable part.
     fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
@@ -299,11 +299,11 @@ pub(super) struct Block {
     between: Between,
     /// A note if the named interpolation between rows is not used.
     note: Option<String>,
-    /// Name and number of what turns.
+    /// Name and number of the object that turns.
     object: [String; 2],
 }
 
-/// Beyond this degree polynomials on equal steps swing.
+/// The highest degree: beyond it polynomials on equal steps oscillate.
 const HIGHEST: usize = 25;
 
 /// Returns a moment in the scale of the block.
@@ -318,8 +318,8 @@ pub(super) fn half_second(date: &str) -> f64 {
     half_unit(clock.rsplit(':').next().unwrap_or(clock))
 }
 
-/// Readings of rates that differ by less are one: what single precision leaves of a rate of a
-/// radian a second [rad/s].
+/// Rates that differ by less count as equal: the round-off of single precision for a rate of a
+/// radian per second [rad/s].
 const ONE_RATE: f64 = 1e-7;
 
 impl Block {

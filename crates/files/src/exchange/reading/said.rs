@@ -12,7 +12,7 @@ pub(super) struct Said<'t> {
     pub key: Piece<'t>,
     pub value: Piece<'t>,
     pub unit: Option<Piece<'t>>,
-    /// The number of the part that the key stands in: what begins anew with each mark of a block.
+    /// The number of the part that contains the key: each mark of a block begins a new part.
     pub part: usize,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong>
 pub(super) fn check(keys: &Keys<'_>, units: &[(&str, &[&str])]) -> Result<(), Wrong> {
     for (index, said) in keys.iter().enumerate() {
         let same = |before: &&Said<'_>| before.part == said.part && before.key.is(said.key.text);
-        // Parts are short, and keys of one part stand together.
+        // Parts are short, and the keys of a part are consecutive.
         if keys[..index]
             .iter()
             .rev()

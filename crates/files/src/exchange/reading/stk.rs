@@ -123,7 +123,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Keywords that say nothing of the attitudes.
+/// Keywords that do not concern the attitudes.
 const KNOWN: [&str; 4] = ["BlockingFactor", "CentralBody", "MessageLevel", "TimeFormat"];
 
 fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {

@@ -138,8 +138,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// Returns the chance that any of several limits is exceeded at any time: those that are named, or
-/// all constraints without a chance of their own.
+/// Returns the chance that any of several limits is exceeded at any time. The limits are named, or
+/// they are all constraints without an individual chance.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {

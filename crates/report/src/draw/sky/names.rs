@@ -38,7 +38,7 @@ impl Names {
             (x, y + (row + 1.0) * (size + 2.0))
         };
         let mut places = rows.flat_map(|row| [at(row, false), at(row, true)]);
-        // Where all places are taken, one beside the object is.
+        // If all places are occupied, the name is next to the object.
         let place = places.find(|place| self.is_free(*place, name, size)).unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place

@@ -51,7 +51,8 @@ const LEVELS: usize = 5;
 const LOWEST: f64 = 1e-13;
 
 /// Returns round errors between the largest and the smallest error of the first method at the
-/// longest horizon, largest first, thinned to a few. Empty if it has one error or none.
+/// longest horizon, largest first, thinned to a few. Empty if the first method has fewer than two
+/// errors.
 pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();

@@ -74,7 +74,7 @@ impl Outline {
     }
 }
 
-/// Returns the name of a method in the legends, with the survey's where it has one.
+/// Returns the name of a method in the legends, with its name in the survey if it has one.
 fn label(kind: Kind) -> String {
     let survey = match kind {
         Kind::LieVerlet => "\nLGVI in the survey",
@@ -100,8 +100,8 @@ pub const FIGURES: [&str; 10] = [
     "work_precision",
 ];
 
-/// Returns all figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the
-/// others are points.
+/// Returns all figures, in the order of [`FIGURES`]. `outlines` has the outlines of the first
+/// bodies; bodies without an outline are points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let trajectories = Drawn { title, study, found }.trajectories(outlines);
     let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));

@@ -225,7 +225,7 @@ impl Setup<'_> {
         Ok(End::Reached)
     }
 
-    /// Returns the time to each of `horizons`, nothing but steps; `None` when stopped.
+    /// Returns the time of the steps alone to each of `horizons`; `None` when stopped.
     fn time(
         &self,
         horizons: &[u64],
@@ -238,7 +238,7 @@ impl Setup<'_> {
                 let chunk = (horizon - done).min(64 * CHUNK);
                 let began = thread_time();
                 for _ in 0..chunk {
-                    // It came so far before: equal inputs, equal outputs.
+                    // The first run reached this step, and equal inputs give equal outputs.
                     if method.step(&[]).is_err() {
                         break;
                     }

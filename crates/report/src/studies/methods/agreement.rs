@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The costs of all that solved are equal within [`Agreement::COST_TOLERANCE`].
+    /// The costs of all solved runs are equal within [`Agreement::COST_TOLERANCE`].
     Agree,
     /// They are not: two extremals, or an error.
     Disagree,

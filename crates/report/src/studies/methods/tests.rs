@@ -39,8 +39,8 @@ fn compared(problem: &Problem) -> Comparison {
     found
 }
 
-/// Returns the violated figures in words. The iteration without Newton finds minima only:
-/// `minimum` says whether it must converge.
+/// Returns the violated figures in words. The iteration without Newton finds minima only: `minimum`
+/// states whether it must converge.
 fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
     let mut unmet = Vec::new();
     let mut claim = |holds: bool, what: String| {
@@ -100,8 +100,7 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
         if problem.objective.switches() || problem.seeks_duration() {
             continue;
         }
-        // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its
-        // time.
+        // A hundred nodes show as much as several hundred, and every subproblem takes time.
         let steps = problem.steps.min(200);
         let mut problem = problem.with_steps(steps);
         problem.name = name.clone();
@@ -232,7 +231,7 @@ fn what_does_not_apply_or_does_not_solve_is_told_as_such() {
     assert!(shooting.reason.is_some() && shooting.cost.is_none());
     assert_eq!(unmet(&found, true), Vec::<String>::new());
     assert!(found.agreement.from_duals.is_none());
-    // Far below the mean rate nothing can be found.
+    // No plan can be found far below the mean rate.
     let rule = slewkit::maneuver::constraint::Rule::RateNorm(0.5);
     let slow = reference_slew(None)
         .with_constraint(slewkit::maneuver::constraint::Constraint { rule, ..constraint });
