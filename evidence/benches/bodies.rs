@@ -77,7 +77,7 @@ fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
 #[divan::bench(args = CLOUDS, max_time = 2)]
 fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
     let attractors = vec![cloud(points); bodies];
-    // A point has no inertia of its own: a small ball replaces it.
+    // A point has no inertia: a small ball replaces it.
     let inertia = slewkit::mechanics::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
     let rigid = attractors.iter().map(|body| Body { inertia: inertia.clone(), mass: Some(body.mass()) });
     let (rigid, gravity) = (rigid.collect(), MutualGravity::new(1.0, attractors).unwrap());

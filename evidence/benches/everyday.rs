@@ -6,10 +6,10 @@
 //! ```
 //!
 //! It plans COUNT (100) maneuvers of each kind (`time`, `rate`, `cone`, `effort`) by the law of
-//! `evidence::everyday`, one after the other, with default settings, each within SECONDS of wall
-//! time if given. Times are processor times of all threads of a plan, if the system reports them,
-//! and wall times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan:
-//! kind, seed, number, verdict, cost, seconds.
+//! `evidence::everyday`, in sequence, with default settings, each within SECONDS of wall time if
+//! given. Times are processor times of all threads of a plan, if the system reports them, and wall
+//! times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan: kind,
+//! seed, number, verdict, cost, seconds.
 //!
 //! In addition to the plans it times the interior point by itself, cold, from the path about the
 //! fixed axis: the median of its iterations to round-off, and the median wall time of an iteration

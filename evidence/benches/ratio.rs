@@ -1,11 +1,11 @@
 //! A cold-start solve against one bare propagation of as many steps, side by side in one process.
 //!
 //! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12.
-//! Both use the library's own step. They run in turns, and the ratio is the median over the
-//! pairs, so that a drifting clock affects both. Then the whole default plan of another body
-//! follows: best homotopy class, second order, all witnesses, in turns with the plan that does
-//! not land. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls
-//! it) only the smallest grid runs, once.
+//! Both use the library's own step. They run in turns, and the ratio is the median over the pairs,
+//! so that a drifting clock affects both. Then the whole default plan of another body is timed,
+//! with best homotopy class, second order and all witnesses, in alternation with a plan that does
+//! not land. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls it)
+//! only the smallest grid runs, once.
 
 use evidence::measured;
 use slewkit::maneuver::{Outcome, Problem, Settings, Solution, State};

@@ -3,7 +3,7 @@
 //!
 //! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest,
 //! so that every attitude and rate is a formula. Frames of the orbit, time systems, Euler angles
-//! and quaternions are written by formulas of their own.
+//! and quaternions are written by independent formulas.
 
 mod written;
 

@@ -1,5 +1,4 @@
-//! Combinations of ends, inputs, limits and objectives: a small spec of each, and what becomes of
-//! it.
+//! Combinations of ends, inputs, limits and objectives: a small spec of each, and its result.
 //!
 //! `docs/combinations.md` has a table with a cell for each. Tests compare the cells that are
 //! refused with the reader of specs, and some of those that are planned with the planner.

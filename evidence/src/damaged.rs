@@ -132,7 +132,7 @@ impl Files {
     }
 }
 
-/// Damages a file and describes the damage; `None` if the file has nothing of the kind.
+/// Damages a file and describes the damage; `None` if the file has no such value.
 fn harm(file: &mut Value, damage: Damage, random: &mut Random) -> Option<String> {
     match damage {
         Damage::Torque => {
@@ -303,8 +303,8 @@ impl Called {
     }
 }
 
-/// Returns what `slew verify`, `slew report` and `slew export` call a file; nothing if they refuse
-/// to read it.
+/// Returns the verdicts of `slew verify`, `slew report` and `slew export` on a file; empty if they
+/// refuse to read it.
 pub fn called(file: &Value) -> Called {
     let read = || -> Option<Called> {
         let bytes = serde_json::to_vec(file).ok()?;

@@ -1,6 +1,6 @@
 //! Propagates the held inputs of a plan by plain equations of motion: Euler's equations in a
-//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses the
-//! field of the maneuver and the outputs of its inputs from the library, and nothing else.
+//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses only
+//! the field of the maneuver and the outputs of its inputs from the library.
 
 use slewkit::maneuver::{Direction, Motion, Problem, Rule, Scheme, Side, Trajectory};
 use slewkit::mechanics::environment::Pose;
@@ -76,8 +76,8 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f6
     }
     let mut worst = f64::NEG_INFINITY;
     for step in 0..trajectory.time.len() - 1 {
-        // Inputs that switch are held over steps of their own; Lie–Euler kicks at the end of a
-        // step, and has no row before that; Lie–Verlet half at either end.
+        // Inputs that switch are held over their own steps; Lie–Euler kicks at the end of a step,
+        // and has no row before that; Lie–Verlet half at either end.
         let inputs: Vec<f64> = if problem.switches() || problem.scheme == Scheme::LieEuler {
             trajectory.inputs(step).to_vec()
         } else {

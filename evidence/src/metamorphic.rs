@@ -38,7 +38,7 @@ impl Planned {
     }
 }
 
-/// Another maneuver, and what its cost is to be.
+/// Another maneuver, and its expected cost.
 pub struct Related {
     problem: Problem,
     /// The factor on the cost of the first plan.
@@ -108,8 +108,8 @@ fn inexact(plan: &Plan) -> f64 {
 /// The law does not apply to this maneuver.
 pub struct NotApplicable;
 
-/// Returns the maneuver backwards, in three mirrors and in permuted axes, as far as it has these
-/// images: all have one cost.
+/// Returns the symmetric maneuvers that exist: time-reversed, in three mirrors and in permuted
+/// axes. All have the same cost.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -134,7 +134,7 @@ struct View {
     time: f64,
     cost: f64,
     /// The map from the old reference axes to the new ones: a rotation, or a reflection if `body`
-    /// is one too.
+    /// is a reflection.
     reference: Matrix3,
     /// The map of body axes.
     body: Matrix3,
@@ -342,15 +342,15 @@ fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// Backwards in time, as [`reversed`] has it. Nor is a limit of what the continuous motion misses:
-/// torques that are held over the steps after their nodes miss by another amount backwards.
+/// Backwards in time, as [`reversed`] has it. The limit of the continuous miss does not transform
+/// either: torques that are held over the steps after their nodes miss by another amount backwards.
 fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
     let judged = planned.settings.continuous_tolerance.is_some();
     if judged { None } else { same(reversed(&planned.problem)?, 1.0) }
 }
 
-/// Exchanges the ends and reverses rates. A reversed orbit is one seen from the other side of its
-/// plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
+/// Exchanges the ends and reverses rates. A reversed orbit is the orbit seen from the other side of
+/// its plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
 fn reversed(problem: &Problem) -> Option<Problem> {
     if problem.scheme == Scheme::LieEuler || problem.actuation.wheels.is_some() {
         return None;

@@ -19,7 +19,7 @@ pub struct RandomSpec {
     pub text: String,
 }
 
-/// A kind of maneuver, and what writes one.
+/// A kind of maneuver, and the function that writes one.
 type Kind = (&'static str, fn(&mut Draft));
 
 /// The kinds, in turn.

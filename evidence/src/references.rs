@@ -54,8 +54,7 @@ pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
 }
 
-/// Returns the largest difference between the elements of two matrices; NaN if there is one in
-/// either.
+/// Returns the largest difference between the elements of two matrices; NaN if either has one.
 pub fn difference<const R: usize, const C: usize>(
     a: &nalgebra::SMatrix<f64, R, C>,
     b: &nalgebra::SMatrix<f64, R, C>,

@@ -6,18 +6,18 @@
 //!
 //! # Where does the Python package stand?
 //!
-//! The package is above everything, as the program is: `python/` is a crate of its own in the
-//! workspace, and uses public items of the other crates only. Plain `cargo` commands leave it
-//! out, because nothing else needs Python to be compiled; `.ci/run` names it. It links the
-//! library with the default features. Code that the program and the package share is in the
-//! library: formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a
-//! plan file (`files/export/judged`).
+//! The package is above everything, as the program is: `python/` is a separate crate of the
+//! workspace, and uses only public items of the other crates. Plain `cargo` commands omit it,
+//! because no other crate needs Python to be compiled; `.ci/run` names it. It links the library
+//! with the default features. Code that the program and the package share is in the library:
+//! formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a plan file
+//! (`files/export/judged`).
 //!
-//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock,
-//! and passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions
-//! are Python, where a user reads them and where SciPy, pandas and matplotlib are. Arrays are
-//! made on first use, and are writable: SciPy's compiled functions need writable arrays. A panic
-//! would be an exception, `InternalError`.
+//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock, and
+//! passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions are
+//! written in Python, where a user reads them and where SciPy, pandas and matplotlib are available.
+//! Arrays are made on first use, and are writable: SciPy's compiled functions need writable arrays.
+//! A panic would be an exception, `InternalError`.
 //!
 //! # How does the wheel bring the program?
 //!

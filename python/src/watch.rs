@@ -39,7 +39,7 @@ impl Watch {
                 py.check_signals()?;
                 let Some(progress) = &self.progress else { return Ok(false) };
                 let answer = progress.bind(py).call1((stage, start, steps, elapsed))?;
-                // Only False itself: a function that returns nothing goes on.
+                // Only `False` itself stops the work: a function that returns nothing continues it.
                 Ok(answer.is(&*pyo3::types::PyBool::new(py, false)))
             });
             self.stopped = match asked {

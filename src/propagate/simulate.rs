@@ -62,7 +62,7 @@ pub struct Simulation {
     pub reach: Vec<f64>,
 }
 
-/// Two bodies within reach of one another.
+/// Two bodies that are nearer to one another than the sum of their reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Encounter {
@@ -251,8 +251,8 @@ impl Simulation {
         }
     }
 
-    /// Returns the pairs that are out of reach of one another at the start, with the square of that
-    /// distance.
+    /// Returns the pairs that are out of reach of one another at the start, with the square of the
+    /// sum of their reaches.
     fn apart(&self) -> Vec<([usize; 2], f64)> {
         let poses = self.start.poses();
         let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));

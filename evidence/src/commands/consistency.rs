@@ -1,4 +1,4 @@
-//! Whether the planner gives the same answer to the same question, asked in other ways.
+//! Compares the answers of the planner to one question in different forms.
 //!
 //! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default;
 //! the parts are `mirrors`, `F1`, `F2`, `F3`, `F5`, `F6` and `turns`, all by default.

@@ -1,4 +1,5 @@
-//! Plans to ends that leave something free, and between motions: how many are solved, in what time.
+//! Plans to ends with a free roll or attitude, and between states of motion: how many are solved,
+//! in what time.
 //!
 //! `cargo run --release -p evidence -- ends [COUNT] [--thorough MORE] [--rolls FEW] [--only WORD]`:
 //! COUNT (20) random maneuvers of each end with each of the inputs and limits, and of each motion,

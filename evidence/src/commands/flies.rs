@@ -39,7 +39,7 @@ use std::error::Error;
 use std::time::Instant;
 
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
-/// The chance that is asked.
+/// The requested chance.
 const ASKED: f64 = 1e-2;
 /// The factor by which the flown chance may differ.
 const FACTOR: f64 = 1.5;

@@ -19,7 +19,7 @@ use std::error::Error;
 
 /// The part by which two grids may differ.
 const NEAR: f64 = 4e-3;
-/// A cost above that without the cone by this part shows that the cone acts.
+/// The relative increase of the cost above which the cone counts as active.
 const ACTS: f64 = 1e-6;
 
 fn spec(random: &mut Random) -> String {

@@ -40,7 +40,7 @@ law: moments in a ratio up to 5 that bodies have, along the axes of three torque
      wheels, that go from off to their limits in 3 to 30 % of the shortest duration. Least time, and
      but for these least fuel in 1.2 to 3 times the shortest duration";
 
-/// Durations on both grids are one if they differ by this part.
+/// The relative difference below which the durations on both grids count as equal.
 const SAME: f64 = 1e-6;
 
 const KINDS: [&str; 8] =
@@ -169,7 +169,8 @@ struct Told {
     cost: f64,
     /// Cost of the continuous extremal, and its gap, if the plan has arcs.
     arcs: Option<[f64; 2]>,
-    /// The gap of first order in continuous time, and what landing draws in, as parts of the cost.
+    /// The first-order gap in continuous time, and the price of the constraints that landing
+    /// tightens, as parts of the cost.
     gap: Option<[f64; 2]>,
 }
 

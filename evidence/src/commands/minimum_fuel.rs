@@ -27,10 +27,10 @@ use std::time::Instant;
 
 use evidence::Random;
 
-/// A gap of this part of the cost, and costs that differ by it.
+/// The part of the cost above which a gap counts, or a difference of costs.
 const SMALL: f64 = 1e-4;
 
-/// Maneuvers with a shortest pulse that are searched thoroughly too.
+/// The number of maneuvers with a shortest pulse that the thorough search plans too.
 const COMPARED: usize = 20;
 
 /// The limited and counted quantity.

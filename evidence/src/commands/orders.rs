@@ -67,7 +67,7 @@ fn shortest(sequence: &Sequence) -> Result<f64, Box<dyn Error>> {
     Ok(least(&legs, 0, &mut (1..states.len()).collect()))
 }
 
-/// Returns the least sum of legs from a stop through all that are left.
+/// Returns the least sum of legs from a stop through all remaining stops.
 fn least(legs: &[Vec<f64>], from: usize, left: &mut Vec<usize>) -> f64 {
     if left.is_empty() {
         return 0.0;

@@ -8,7 +8,7 @@
 //! to 8 s. Plans have least effort on 100 steps.
 //!
 //! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
-//! that with the given end. It ends with 1 if fewer than 99.5 % do.
+//! the time of a plan with the given end. It ends with 1 if fewer than 99.5 % do.
 
 use evidence::Random;
 use evidence::words::Words;

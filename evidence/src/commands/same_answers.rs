@@ -65,7 +65,7 @@ enum Change {
     Renamed(&'static str, &'static str),
 }
 
-/// The number of a case, and what differs.
+/// The number of a case, and the differences.
 type Differences = (usize, Vec<String>);
 
 /// Number of differences printed for one spec.

@@ -51,7 +51,7 @@ fn random_draws_have_their_distribution_and_hostile_names_are_text() {
     let page = folder.read("all.html");
     assert!(page.contains("fig-distribution") && page.contains("Costliest cases"));
     assert!(!page.contains("</script><b>") && page.contains("&lt;/script&gt;&lt;b&gt;0"));
-    // A file that is still being written is shown as far as it is.
+    // A file that is still being written is shown up to its last complete line.
     let text = folder.read("all.jsonl");
     fs::write(folder.path("part.jsonl"), &text[..text.len() / 2]).unwrap();
     folder.slew(&["report", "part.jsonl", "-o", "part.html"]).ends(0);

@@ -1,4 +1,4 @@
-//! Reports in a real browser, where there is one: `.ci/run` installs Chromium, and without any the
+//! Reports in a real browser, if one is installed: `.ci/run` installs Chromium, and without any the
 //! tests skip aloud.
 
 use super::binary::Folder;
@@ -39,7 +39,8 @@ fn browser() -> Option<PathBuf> {
     found
 }
 
-/// Opens the page `name` of `folder` at so many pixels, uses it, and returns what came of it.
+/// Opens the page `name` of `folder` in a window of this size in pixels, uses it, and returns the
+/// results.
 fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     let page = folder.read(name);
     let (head, tail) = ("<style>", "</body>");
@@ -107,7 +108,7 @@ fn a_report_of_a_thousand_steps_has_its_first_paint_within_a_second() {
         "a report of 1000 steps: {size:.2} MB, first paint {first:.0} ms, all drawn {drawn:.0} ms, least of {RUNS}"
     );
     assert!(first < 1000.0, "{runs:?}");
-    // The measure sees what holds a page up.
+    // The measurement detects a delay of the page.
     let busy = "<script>for (const end = Date.now() + 1100; Date.now() < end; );</script><style>";
     fs::write(folder.path("busy.html"), folder.read("a.html").replacen("<style>", busy, 1)).unwrap();
     assert!(painted(&browser, &folder, "busy.html").is_none_or(|(first, _)| first > 1000.0));

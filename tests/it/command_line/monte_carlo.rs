@@ -1,5 +1,5 @@
-//! `slew monte-carlo`: draws have the distributions that the spec says, and depend on seed and
-//! number alone.
+//! `slew monte-carlo`: draws have the distributions of the spec, and depend on seed and number
+//! alone.
 
 use super::binary::{Folder, SPEC};
 use slewkit::lie::{exp, log};

@@ -1,4 +1,4 @@
-//! `slew timeline`: what it reports, converts, plans and refuses.
+//! `slew timeline`: reports, conversions, plans and refusals.
 
 use super::binary::Folder;
 use slewkit_files::exchange::read_attitudes;

@@ -107,8 +107,8 @@ fn plans_that_switch_meet_their_end_on_ten_thousand_steps() {
     assert!(over < 1.001, "{over}");
 }
 
-/// Nearly all of a long duration is coast, where costates that are off by little say that much is
-/// to be gained.
+/// A maneuver of long duration coasts for nearly all of it. There a small error of the costates
+/// suggests a large gain.
 #[test]
 fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_path() {
     let gap = |duration: f64| {
@@ -123,8 +123,8 @@ fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_pa
     }
 }
 
-/// A body that moves at an end of a long duration coasts for nearly all of it, turning as often as
-/// it comes.
+/// A body that moves at an end of a long duration coasts for nearly all of it, with as many turns
+/// as its motion makes.
 #[test]
 fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     for name in ["fuel_long_between_rates", "fuel_thrusters_spin"] {

@@ -127,7 +127,7 @@ fn problems_with_absurd_numbers_are_errors() {
     assert!(refused > 1000, "{refused}");
 }
 
-/// Returns a maneuver from the corners of what is allowed.
+/// Returns a maneuver from the corners of the allowed range.
 fn corner(random: &mut Random) -> Option<Problem> {
     let thin = random.pick(&[1.0, 1.0, 0.1, 1e-3, 1e-6, 0.0]);
     let thinner = random.pick(&[1.0, 1.0, thin]);

@@ -1,5 +1,5 @@
-//! The optimum by another method: every input is an unknown, with nothing but the dynamics and the
-//! limits.
+//! The optimum by another method: every input is an unknown, and only the dynamics and the limits
+//! are shared.
 //!
 //! Sequential quadratic programs in the inputs of a free body with three body torques. The steps
 //! solve the implicit equation in the rotation vector, the Jacobian comes from finite differences,

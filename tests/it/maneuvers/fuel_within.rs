@@ -100,8 +100,8 @@ fn fuel_along_limits_of_the_rates_is_that_of_another_program() {
     assert!(along.abs() < 1e-6, "{along:.1e}");
 }
 
-/// About one axis the wheel, or the rate, has no more than `L`: what is given is taken again,
-/// `2 L`, whatever the time.
+/// About one axis the wheel, or the body, has at most the momentum `L`. It is given and taken
+/// again, so the fuel is `2 L` in any duration.
 #[test]
 fn a_full_wheel_is_filled_and_emptied_once() {
     let sphere = burn([1.0; 3], [0.0, 0.0, 1.0], 120.0, 6.0);
@@ -110,7 +110,7 @@ fn a_full_wheel_is_filled_and_emptied_once() {
     let fastest = 3.0 - (9.0 - angle).sqrt();
     let used = fuel(&wheeled(sphere.clone(), [0.0; 3], [1e-3, 1e-3, 2.0]));
     assert!((used / (2.0 * fastest) - 1.0).abs() < 1e-3, "{used} {fastest}");
-    // The motor of one axis with a rate limit of its own that just does it: no more fuel.
+    // A rate limit that just suffices costs no more fuel.
     let limited = fuel(&rate(sphere, Rule::RateNorm(1.01 * fastest)));
     assert!((limited / used - 1.0).abs() < 1e-3, "{limited} {used}");
 }

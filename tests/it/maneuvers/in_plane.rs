@@ -1,5 +1,5 @@
-//! Inputs of a plane, of maneuvers that stay in it: closed forms, and what leaves the plane is
-//! refused.
+//! Inputs of a plane for maneuvers that stay in it: closed forms, and the refusal of maneuvers that
+//! leave the plane.
 
 use super::fuel_of_forces::{each, flight, near, pushes};
 use super::minimum_time::solved;

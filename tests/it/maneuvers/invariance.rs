@@ -208,8 +208,8 @@ fn half_a_turn_goes_round_as_it_is_given() {
     }
 }
 
-/// The long way from rest to rest often begins at a saddle: what lies below it must be found within
-/// limits too, and no rival may be cheaper.
+/// The long way from rest to rest often begins at a saddle. The minimum below it must be found
+/// within limits too, and no rival may be cheaper.
 #[test]
 fn limits_that_do_not_act_change_nothing_on_the_long_way() {
     let inertia = Matrix3::new(2.644, -0.312, 0.0802, -0.312, 2.799, 0.793, 0.0802, 0.793, 2.046);

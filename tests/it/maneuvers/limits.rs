@@ -335,8 +335,8 @@ fn a_guess_near_the_costates_is_polished_in_two_steps() {
     }
 }
 
-/// A norm limit below what a bang-bang turn about a fixed axis takes, four sixths of the peak
-/// without limits; not far enough for a proof. Nothing is found, and nothing pretends to be.
+/// The norm limit is below the need of a bang-bang turn about a fixed axis, four sixths of the peak
+/// without limits, but not far enough for a proof. No plan is found, and no result claims one.
 #[test]
 fn the_path_of_a_guess_begins_the_convex_road() {
     let problem = within(&rest_to_rest(120.0), 0.75);

@@ -61,7 +61,7 @@ fn faults(loaded: &LoadedSequence, plan: &SequencePlan) -> Vec<String> {
     faults
 }
 
-/// The plan is what `[expect]` says, its file is judged as verified, and reads back as it was.
+/// The plan agrees with `[expect]`, its file is verified, and reading the file gives the same plan.
 #[test]
 fn every_sequence_comes_to_what_it_says() {
     let mut count = 0;

@@ -1,4 +1,5 @@
-//! Far away every body attracts as MacCullagh's formula and then as a point says, at their orders.
+//! Far away the attraction of every body converges to MacCullagh's formula, and then to a point
+//! mass, each at its order.
 
 use super::systems::cloud;
 use crate::evidence::Random;

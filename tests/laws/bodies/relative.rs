@@ -133,7 +133,7 @@ fn reduced_equations_move_as_the_inertial_ones() {
         all(&rates.map(|rate| rate.0), &rates.map(|rate| rate.1))
     });
 
-    // Reduced, with the attitude of body 2 beside.
+    // The reduced motion, with the attitude of body 2.
     let (relative, anchor) = two.reduce(&poses, &momenta);
     let state = |y: &[f64; 30]| Relative {
         position: vector(y),

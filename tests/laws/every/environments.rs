@@ -34,7 +34,7 @@ fn case(
     Case { name, environment: Box::new(environment), potential: Box::new(potential), distance }
 }
 
-/// Returns every environment. A new one is one line here.
+/// Returns every environment. A new environment is one line here.
 fn environments() -> Vec<Case> {
     let points = cloud();
     vec![
@@ -272,7 +272,7 @@ fn close<const R: usize, const C: usize>(a: &SMatrix<f64, R, C>, b: &SMatrix<f64
     assert!(error <= tolerance, "off by {error:e}\n{a}{b}");
 }
 
-/// Returns the environments of the attitude files: the numbers stand in trajectories.json.
+/// Returns the environments of the attitude files, whose numbers are in trajectories.json.
 fn reference_environment(name: &str) -> Box<dyn Environment> {
     let file = reference("trajectories");
     match name {

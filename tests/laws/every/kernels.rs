@@ -55,16 +55,16 @@ fn assert_close(a: &Matrix3, b: &Matrix3, tolerance: f64, what: &str) {
     assert!(error <= tolerance, "{what}: off by {error:e}\n{a}{b}");
 }
 
-/// Distance of two matrices from each other, and what round-off may make of it.
+/// The distance between two matrices, and its bound by round-off.
 type Defect = (f64, f64);
 
-/// A law of the kernels: its name, the angles at which it holds, and how far it is from holding at
-/// a rotation vector.
+/// A law of the kernels: its name, the angles at which it holds, and its defect at a rotation
+/// vector.
 struct Law(&'static str, fn() -> Vec<f64>, fn(&Vector3) -> Defect);
 
 const ONE: fn() -> Matrix3 = Matrix3::identity;
 
-/// Every law of one rotation vector. A new one is one line here.
+/// Every law of one rotation vector. A new law is one line here.
 const LAWS: [Law; 21] = [
     Law("log exp f = f", angles, |f| (norm(&(log(&exp(f)) - f)), 5.0 * EPS * norm(f))),
     Law("exp(f)ᵀ exp(f) = 1", all_angles, |f| {

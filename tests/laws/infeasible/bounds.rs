@@ -24,14 +24,14 @@ fn no_slew_is_faster_than_its_torque_allows() {
             let found = denied(&problem(factor)).duration_lower_bound.unwrap();
             assert!(found >= 0.9998 * least, "{case}: {found} {least}");
         }
-        // The axis of the smallest moment moves only by turns about the others.
+        // The axis of the smallest moment moves only by turns about the two other axes.
         let axis = smallest_axis(&body);
         let way = (lie::exp(&rotation) * axis).dot(&axis).clamp(-1.0, 1.0).acos();
         let sharper = 2.0 * (way * middle / limit).sqrt();
         let expected = least.max(sharper);
         let found = denied(&problem(0.5)).duration_lower_bound.unwrap();
         assert!(found >= 0.99 * expected, "{case}: {found} {expected}");
-        // Never above what an eigenaxis slew needs with its gyroscopic torque.
+        // The bound never exceeds the duration of an eigenaxis slew with its gyroscopic torque.
         let (angle, e) = (rotation.norm(), rotation.normalize());
         let je = body.inertia.j() * e;
         let eigenaxis = (je.norm_squared() + angle * angle * e.cross(&je).norm_squared()).sqrt();
@@ -191,7 +191,7 @@ fn the_duration_that_is_advised_has_a_plan() {
 }
 
 /// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. The
-/// advised value is a little more. Between rates none is known.
+/// advised value is a little more. No such duration is known between rates.
 #[test]
 fn the_duration_that_is_advised_is_that_of_a_turn_about_a_fixed_axis() {
     let j = Matrix3::from_diagonal(&Vector3::new(60.0, 80.0, 95.0));

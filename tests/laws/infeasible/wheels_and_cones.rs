@@ -1,4 +1,4 @@
-//! Proofs by what wheels can store and by cones in the way.
+//! Proofs by the capacity of wheels and by cones in the way.
 
 use super::*;
 use slewkit::maneuver::Settings;
@@ -66,9 +66,9 @@ fn wheels_take_up_momentum_no_faster_than_their_torques() {
     assert!(found.reason.contains("absorb 8 N·m·s"), "{found}");
 }
 
-/// A gyrostat spun up and down about one axis against what its wheel holds, in long steps: it turns
-/// farther than without the wheel, and just as far as the bound says, for the body as for each of
-/// its other axes.
+/// A gyrostat accelerates and decelerates about one axis against the momentum of its wheel, in long
+/// steps. It turns farther than without the wheel, and exactly as far as the bound, for the body
+/// and for each of its other axes.
 #[test]
 fn a_gyrostat_about_one_axis_attains_its_bound() {
     for scheme in SCHEMES {
@@ -102,7 +102,7 @@ fn a_gyrostat_about_one_axis_attains_its_bound() {
 // ---- cones
 // ------------------------------------------------------------------------------------------
 
-/// A cone in the way makes the way longer: for the boresight z, from 60° on one side of a cone of
+/// A cone in the way makes the way longer. The boresight z moves from 60° on one side of a cone of
 /// 50° about the middle to 60° on the other.
 #[test]
 fn a_cone_in_the_way_needs_time() {

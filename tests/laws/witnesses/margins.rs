@@ -373,7 +373,7 @@ fn margins_that_are_not_known_are_not_held() {
     assert_eq!(worst_violation(&[held.clone(), missed.clone()]), 0.25);
     assert_eq!(worst_violation(std::slice::from_ref(&held)), 0.0);
     assert!(worst_violation(&[missed, nan.clone(), held]).is_nan() && !nan.holds());
-    // A plan without constraints has nothing to check.
+    // A plan without constraints has no margin to check.
     let free = Problem { constraints: vec![], ..problem };
     assert!(verify(&free, &plan, 1e-12, None).checks.iter().all(|check| check.name != "constraints"));
 }

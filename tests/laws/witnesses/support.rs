@@ -1,4 +1,4 @@
-//! Problems, plans and fields of their own for the tests of the witnesses.
+//! Problems, plans and fields for the tests of the witnesses.
 
 pub use crate::evidence::{Random, list, matrix3, number, numbers, reference, vector};
 pub use slewkit::Matrix3;
@@ -88,7 +88,8 @@ pub fn torques(b: Matrix3, frame: AxisFrame) -> Actuation {
     Actuation::torques(ActuatorSet::new(axes, frame).unwrap())
 }
 
-/// Returns a moving start, an end that nothing aims at: for tests of the propagation alone.
+/// Returns a problem with a moving start, for tests of the propagation alone: no plan aims at its
+/// end.
 pub fn ballistic(j: Matrix3, rate: Vector3, duration: f64) -> Problem {
     let start = State::attitude(lie::exp(&Vector3::new(0.4, -0.3, 0.5)), rate);
     Problem::attitude(body(j), start, State::at_rest(Matrix3::identity()), duration)

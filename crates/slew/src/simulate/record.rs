@@ -174,7 +174,7 @@ impl<'a> Recorder<'a> {
             // The only key that differs between two runs.
             stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
             errors if some: seen.map(|seen| seen.totals),
-            // Two bodies whose distance became less than the sum of their radii.
+            // The first two bodies that came within reach: nearer than the sum of their reaches.
             encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
         };
