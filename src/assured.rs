@@ -207,7 +207,7 @@ impl Over {
     /// The least number of violations that the flights of long plans should count.
     const FEWEST: f64 = 20.0;
 
-    /// Steps that are flown for a plan: some seconds.
+    /// The number of steps that are flown for a plan: some seconds.
     const STEPS: f64 = 2e7;
 
     /// Returns the number of flights that count a chance along a plan of this many steps.
@@ -256,7 +256,7 @@ pub enum NotKept {
     /// No limit has this name.
     #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
-    /// More of a limit is to be left than there is.
+    /// The requested reserve of a limit exceeds the limit.
     #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]
     Reserve {
         /// Name of the limit.

@@ -74,7 +74,7 @@ pub struct Style {
     pub first_version: bool,
     /// Whether A is the body.
     pub body_is_a: bool,
-    /// For version 1.0: whether attitudes map from A to B; for 2.0 they always do.
+    /// Whether attitudes map from A to B, in version 1.0. In version 2.0 they always do.
     pub a_to_b: bool,
     pub scalar_first: bool,
     pub reference: &'static str,
@@ -120,8 +120,8 @@ pub enum Notation {
     Table,
 }
 
-/// Names of the inertial frames of ICRF to a hundredth of a degree, and of the orbit with their
-/// axes, rows in ours.
+/// The names of inertial frames that equal ICRF to a hundredth of a degree, and the names of
+/// orbital frames with their axes, as rows in our frame.
 const INERTIAL: [&str; 5] = ["ICRF", "GCRF", "EME2000", "J2000", "ICRF3"];
 const ORBIT: [(&str, [[f64; 3]; 3]); 5] = [
     ("LVLH", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),

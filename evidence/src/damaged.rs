@@ -39,7 +39,7 @@ pub enum Damage {
     Spec,
 }
 
-/// All ways.
+/// All kinds of damage.
 pub const DAMAGES: [Damage; 12] = [
     Damage::Torque,
     Damage::Time,

@@ -13,7 +13,7 @@ use kinds::*;
 
 /// A maneuver as the planner reads it.
 pub struct RandomSpec {
-    /// Its kind, as a file name.
+    /// The kind of the spec, as a file name.
     pub kind: &'static str,
     /// The spec in TOML.
     pub text: String,

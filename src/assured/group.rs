@@ -92,7 +92,7 @@ pub(super) struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// Cases that are held at once.
+    /// The number of cases in memory at once.
     const CHUNK: usize = 8192;
 
     /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how

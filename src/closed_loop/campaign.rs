@@ -31,18 +31,18 @@ pub struct Campaign<'a> {
     constraints: Vec<Constraint>,
     /// The converged nominal motion.
     nominal: Flight<'a>,
-    /// Ticks a step of the plan.
+    /// The number of ticks in a step of the plan.
     ticks: usize,
     /// Commands without feedback, with the time from which each acts: first the commands given
     /// before the start, then the commands of the steps.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
 
-/// Ticks of the plant in a step of the plan, at most.
+/// The largest number of ticks of the plant in a step of the plan.
 const MOST_TICKS: usize = 1000;
 
 impl<'a> Campaign<'a> {
-    /// Most cases of a run.
+    /// The largest number of cases of a run.
     pub const MOST_CASES: u64 = 1_000_000;
 
     /// Builds flights of a maneuver and the motion near its plan (torques held); without gains
@@ -132,7 +132,7 @@ impl<'a> Campaign<'a> {
         count: usize,
         of: impl Fn(u64) -> Result<R, Lost> + Send + Sync,
     ) -> Vec<Result<R, Lost>> {
-        /// Cases a thread takes at once: a case takes about 50 µs.
+        /// The number of cases that a thread takes at once: a case needs about 50 µs.
         const BATCH: usize = 16;
         let cases: Vec<u64> = (0..count as u64).map(|case| first + case).collect();
         let mut results: Vec<Result<R, Lost>> = vec![Err(Lost); count];

@@ -129,10 +129,10 @@ pub enum NoGains {
     /// The arcs of the plan are not those that a start moves.
     #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
-    /// Weights of attitude and rate, of a body that translates.
+    /// Weights of attitude and rate alone, for a body that translates.
     #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
     Weights,
-    /// Covariances of a motion whose switches are moved at the start.
+    /// Covariances are requested for a motion whose switches are moved at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
     /// The motion near the plan is unknown.

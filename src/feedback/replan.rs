@@ -41,7 +41,8 @@ use crate::optimize::{Obstacle, shooting_obstacle};
 use std::fmt;
 use thiserror::Error;
 
-/// Newton steps after which a start has left the basin of the plan: from within it three do.
+/// The number of Newton steps after which a start counts as outside the basin of the plan: inside
+/// it three suffice.
 const MOST_STEPS: usize = 8;
 /// The largest ratio of the errors after and before a step: within the basin a step leaves the
 /// square of the error.
@@ -112,7 +113,7 @@ pub enum Left {
         /// The terminal error that it left, scaled; NaN if no sweep reached its end.
         residual: f64,
     },
-    /// It converged to an extremal that costs more than a neighbour can.
+    /// Newton converged to an extremal that costs more than a neighbour can.
     Dearer {
         /// Cost of the extremal.
         cost: f64,
@@ -143,13 +144,13 @@ impl fmt::Display for Left {
 pub struct Moment {
     /// Time \[s\].
     pub time: f64,
-    /// Steps that are left, two at least.
+    /// The number of remaining steps, at least two.
     pub steps: usize,
     /// The rest of the duration \[s\].
     pub duration: f64,
     /// The node at or before it.
     node: usize,
-    /// Part of the step since.
+    /// The part of the step that has passed since then.
     share: f64,
 }
 
@@ -161,7 +162,7 @@ pub struct Replanned {
     pub newton_steps: usize,
     /// Scaled terminal error of the guess.
     pub guess_error: f64,
-    /// Scaled terminal error that is left.
+    /// The remaining scaled terminal error.
     pub residual: f64,
     /// Cost from that moment to the end, in the unit of the plan's.
     pub cost: f64,

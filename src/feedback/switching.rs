@@ -74,7 +74,7 @@ pub struct Reversed {
 /// The reason for which a plan is not corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotCorrected {
-    /// Other arcs are needed.
+    /// The corrected plan needs other arcs.
     #[error(transparent)]
     Reversed(#[from] Reversed),
     /// The plan is not the plan of the gains, or its motion cannot be propagated.

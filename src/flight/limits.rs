@@ -9,8 +9,8 @@ use crate::{Matrix3, Vector3, lie};
 pub(crate) struct Excess<'a> {
     constraints: &'a [Constraint],
     frame_rate: Vector3,
-    /// For each constraint, \[rad\] of a cone, a part of the limit of a rate; negative: there is
-    /// room.
+    /// The worst violation of each constraint: \[rad\] for a cone, a part of the limit for a rate;
+    /// negative if it holds with room.
     pub worst: Vec<f64>,
 }
 

@@ -74,7 +74,7 @@ pub(crate) struct Flight<'a> {
     force_frame: AxisFrame,
     frame_rate: Option<Vector3>,
     start: Body,
-    /// Parts of every step at least.
+    /// The least number of parts of every step.
     parts: usize,
 }
 
@@ -90,7 +90,7 @@ impl<'a> Flight<'a> {
     /// The scaled difference below which two ends belong to one motion.
     const SETTLED: f64 = 1e-10;
 
-    /// Most parts of a step.
+    /// The largest number of parts of a step.
     const MOST_PARTS: usize = 256;
 
     /// Starts a flight at the start of `problem`.

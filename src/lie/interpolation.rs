@@ -30,7 +30,7 @@ pub struct Cubic {
 }
 
 impl Cubic {
-    /// Through two rows `h` apart.
+    /// Builds the cubic through two rows `h` apart.
     pub fn between(first: &Row, second: &Row, h: f64) -> Self {
         let turn = lie::minus(&second.attitude, &first.attitude);
         let (start, end) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));

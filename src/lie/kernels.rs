@@ -13,7 +13,8 @@
 /// Series below, closed form above. `C'` still loses a digit at `t = 2` and nothing at π.
 pub(super) const SWITCH: f64 = 10.0;
 
-/// Terms of each series: the first one left out is below 1e-18 of the sum at the switch.
+/// The number of terms of each series: the first omitted term is below 1e-18 of the sum at the
+/// switch.
 const TERMS: usize = 16;
 
 /// Returns Taylor coefficients of a derivative of `Σ (−1)ᵏ xᵏ/(2k + offset)!` with respect to `x`.
@@ -53,7 +54,7 @@ const C_SECOND: [f64; TERMS] = taylor(3, 2);
 
 const SECOND: [[f64; TERMS]; 6] = [B, C, B_PRIME, C_PRIME, B_SECOND, C_SECOND];
 
-/// Terms that do for `x < 1`: the first one left out is below 1e-17.
+/// The number of terms that suffice for `x < 1`: the first omitted term is below 1e-17.
 const FEW: usize = 9;
 
 /// Returns `Σ cₖ xᵏ`.

@@ -91,7 +91,7 @@ pub struct Grid {
 enum Lengths {
     /// All steps have this length.
     Equal(f64),
-    /// Each its own.
+    /// Each step has its own length.
     Own(Arc<Fractions>),
 }
 

@@ -51,7 +51,7 @@ pub(crate) trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// This value, in every lane.
+    /// Returns the number with this value in every lane.
     fn of(value: f64) -> Self;
 
     fn sqrt(self) -> Self;

@@ -37,7 +37,8 @@ pub fn through<const N: usize>(
     Some(found)
 }
 
-/// Where the `count` nodes begin that lie about `x`, as many before as behind it where there are.
+/// Returns the index of the first of `count` consecutive nodes about `x`, as many before `x` as
+/// behind it if they exist.
 pub fn about(nodes: &[f64], count: usize, x: f64) -> usize {
     let after = nodes.partition_point(|node| *node <= x);
     after.saturating_sub(count.div_ceil(2)).min(nodes.len().saturating_sub(count))

@@ -24,7 +24,7 @@ pub struct Course {
     /// The remaining angle of the continuous motion to the end \[rad\]; the last one is in the
     /// verdict.
     pub continuous_left: Vec<f64>,
-    /// One for each constraint on pointing, in their order.
+    /// The clearance of each constraint on pointing, in the order of the constraints.
     pub clearances: Vec<Clearance>,
 }
 

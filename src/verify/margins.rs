@@ -151,7 +151,7 @@ pub(crate) struct Meter<'a> {
 }
 
 impl<'a> Meter<'a> {
-    /// For a motion of a maneuver.
+    /// Creates the meter for a motion of a maneuver.
     pub(crate) fn new(problem: &'a Problem) -> Self {
         let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
         let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };

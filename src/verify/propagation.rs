@@ -15,7 +15,7 @@ use crate::propagate::plant::{Output, Plant};
 use crate::propagate::row::{BodyState, Observer, SimulationRow};
 use crate::{Matrix3, lie};
 
-/// How to propagate.
+/// The method of a propagation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Propagator {
     /// Lie–Verlet: second order, symplectic, no drift of energy or momentum. Default.
@@ -33,7 +33,7 @@ pub enum Propagator {
 /// A propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propagation<'a> {
-    /// How to propagate.
+    /// The method.
     pub propagator: Propagator,
     /// Number of steps, at least 1; independent of the problem's. Default 1000.
     pub steps: u64,

@@ -13,7 +13,7 @@ use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// How many recorded numbers are NaN or infinite.
+/// Returns the number of recorded numbers that are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     let Trajectory { angular_velocity, position, velocity, torque, force, .. } = trajectory;
     let vectors = [angular_velocity, position, velocity, torque, force].into_iter().flatten().flatten();

@@ -24,7 +24,8 @@ use std::sync::Arc;
 /// Largest turn of a step [rad]. Steps of the plan are divided until it holds.
 const LARGEST_TURN: f64 = 0.2;
 
-/// Most parts of a step of the plan, and most steps in all: a few seconds.
+/// The largest number of parts of a step of the plan, and the largest number of steps in all: a few
+/// seconds.
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
 
@@ -38,17 +39,17 @@ fn degree(turn: f64) -> usize {
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)
 }
 
-/// Why it does not judge.
+/// The reason why this witness does not judge.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
 const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
-/// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or
-/// a field so stiff that its iteration does not converge.
+/// The end of the witness in each window, and its order; or the reason why it cannot judge: wheels,
+/// too many steps, or a field so stiff that its iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
-/// How many times finer its own steps may be taken where it misses the continuous witness: a field
-/// or a torque that changes the rate within a long step of the plan makes its first steps too long.
+/// The factors by which the witness refines its steps if it misses the continuous witness. Its
+/// first steps are too long if a field or a torque changes the rate within a long step of the plan.
 pub(super) const FINER: [usize; 3] = [1, 4, 16];
 
 /// Returns the ends of the held plan over `windows`, each from the state of the continuous

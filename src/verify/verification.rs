@@ -68,7 +68,8 @@ pub struct Verification {
     /// The witnesses that ran, their methods, and the number of steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub witnesses: Vec<Testimony>,
-    /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
+    /// The reason why a witness could not reach the end; its numbers are then NaN. `None` if all
+    /// witnesses reached it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
@@ -96,13 +97,13 @@ pub struct Check {
     pub name: String,
     /// The value found.
     pub value: f64,
-    /// The limit it was held against.
+    /// The limit of the value.
     pub limit: f64,
     /// Whether it holds.
     pub passed: bool,
 }
 
-/// Why a witness could not reach the end.
+/// The reason why a witness could not reach the end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WitnessError {
     /// The problem itself is unusable.
@@ -113,9 +114,9 @@ pub enum WitnessError {
     Rows {
         /// The name of the numbers.
         what: &'static str,
-        /// How many there are.
+        /// The number of rows that were found.
         found: usize,
-        /// How many there should be.
+        /// The expected number of rows.
         expected: usize,
     },
     /// The scheme of a moving body knows inertial reference frames only.
@@ -152,7 +153,7 @@ pub enum WitnessError {
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]
     NotFinite {
-        /// When \[s\].
+        /// The time \[s\].
         time: f64,
     },
 }

@@ -3,7 +3,7 @@
 use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Steps between two questions.
+/// The number of steps between two polls.
 const EVERY: usize = 16;
 
 /// Whether the witnesses continue. Witnesses on another thread read the answer that the polling

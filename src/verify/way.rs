@@ -14,8 +14,8 @@ use crate::maneuver::solution::{Sense, Trajectory};
 use crate::propagate::plant::Plant;
 use crate::{Matrix3, Vector3};
 
-/// Where the motion without inputs ends this close to opposite to the end of the path \[rad\], both
-/// ways are short.
+/// If the end of the motion without inputs is this close to opposite to the end of the path
+/// \[rad\], both ways count as short.
 const OPPOSITE: f64 = 1e-2;
 /// Largest angle between neighbours of a lift \[rad\].
 const PART: f64 = 0.1;
@@ -65,7 +65,7 @@ pub(super) fn sense(
     Ok(told.then(|| if is_short() { Sense::Short } else { Sense::Long }))
 }
 
-/// Where the lift of the recorded path ends.
+/// Returns the end of the lift of the recorded path.
 fn lifted(problem: &Problem, trajectory: &Trajectory) -> Option<[f64; 4]> {
     trajectory.quaternion.last()?;
     let from = lie::quaternion_from_rotation(&problem.start.attitude);

@@ -90,7 +90,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Why a command is not run, if it is not.
+/// Returns the reason why a command is not run; `None` if it is run.
 fn not_run(command: &str) -> Option<&'static str> {
     NOT_RUN.iter().find(|(begin, _)| command.starts_with(begin)).map(|(_, reason)| *reason)
 }

@@ -46,7 +46,7 @@ pub struct Elements {
     pub true_anomaly_deg: f64,
 }
 
-/// Why there is no orbit, or no position on it.
+/// The reason why an orbit or a position on it does not exist.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum OrbitError {
     /// The two lines are not two-line elements.
@@ -58,10 +58,10 @@ pub enum OrbitError {
     /// SGP4 cannot go there: it decays, as a rule.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
-    /// Not an ellipse.
+    /// The orbit is not an ellipse.
     #[error("the orbit is not an ellipse: {0}")]
     NoEllipse(&'static str),
-    /// Its perigee is below the ground.
+    /// The perigee of the orbit is below the ground.
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
     /// The epoch of a state is too far from the epoch of the maneuver.

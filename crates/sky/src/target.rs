@@ -23,7 +23,7 @@ pub enum Target {
     Nadir,
     /// The direction away from the centre of the Earth.
     Zenith,
-    /// Down along the normal of the ellipsoid of WGS 84.
+    /// The direction down along the normal of the ellipsoid of WGS 84.
     GeodeticNadir,
     /// The direction of the satellite's velocity relative to the stars, or the opposite direction.
     Velocity {
@@ -64,7 +64,7 @@ pub enum Target {
 /// The reason for which a direction is unknown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
-    /// It depends on where the satellite is.
+    /// The target depends on the position of the satellite, and no orbit is given.
     #[error("it depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
     /// No line of sight touches a sphere from within.

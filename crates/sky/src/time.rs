@@ -56,7 +56,7 @@ impl Clock {
         Some(Self::of_tai(i64::try_from(whole).ok()?, fraction))
     }
 
-    /// This epoch `seconds` later, of the same difference of TAI and UTC.
+    /// Returns this clock `seconds` later, with the same difference of TAI and UTC.
     #[must_use]
     pub fn later(&self, seconds: f64) -> Self {
         Self { seconds: self.seconds + seconds, ..*self }

@@ -16,7 +16,7 @@ const EXTENDED: u8 = b'4';
 /// A fault of two-line elements.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TwoLinesError {
-    /// Not 69 columns.
+    /// The line does not have 69 columns.
     #[error("line {line} has {found} of 69 signs")]
     Length {
         /// The number of the line, 1 or 2.

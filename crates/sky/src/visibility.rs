@@ -27,9 +27,9 @@ const LOOK: f64 = 20.0;
 /// The window of time \[s\] after the epoch in which a condition holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// It begins: a station rises.
+    /// The start of the interval: a station rises.
     pub from: f64,
-    /// It ends, or the look ahead does.
+    /// The end of the interval, or the end of the searched time.
     pub to: f64,
 }
 

@@ -14,7 +14,7 @@ use evidence::process::own_cpu_seconds;
 use evidence::words::Words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Most CPU time of an input \[s\].
+/// The longest CPU time of an input \[s\].
 const LONGEST: f64 = 1.0;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {

@@ -37,7 +37,7 @@ const LONG: f64 = 1e6;
 /// The largest number of pairs of boresights and cones that are checked.
 const MAX_CONES: usize = 1000;
 
-/// A way to go.
+/// A required turn of the body, or a required path of a body axis.
 pub(super) struct Demand {
     /// "the body has to turn by", …
     pub words: String,
@@ -47,7 +47,7 @@ pub(super) struct Demand {
     axis: Option<Lever>,
     /// Largest speed that the rate limits allow [rad/s].
     fastest: f64,
-    /// The cone that makes it so far.
+    /// The cone that lengthens the path.
     cone: Option<Detour>,
 }
 

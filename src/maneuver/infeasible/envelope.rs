@@ -29,8 +29,9 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most passes for the angle of an arc with wheels. They find it if the wheels store less than
-/// about `J₁/h`. If the wheels store much more, the bound stays at 90° and proves nothing.
+/// The largest number of passes for the angle of an arc with wheels. The passes find the angle if
+/// the wheels store less than about `J₁/h`. If the wheels store much more, the bound stays at 90°
+/// and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.

@@ -248,7 +248,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the courses that reach a rate, or the lower one that the angle leaves time for.
+    /// Returns the courses that reach a rate, or a lower rate if the angle is too small for it.
     fn courses(&self, rate: f64) -> impl Iterator<Item = Course> {
         let most = self.acceleration(rate).min(BRISK * rate * rate / self.angle);
         let count = if self.slope(0.0, 0.0).is_finite() { ACCELERATIONS } else { 1 };

@@ -74,7 +74,7 @@ pub struct Dumbbells {
 }
 
 impl Dumbbells {
-    /// Most dumbbells; their pairs are summed one by one.
+    /// The largest number of dumbbells; their pairs are summed one by one.
     pub const BODIES: usize = 10_000;
 
     /// Returns the gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].

@@ -83,7 +83,7 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
         true
     }
 
-    /// Its symmetry, for reports. Default: none.
+    /// Returns the symmetry of the potential, for reports. Default: no symmetry.
     fn symmetry(&self) -> Symmetry {
         Symmetry::None
     }

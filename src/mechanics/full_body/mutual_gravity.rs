@@ -47,7 +47,8 @@ pub struct MutualGravity {
 impl MutualGravity {
     /// The largest number of bodies; their pairs are summed one by one.
     pub const BODIES: usize = 2_000;
-    /// Most interactions of point with point that one evaluation may take: about half a minute.
+    /// The largest number of interactions of point with point in one evaluation: about half a
+    /// minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
     /// The number of interactions from which on threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;

@@ -148,7 +148,7 @@ fn cloud_exchange(field: &PointCloud, probes: &[MassPoint], seen: &Pose) -> Exch
     sum
 }
 
-/// Up to four probes: their masses, and their arms in the axes of the field.
+/// Returns the masses of up to four probes, and their arms in the axes of the field.
 fn four(probes: &[MassPoint], seen: &Pose) -> (Lanes, [Lanes; 3], [Lanes; 3]) {
     let mass = Lanes::from_fn(|lane| probes.get(lane).map_or(0.0, |probe| probe.mass));
     // Lanes without a probe have no mass and the position of the first probe.

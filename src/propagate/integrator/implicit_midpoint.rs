@@ -27,7 +27,7 @@ const TOLERANCE: f64 = 1e-13;
 /// The inner iteration stops at this part of the last change of the outer iteration.
 const INNER: f64 = 1e-2;
 
-/// Each iteration; ten do at the usual steps.
+/// The largest number of iterations; ten suffice at the usual steps.
 const MAX_ITERATIONS: u32 = 200;
 
 /// The implicit midpoint rule.

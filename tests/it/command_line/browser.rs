@@ -69,8 +69,8 @@ fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     serde_json::from_str(&plain).unwrap_or_else(|error| panic!("{error}: {plain}"))
 }
 
-/// When the page `name` of `folder` shows something, and when all of it \[ms\]; by the clock of the
-/// machine.
+/// Returns the times at which the page `name` of `folder` shows a first picture, and all of them
+/// \[ms\], by the clock of the machine.
 fn painted(browser: &Path, folder: &Folder, name: &str) -> Option<(f64, f64)> {
     let page = folder.read(name).replace("</body>", &format!("<script>{PAINT}</script></body>"));
     fs::write(folder.path("painted.html"), page).unwrap();

@@ -92,7 +92,7 @@ fn fuel_is_that_of_another_program_on_the_same_grid() {
     }
 }
 
-/// Where rates about axes are at their limits for most of the way.
+/// The rates about axes are at their limits for most of the way.
 #[test]
 fn fuel_along_limits_of_the_rates_is_that_of_another_program() {
     let problem = burn(MOMENTS, [1.0, 2.0, 3.0], 120.0, 7.0);

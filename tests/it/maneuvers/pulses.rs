@@ -13,7 +13,7 @@ use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec::{self, Format, SpecDocument};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Returns the same maneuver with a shortest pulse.
+/// Returns the maneuver with a shortest pulse.
 fn pulsed(problem: &Problem, shortest: f64) -> Problem {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };

@@ -101,8 +101,8 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// Fails when the disk does. The file still holds whole lines, if the system allows to
-    /// cut the rest.
+    /// The disk fails. The file still has whole lines only, if the system allows to truncate the
+    /// rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
         text.push_str(line);

@@ -19,7 +19,7 @@ pub struct Shard {
 impl Shard {
     /// All cases.
     pub const ALL: Self = Self { index: 1, of: 1 };
-    /// Most shards: they are open together when they are merged.
+    /// The largest number of shards: a merge opens all of them together.
     pub const MOST: u64 = 900;
 
     /// Creates the shard `index` of `of`.

@@ -44,7 +44,7 @@ use std::io::Read;
 pub struct PointingFile {
     /// The name of the spacecraft.
     pub object: Option<String>,
-    /// Its international designator, or another identifier.
+    /// The international designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
     /// The inertial frame of targets and inertial axes.
     pub reference_frame: String,
@@ -64,9 +64,9 @@ pub struct PointingFile {
 pub struct Observation {
     /// The name, for people.
     pub name: Option<String>,
-    /// Its begin: the spacecraft is at rest.
+    /// The start of the observation: the spacecraft is at rest.
     pub begin: Epoch,
-    /// Its end.
+    /// The end of the observation.
     pub end: Epoch,
     /// The boresight, a unit vector in body axes.
     pub boresight: Vector3,

@@ -37,9 +37,9 @@ pub struct Varied {
 /// Distribution of the standard numbers ξ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
-    /// Each normal with mean 0 and variance 1, independent.
+    /// Independent normal numbers with mean 0 and variance 1.
     Normal,
-    /// Each uniform in (−1, 1), independent.
+    /// Independent numbers, uniform in (−1, 1).
     Uniform,
     /// Together uniform in the unit ball.
     Ball,

@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Most faces of all bodies of a spec together.
+/// The largest number of faces of all bodies of a spec together.
 pub(crate) const MAX_FACES: usize = 200_000;
-/// Most points and Gauss points of all bodies of a spec together.
+/// The largest number of points and Gauss points of all bodies of a spec together.
 pub(crate) const MAX_POINTS: usize = 2_000_000;
 
-/// Most bytes of all OBJ files of a spec together: seconds of reading.
+/// The largest size of all OBJ files of a spec together, in bytes: seconds of reading.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
 /// The default number of Gauss points along each direction of a tetrahedron.

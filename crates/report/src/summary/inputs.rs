@@ -123,7 +123,7 @@ pub(crate) struct Busiest {
     pub name: String,
     /// The peak, in the unit that is displayed.
     pub peak: f64,
-    /// That unit.
+    /// The unit of the peak.
     pub unit: &'static str,
     /// The limit, if the input has one.
     pub limit: Option<f64>,

@@ -63,9 +63,9 @@ impl Lines for Vec<String> {
 /// The meaning of a text, shown as colour and as a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// It went well.
+    /// The outcome is good.
     Good,
-    /// It did not.
+    /// The outcome is bad.
     Bad,
     /// A remark.
     Note,

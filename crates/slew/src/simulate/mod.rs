@@ -170,7 +170,7 @@ enum Carrier {
 enum Ended {
     /// A number became infinite or NaN: the rows before it are kept.
     NotFinite(Message),
-    /// It cannot be followed.
+    /// The motion cannot be propagated.
     Failed(Failure),
 }
 

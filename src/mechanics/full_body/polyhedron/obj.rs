@@ -83,9 +83,9 @@ const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bev
     shadow_obj trace_obj cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp \
     bzp cdc cdp res call csh";
 
-/// Most bytes of a line.
+/// The largest length of a line, in bytes.
 const LINE: usize = 1 << 16;
-/// Most bytes of a file.
+/// The largest size of a file, in bytes.
 const FILE: u64 = 1 << 28;
 
 /// Returns the solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].

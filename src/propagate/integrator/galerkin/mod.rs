@@ -43,7 +43,8 @@ use linear::Dense;
 use nalgebra::DMatrix;
 use scheme::Scheme;
 
-/// Most unknowns that are solved for together, a dense system; beyond, each body alone.
+/// The largest number of unknowns of one dense system; with more unknowns each body is solved
+/// alone.
 const MOST_COUPLED: usize = 144;
 
 /// Square of the turn of a step beyond which its Cayley vector, infinite at π, is not formed.

@@ -59,9 +59,9 @@ pub struct Refined {
     pub breaks: Vec<usize>,
 }
 
-/// Most halvings of an interval between two rows.
+/// The largest number of halvings of an interval between two rows.
 const MOST_HALVINGS: u32 = 6;
-/// Most rows of a refinement.
+/// The largest number of rows of a refinement.
 const MOST_ROWS: usize = 1 << 22;
 
 impl Attitudes {

@@ -6,7 +6,7 @@ use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-/// Most nodes of a document: its tree takes less than 100 bytes for each.
+/// The largest number of nodes of a document: its tree needs less than 100 bytes for each.
 const MOST_NODES: u32 = 1 << 22;
 
 /// A kind of message, and the handling of its elements.
@@ -24,7 +24,7 @@ pub(super) trait Message<'t> {
 
 /// An element that has ended.
 pub(super) struct Element<'t> {
-    /// Its name where it begins.
+    /// The name in its start tag.
     pub name: Piece<'t>,
     /// Its text, if it has text alone.
     pub value: Option<Piece<'t>>,

@@ -14,7 +14,7 @@ use slewkit::{Vector3, lie};
 /// Bytes of a record, and of a number.
 const RECORD: usize = 1024;
 const WORD: usize = 8;
-/// Most records of summaries that are followed.
+/// The largest number of records of summaries that are read.
 const MOST_RECORDS: usize = 1 << 16;
 
 /// The statement of the comment area about the clock and the epoch, as this program writes it.

@@ -68,14 +68,14 @@ const KNOWN: [&str; 39] = [
     "SEMIMAJOR_AXIS",
 ];
 
-/// Most levels of a text in JSON that are gone into.
+/// The largest depth of a text in JSON that is read.
 const DEEPEST: usize = 12;
 
-/// Reads an OMM; `name` stands for it in messages.
+/// Reads an OMM; `name` is its name in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: elements of another theory than SGP4 and in other
-/// frames than TEME among them.
+/// The first fault, with its line. Elements of another theory than SGP4, or in another frame than
+/// TEME, are faults too.
 pub fn read_mean_elements(input: impl Read, name: &str) -> Result<MeanElements, Diagnostics> {
     let text = whole_text(input, name, "an OMM")?;
     mean_elements(&text).map_err(|wrong| resolved(wrong, name, text))

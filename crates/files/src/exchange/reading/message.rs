@@ -275,7 +275,7 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
     }
 }
 
-/// When the data of a block begin and end.
+/// The times at which the data of a block begin and end.
 #[derive(Clone, Debug)]
 struct Span {
     span: [Epoch; 2],

@@ -6,10 +6,11 @@ use crate::spec::quantity::{ELAPSED, Quantity};
 use crate::spec::{Limits, Node, Value, show};
 use slewkit::mechanics::ActuatorSet;
 
-/// Most inputs of one kind, and so the longest list of numbers that can make sense.
+/// The largest number of inputs of one kind, which is also the length of the longest meaningful
+/// list of numbers.
 const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 
-/// Most boresights or directions of one constraint.
+/// The largest number of boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
 /// Reads every element; returns all values, or all errors.
@@ -198,7 +199,7 @@ pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> 
     each(items, |item| vector(item, quantity))
 }
 
-/// Most intervals in which a constraint acts.
+/// The largest number of intervals in which a constraint is active.
 pub(crate) const MAX_INTERVALS: usize = 1000;
 
 /// Returns a list of intervals of time \[s\], one after another.

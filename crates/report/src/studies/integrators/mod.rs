@@ -108,7 +108,7 @@ pub enum StudyError {
         /// The horizon \[s\].
         horizon: f64,
     },
-    /// More steps than anyone waits for.
+    /// The horizon needs too many steps.
     #[error(
         "{steps:.1e} steps of {} s to the horizon {} s are too many: at most {:.0e} are allowed",
         short(*step), short(*horizon), Study::STEPS
@@ -165,9 +165,9 @@ pub struct WorkPrecision {
 }
 
 impl Study {
-    /// Most methods, steps, horizons or levels.
+    /// The largest number of methods, steps, horizons or levels.
     pub const COUNT: usize = 32;
-    /// Most steps to a horizon.
+    /// The largest number of steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
     /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM),

@@ -20,7 +20,7 @@ const SHORT: f64 = 0.02;
 /// A run is not repeated after this time \[s\].
 const LONG: f64 = 1.0;
 
-/// Most repetitions of a run.
+/// The largest number of repetitions of a run.
 const MOST_REPEATS: u32 = 100;
 
 /// A method with a step, to a horizon.

@@ -31,7 +31,7 @@ pub struct Agreement {
     pub cost: Option<f64>,
     /// Duals of the convex iteration before polish against the shooting's costates.
     pub duals_before_polish: Option<f64>,
-    /// Multipliers after polish against the shooting's costates.
+    /// The difference between the multipliers after polish and the shooting's costates.
     pub duals_after_polish: Option<f64>,
     /// The difference of the duals before polish and the multipliers after it.
     pub polish_change: Option<f64>,

@@ -130,7 +130,8 @@ fn reference_slew(share: Option<f64>) -> Problem {
     share.map_or(free.clone(), |share| limited(&free, share))
 }
 
-/// Returns the same with every input limited to a share of the largest of the plan without limits.
+/// Returns the problem with every input limited to a part of its largest value in the plan without
+/// limits.
 fn limited(free: &Problem, share: f64) -> Problem {
     let plan = plan::plan(free, &Settings::discrete(), None, &mut Silent).unwrap();
     let peak = plan.solution.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
