@@ -102,7 +102,7 @@ impl Status {
 pub struct Plan {
     /// The solution, converged or the best iterate.
     pub solution: Solution,
-    /// The witnesses' findings; `None` when there was no converged solution to judge.
+    /// The witnesses' findings; `None` if no converged solution was found.
     pub verification: Option<Verification>,
     /// The status of the plan.
     pub status: Status,
@@ -177,7 +177,7 @@ pub struct WarmPlan {
 /// The reason for which replanning failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReplanError {
-    /// The plan cannot be begun from, or not there.
+    /// Replanning from the plan is impossible, or impossible at this time.
     #[error(transparent)]
     Unfit(#[from] NotReplanned),
     /// The rest of the maneuver cannot be planned.

@@ -30,7 +30,7 @@ pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
     flown(problem, trajectory).map(|flown| flown.attitude)
 }
 
-/// Flies a plan; `None` where finer steps do not settle its end.
+/// Flies a plan; `None` if finer steps do not settle its end.
 pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
     let (mut parts, mut before) = (PARTS.0, end(problem, trajectory, PARTS.0));
     while parts < PARTS.1 {

@@ -228,7 +228,7 @@ impl Planned {
         self.plan.solution.cost
     }
 
-    /// Returns the duration in seconds; NaN where time is minimised and no plan was found.
+    /// Returns the duration in seconds; NaN if time is minimised and no plan was found.
     #[getter]
     fn duration(&self) -> f64 {
         self.plan.solution.duration(&self.problem)

@@ -126,7 +126,7 @@ pub enum NoGains {
     /// neighbour of the start.
     #[error("the inputs that are not at their limits along the plan cannot correct every error of its start")]
     Unreachable,
-    /// The arcs of the plan are not those that a start moves.
+    /// The arcs of the plan do not have lengths that a start can change.
     #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
     /// Weights of attitude and rate alone, for a body that translates.
@@ -186,7 +186,8 @@ impl Gains {
 
     /// Designs the gains of the neighbouring extremal along a plan of `problem`, for the true
     /// motion under the inputs of the plan, held over its steps: the craft follows the cheapest
-    /// motion from where it is. The gains of the last steps repeat the gains of the step before.
+    /// motion from its present state. The gains of the last steps repeat the gains of the step
+    /// before.
     ///
     /// # Errors
     /// [`NoGains`]: also for plans whose inputs switch, or are at their limits for too long.
@@ -353,7 +354,7 @@ fn si_rows<'a, const N: usize, const C: usize>(
     if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
 }
 
-/// Returns the free part of the end states of a plan with torques, and the costates there:
+/// Returns the free part of the end states of a plan with torques, and the costates at the end:
 /// `Z_N = −K₋⁻¹ Q/2` if half a kick follows.
 fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     let mut z = Matrix6::zeros();

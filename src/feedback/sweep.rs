@@ -18,8 +18,8 @@ pub(super) struct Swept<const N: usize, const C: usize> {
     pub frozen_from: usize,
 }
 
-/// Computes the corrections of least cost among those that lead to the end. `end` is
-/// `(Z_N, Λ_{N−1})`: the free part of the states at the end, and the costates there.
+/// Computes the cheapest corrections that lead to the end. `end` is `(Z_N, Λ_{N−1})`: the free part
+/// of the states and the costates at the end.
 pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,

@@ -141,7 +141,7 @@ impl SwitchingGains {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
 
-    /// Returns the lengths of the arcs from there \[s\].
+    /// Returns the lengths of the arcs from a start \[s\].
     ///
     /// # Errors
     /// Returns [`Reversed`] if an arc would be shorter than zero.
@@ -173,8 +173,8 @@ impl SwitchingGains {
         Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
     }
 
-    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its
-    /// steps, and the true motion from there at the nodes.
+    /// Returns the plan corrected for the start of `problem`: its arcs with new lengths and the
+    /// same numbers of steps, and the true motion from that start at the nodes.
     ///
     /// # Errors
     /// [`NotCorrected`].

@@ -15,7 +15,8 @@ pub(crate) struct Excess<'a> {
 }
 
 impl<'a> Excess<'a> {
-    /// Pieces of a step between which the motion is taken for a rotation about one axis.
+    /// The number of pieces of a step; the motion on each piece is treated as a rotation about one
+    /// axis.
     pub const PIECES: usize = 8;
 
     /// Builds the check for the constraints of a maneuver; `None` without constraints.

@@ -151,7 +151,8 @@ impl<'a> Flight<'a> {
             .collect()
     }
 
-    /// Takes as many parts of a step as the field needs, for `steps` like those that will be flown.
+    /// Chooses the number of parts of a step that the field needs, from `steps` like the steps that
+    /// will be flown.
     pub fn settle(&mut self, steps: &[(Held, f64)]) {
         if !self.posed {
             return;
@@ -185,7 +186,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Returns a plan with the true motion at its nodes in place of the discrete one, and torques
-    /// and forces in the axes of that; `None` where it cannot be followed.
+    /// and forces in the axes of that; `None` if it cannot be followed.
     pub fn recorded(problem: &Problem, plan: &Trajectory) -> Option<Trajectory> {
         let steps = Self::of_plan(problem, plan);
         let mut flight = Flight::new(problem);
@@ -245,7 +246,7 @@ impl<'a> Flight<'a> {
         finite.then_some(state)
     }
 
-    /// Carries a body over a step from `time`, in `least` parts at least; `None` where it turns
+    /// Carries a body over a step from `time`, in `least` parts at least; `None` if it turns
     /// more than can be followed.
     pub fn carry(
         &self,

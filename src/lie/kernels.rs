@@ -164,7 +164,7 @@ impl Second {
 mod tests {
     use super::*;
 
-    /// `t²` and A, B, C, A', B', C', g there, from the closed forms at 60 digits (1700 at 1e-300)
+    /// `t²` and its A, B, C, A', B', C', g, from the closed forms at 60 digits (1700 at 1e-300)
     /// with mpmath 1.3.0.
     #[rustfmt::skip]
     const VALUES: [(f64, [f64; 7]); 12] = [
@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// `t²` and B'', C'' there, from their series at 80 digits with mpmath 1.3.0.
+    /// `t²` and its B'', C'', from their series at 80 digits with mpmath 1.3.0.
     #[rustfmt::skip]
     const SECONDS: [(f64, [f64; 2]); 10] = [
         (1e-16, [0.002777777777777778, 0.0003968253968253968]),

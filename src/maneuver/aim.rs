@@ -125,8 +125,8 @@ pub struct Ends {
     carried: Vector3,
     /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,
-    /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\],
-    /// \[rad/s²\]: as the end turns, or none.
+    /// Angular velocity of the body at the end \[rad/s\] and its derivative \[rad/s²\], same axes:
+    /// the values of the turning end, or zero for an end at rest.
     rate: Vector3,
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
@@ -274,7 +274,7 @@ impl Aim {
 }
 
 impl Ends {
-    /// Returns whether there is a roll to choose.
+    /// Returns whether the roll can be chosen.
     pub fn has_roll(&self) -> bool {
         self.within > 0.0
     }
@@ -313,8 +313,8 @@ impl Ends {
     }
 }
 
-/// Returns an attitude turned the shortest way until the body axis `b` points along `d`; about any
-/// axis where that is opposite.
+/// Returns an attitude turned the shortest way until the body axis `b` points along `d`. The axis
+/// of the turn is arbitrary if `b` points opposite to `d`.
 fn onto(attitude: &Matrix3, b: &Vector3, d: &Vector3) -> Matrix3 {
     let from = attitude * b;
     let axis = from.cross(d);

@@ -215,7 +215,7 @@ impl Weights {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// Returns the force inputs under their weight, where there are some.
+    /// Returns the force inputs under their weight, if the actuation has forces.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }

@@ -100,7 +100,7 @@ pub struct Violation {
 pub enum Excess {
     /// A cone, by an angle \[rad\].
     Angle(f64),
-    /// A limit, by a share of itself.
+    /// A limit is violated by a part of the limit.
     Share(f64),
 }
 

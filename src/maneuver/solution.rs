@@ -159,7 +159,7 @@ pub struct Landing {
 pub struct ChosenSteps {
     /// The number that the choice began with.
     pub began: usize,
-    /// Whether the true motion lands on those that were chosen, by the planner's own flow.
+    /// Whether the true motion lands on the chosen steps, by the planner's own flow.
     pub lands: bool,
     /// The estimated relative excess of the cost over the optimum in continuous time; `None`
     /// without an estimate, such as for a plan of zero cost.
@@ -215,10 +215,10 @@ pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the
     /// conditions of Karush, Kuhn and Tucker.
     pub stationarity: f64,
-    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is
-    /// the number of independent directions, within limits and constraints, in which the cost
-    /// decreases; 0 for a strict local minimum. Both definitions give one number. `None` means
-    /// undecided: the cost decreases in no direction, and is constant in some.
+    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is the
+    /// number of independent directions, within limits and constraints, in which the cost
+    /// decreases; 0 for a strict local minimum. Both definitions are equal. `None` means undecided:
+    /// the cost decreases in no direction, and is constant in some.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,
@@ -326,9 +326,9 @@ impl ContinuousCost {
 #[non_exhaustive]
 pub struct ContinuousGap {
     /// `∫ (H(u) − min H) dt` along the plan before it lands, in the unit of [`Solution::cost`]: the
-    /// inputs u as they are held over a step, the minimum over their limits, and the costates of
-    /// the discrete optimum, linear between nodes. It compares with neighbouring plans to first
-    /// order, and is no bound for plans on other paths.
+    /// inputs u that are held over a step, the minimum over their limits, and the costates of the
+    /// discrete optimum, linear between nodes. It compares with neighbouring plans to first order,
+    /// and is no bound for plans on other paths.
     pub gap: f64,
     /// The first-order cost of tightened constraints of a landed plan, in the same unit; the plan
     /// may cost as much more.
@@ -360,8 +360,8 @@ pub struct ActiveConstraint {
     pub name: String,
     /// Times at which it is active \[s\].
     pub time_s: Vec<f64>,
-    /// Its multipliers there, scaled units, nonnegative. For a limit of the inputs found by the
-    /// shooting: the decrease of the running cost per growth of the limit,
+    /// The multipliers of the limit at these nodes, in scaled units, nonnegative. For a limit of
+    /// the inputs found by the shooting: the decrease of the running cost per growth of the limit,
     /// `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
 }

@@ -34,7 +34,8 @@ pub struct Switching {
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
-    /// Inputs that are within their limits on an arc, or chatter where they would be, from 0.
+    /// The indices, from 0, of inputs that are within their limits on an arc, or that chatter
+    /// instead.
     pub singular_inputs: Vec<usize>,
     /// ε of the smoothed law on the grid, scaled, if the plan uses a smoothed law.
     pub smoothing: Option<f64>,
@@ -87,7 +88,7 @@ pub enum Structure {
     /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under
     /// that condition.
     Pulses,
-    /// The body is where it should be.
+    /// The body is already where it should be.
     Rest,
 }
 
@@ -125,7 +126,7 @@ pub struct SwitchingArc {
     /// Names of the constraints that the inputs hold along the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
-    /// Names of the constraints that the motion touches where it ends.
+    /// Names of the constraints that the motion touches at the end of the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub touches: Vec<String>,
 }

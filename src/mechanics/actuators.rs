@@ -219,8 +219,8 @@ impl ActuatorSet {
 }
 
 impl ActuatorSet {
-    /// Returns whether the inputs within their limits have an output in every direction: of rank 3,
-    /// and where they are never negative not all on one side of a plane.
+    /// Returns whether the inputs within their limits have an output in every direction: their axes
+    /// have rank 3, and the axes of one-sided inputs are not all on one side of a plane.
     pub fn reaches_every_direction(&self) -> bool {
         self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
     }
@@ -329,8 +329,8 @@ impl Actuation {
     }
 
     /// Builds the thrusters at `positions`, from the mass center \[m\], that push the body along
-    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Least time and fuel
-    /// take them, with `limits.one_sided`.
+    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Only least time and
+    /// least fuel accept thrusters, with `limits.one_sided`.
     ///
     /// # Errors
     /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the
@@ -350,8 +350,8 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
-    /// Reaction wheels about `axes`, of length 1, body axes: wheel i gives up to `torque_limit[i]`
-    /// [N·m], has stored `wheels.momentum[i]` at the start and stores up to
+    /// Reaction wheels about `axes`, of length 1, body axes: wheel i produces up to
+    /// `torque_limit[i]` [N·m], has stored `wheels.momentum[i]` at the start and stores up to
     /// `wheels.momentum_limit[i]` [N·m·s].
     ///
     /// ```
@@ -400,8 +400,8 @@ impl Actuation {
         forces.map_or(0, ActuatorSet::count)
     }
 
-    /// Returns the force inputs and the torque inputs of a row. For thrusters that give both, each
-    /// is the whole row.
+    /// Returns the force inputs and the torque inputs of a row. For thrusters that produce both,
+    /// each part is the whole row.
     pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         if self.thrusters.is_some() {
             return (inputs, inputs);
@@ -410,7 +410,7 @@ impl Actuation {
     }
 
     /// Splits a row into force inputs and torque inputs by their costs: inputs of thrusters that
-    /// give both count once, as forces.
+    /// produce both count once, as forces.
     pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (forces, torques) = self.split(inputs);
         (forces, if self.thrusters.is_some() { &[] } else { torques })

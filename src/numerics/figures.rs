@@ -1,6 +1,6 @@
 //! Rounded numbers for people. Files have all digits.
 
-/// Formats `value` to `digits` significant digits, plain where that is readable: `12.7`,
+/// Formats `value` to `digits` significant digits, without an exponent if that is readable: `12.7`,
 /// `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {

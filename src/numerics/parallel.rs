@@ -11,7 +11,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Threads that share the work: one where the system grants no other.
+/// The threads that share the work: one, if the system grants no more.
 #[cfg(feature = "threads")]
 pub(crate) fn threads() -> usize {
     use std::sync::OnceLock;
@@ -69,9 +69,9 @@ pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + S
     work()
 }
 
-/// Returns both results. The work `there` runs on another thread, while the calling thread runs
-/// `here` and then calls `meanwhile` repeatedly until all is done. If threads are disabled, and on
-/// a thread of rayon, `here` runs first.
+/// Returns both results. Runs the work `there` on another thread, while the calling thread runs
+/// `here` and then calls `meanwhile` repeatedly until both are done. If threads are disabled, and
+/// on a thread of rayon, `here` runs first.
 pub(crate) fn both<A, B: Send>(
     here: impl FnOnce() -> A,
     there: impl FnOnce() -> B + Send,

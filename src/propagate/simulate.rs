@@ -119,7 +119,7 @@ pub enum SimulationError {
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
-    /// A step could not be made; rows up to there have been handed out.
+    /// A step failed; the observer has received the rows before it.
     #[error("at t = {} s: {error}", figures::rounded(*time, 9))]
     Step {
         /// Start of the step \[s\].

@@ -39,7 +39,7 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Worst {
-    /// The node; of inputs the step that begins there.
+    /// The node; for inputs, the step that begins at the node.
     pub node: usize,
     /// The chance of exceeding it then.
     pub chance: f64,
@@ -192,7 +192,7 @@ impl Chance {
         out
     }
 
-    /// Returns the part of the largest chance, and where it has it.
+    /// Returns the part with the largest chance, and the node of that chance.
     pub fn worst(&self) -> Worst {
         let none = Worst { node: 0, chance: 0.0, sigma: 0.0, room: f64::INFINITY };
         self.parts.iter().fold(none, |worst, part| if part.is_worse_than(&worst) { *part } else { worst })

@@ -128,8 +128,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
-    /// Returns the tick that begins at a node, with covariance and sensitivities of the state
-    /// there.
+    /// Returns the tick that begins at a node, with covariance and sensitivities of the state at
+    /// that node.
     fn tick(&self, node: usize, p: &Square<N>, s: &Columns<N>) -> Tick<N> {
         let measured = self.columns(|parameter| self.plan.measured(node, parameter));
         Tick {
@@ -277,8 +277,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
-    /// Returns the deviations of how much corrections change from the tick before node `k` to that
-    /// which begins there:
+    /// Returns the deviations of the change of the corrections from the tick before node `k` to the
+    /// tick that begins at it:
     ///
     /// ```text
     /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …
@@ -313,7 +313,7 @@ struct Tick<const N: usize> {
     gain: SMatrix<f64, 3, N>,
     /// Covariance of the state at its beginning, without parameters.
     p: Square<N>,
-    /// `C` and `S + C` there: the effect of parameters on the measurement.
+    /// `C` and `S + C` at the start of the tick: the effect of parameters on the measurement.
     measured: Columns<N>,
     seen: Columns<N>,
     /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.

@@ -20,7 +20,7 @@ impl Radius {
     pub const LEVEL: f64 = 0.9973;
 
     /// Directions of the sum over a quarter of the circle. The sum is periodic, and its error falls
-    /// with the power of their number; thin ellipses take the most.
+    /// with the power of their number; thin ellipses need the most.
     const DIRECTIONS: usize = 512;
 
     /// Bisections to round-off.

@@ -246,7 +246,7 @@ impl<'a> Base<'a> {
         [rate, (momentum.norm() + stored) * rate + torque]
     }
 
-    /// Returns a step of the plan by Verner's pair; `None` where it gives up.
+    /// Returns a step of the plan by Verner's pair; `None` if it gives up.
     fn integrate<const D: usize>(
         &mut self,
         solver: &mut Verner98<D>,
@@ -272,7 +272,7 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Returns a step of the plan as a series, or as several in a row; `None` where they do not
+    /// Returns a step of the plan as a series, or as several in a row; `None` if they do not
     /// converge.
     fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
         let (mut at, mut count) = (0, (*parts / 2).max(1));

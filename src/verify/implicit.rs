@@ -55,7 +55,7 @@ const BOUNDED: f64 = 0.3;
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
-/// Returns a series and its derivative at `x`, in as many terms as it takes there.
+/// Returns a series and its derivative at `x`, with as many terms as `x` needs.
 #[inline(always)]
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     match terms.first_chunk::<FEW>() {
@@ -76,7 +76,7 @@ fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Returns `matrix⁻¹ right` by Cramer's rule. A singular matrix gives numbers that are not finite.
+/// Returns `matrix⁻¹ right` by Cramer's rule. If the matrix is singular, the result is not finite.
 #[inline(always)]
 fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
     let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(matrix.column(column)));

@@ -218,7 +218,7 @@ pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool
     way::sense(&plant, &flown, trajectory, &Watch::new(&stopped, stop)).ok()?
 }
 
-/// Judges a plan of no duration: start and end must be one, and the plan be there.
+/// Judges a plan of duration zero: start and end must be equal, and the plan must be at this state.
 fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verification {
     let mut found = Verification::unknown(problem.motion);
     let second = problem.clone().with_duration(1.0);

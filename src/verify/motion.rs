@@ -23,7 +23,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// Builds the phase of a boundary state of `problem`, with the wheels as they are at the start.
+    /// Builds the phase of a boundary state of `problem`, with the initial momenta of the wheels.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
@@ -199,7 +199,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// The inputs step after step. Neighbouring steps share a row, so the last one is kept.
+/// The inputs step after step. Neighbouring steps share a row, so the last row is stored.
 pub(super) struct InOrder<'a> {
     inputs: &'a Inputs<'a>,
     last: Option<(usize, Output)>,

@@ -55,7 +55,7 @@ const START_ROUND_OFF: f64 = 4e-15;
 /// The comparison of the discrete and the continuous witness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN if a step was too
     /// long.
     pub(super) errors: Vec<f64>,
     /// Order observed between the finest two levels; `None` at round-off.
@@ -231,8 +231,8 @@ impl Stage<'_> {
     }
 }
 
-/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses
-/// may have over a whole maneuver; over a part of it, its share.
+/// The allowed distance between the ends of two exact witnesses over a whole maneuver, scaled and
+/// relative to the size of the motion. Over a part of the maneuver it is proportionally smaller.
 const EXACT: f64 = 1e-9;
 
 #[cfg(test)]

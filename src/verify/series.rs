@@ -38,7 +38,7 @@ pub(super) struct Stretch {
     pub(super) length: f64,
     /// `Π`.
     pub(super) momentum: Vector3,
-    /// `μ`, where there are wheels: then they make the torque.
+    /// `μ`, if the body has wheels, which then produce the torque.
     pub(super) stored: Option<Vector3>,
     /// `τ₀` and `τ₁`: the torque at the start, and how much it changes.
     pub(super) torque: [Vector3; 2],

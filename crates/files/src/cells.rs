@@ -72,7 +72,7 @@ pub(crate) fn quoted(text: &str) -> String {
 }
 
 /// Returns a text that begins like a formula with an apostrophe before it, which spreadsheets do
-/// not show. Numbers stay as they are.
+/// not show. Numbers are unchanged.
 fn no_formula(text: &str) -> Cow<'_, str> {
     let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }

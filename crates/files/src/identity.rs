@@ -25,8 +25,8 @@ pub struct Identity {
     pub spice_id: Option<i32>,
     /// The names of the inputs, in their order; empty for numbers.
     pub inputs: Vec<String>,
-    /// The thrusters of an attitude maneuver that the spec gives by position and force, in their
-    /// order; empty if one is given by its torque. The inputs of the plan are their torques.
+    /// The thrusters of an attitude maneuver that the spec states by position and force, in their
+    /// order; empty if one is stated by its torque. The inputs of the plan are their torques.
     pub nozzles: Vec<Nozzle>,
     /// The boresights that the spec names.
     pub boresights: Vec<Boresights>,

@@ -1,5 +1,5 @@
-//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they
-//! act.
+//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and the times at
+//! which they are active.
 
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;

@@ -9,7 +9,7 @@ use slewkit::maneuver::{Outcome, RungReport};
 /// The most runs that are drawn.
 const RUNS: usize = 6;
 
-/// Returns the chart; none where no iteration was made.
+/// Returns the chart; none if no iteration was made.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let solution = &subject.plan.solution;
     let drawable = |rung: &&RungReport| rung.residuals.iter().any(|residual| *residual > 0.0);

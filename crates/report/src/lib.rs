@@ -164,7 +164,7 @@ impl<'a> Subject<'a> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
-    /// Returns the way of the witnesses, where they could follow it.
+    /// Returns the motions of the witnesses, if these could propagate the plan.
     fn course(&self) -> Option<&Course> {
         self.course.as_ref()?.as_ref().ok()
     }

@@ -36,7 +36,7 @@ impl Clock {
 
     /// Builds the clock of a moment of UTC.
     ///
-    /// `None` where the calendar has no such moment.
+    /// `None` if the calendar has no such moment.
     pub fn of_utc(date: [i32; 3], hours: u8, minutes: u8, seconds: u8, nanoseconds: u32) -> Option<Self> {
         let [year, month, day] = date;
         let (month, day) = (u8::try_from(month).ok()?, u8::try_from(day).ok()?);

@@ -103,7 +103,7 @@ fn planned(problem: &Problem) -> Option<Plan> {
     plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
-/// Returns the cost of a plan that is solved; NaN where it is not.
+/// Returns the cost of a plan that is solved; NaN if it is not.
 fn cost(problem: &Problem) -> f64 {
     planned(problem).filter(|plan| plan.status == Status::Solved).map_or(f64::NAN, |plan| plan.solution.cost)
 }

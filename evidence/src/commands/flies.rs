@@ -86,7 +86,7 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` if an
 /// end would be within 8° of it.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;

@@ -100,7 +100,7 @@ fn start(slew: &Path, folder: &Path, output: &str) -> std::io::Result<Child> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).spawn()
 }
 
-/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` where it was killed.
+/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` if it was killed.
 fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<f64>, Box<dyn std::error::Error>> {
     let (began, mut peak) = (Instant::now(), 0.0_f64);
     loop {

@@ -122,7 +122,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// Returns a maneuver and its duration \[s\]; `None` where no shortest one is found.
+/// Returns a maneuver and its duration \[s\]; `None` if no shortest one is found.
 fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -181,7 +181,7 @@ fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// Returns the next maneuver of a family with a shortest pulse; `None` where no shortest duration
+/// Returns the next maneuver of a family with a shortest pulse; `None` if no shortest duration
 /// is found.
 pub(super) fn pulses_case(
     random: &mut Random,

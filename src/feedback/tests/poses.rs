@@ -173,8 +173,8 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: all second derivatives of a step are there,
-/// and with the right signs.
+/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: a step has all second derivatives, with the
+/// right signs.
 #[test]
 fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
     let mut random = Random(37);

@@ -1,5 +1,5 @@
-//! The bounds that the limits of a problem give: torque, its rate of change, angular velocity,
-//! momentum in wheels.
+//! The bounds that follow from the limits of a problem: torque, its rate of change, angular
+//! velocity, momentum in wheels.
 
 use super::envelope::{Means, Motion, Stored};
 use super::outputs::Outputs;

@@ -74,9 +74,9 @@ pub(super) struct Motion {
 /// The bounds of the wheels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stored {
-    /// Total momentum, infinite where it is not conserved [N·m·s].
+    /// Total momentum, infinite if it is not conserved [N·m·s].
     pub total: f64,
-    /// `|μ|` at start and end; infinite where it is not known [N·m·s].
+    /// `|μ|` at start and end; infinite if it is not known [N·m·s].
     pub stored: [f64; 2],
 }
 
@@ -214,8 +214,7 @@ impl Motion {
         (speed * speed + product(4.0 * share, self.kappa() * gyroscopic)).sqrt()
     }
 
-    /// Returns the bounds of the angle turned on an arc, and of the share that the wheels have in
-    /// it.
+    /// Returns the bounds of the angle of an arc, and of the part of it that the wheels contribute.
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);

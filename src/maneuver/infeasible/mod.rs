@@ -60,8 +60,8 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proof {
-    /// The reason in words, with the figures that miss and, where they are known, those that could
-    /// do.
+    /// The reason in words, with the figures that do not suffice and, if known, figures that could
+    /// suffice.
     pub reason: String,
     /// A duration \[s\] below which no plan exists, all else being equal; `None` if no bound is
     /// known.
@@ -80,8 +80,8 @@ impl From<String> for Proof {
     }
 }
 
-/// Returns a proof that the maneuver is infeasible, as it is discretised and in continuous time;
-/// `None` where nothing is proved. The problem must be one that [`Problem::check`] accepts.
+/// Returns a proof that the maneuver is infeasible, both discretised and in continuous time; `None`
+/// if nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         // The other proofs hold for one attitude only.
@@ -99,7 +99,7 @@ pub fn proof(problem: &Problem) -> Option<Proof> {
         .or_else(|| demand::proof(problem))
 }
 
-/// Returns a proof that the maneuver is infeasible in any duration; `None` where nothing is proved.
+/// Returns a proof that the maneuver is infeasible in any duration; `None` if nothing is proved.
 pub(crate) fn in_any_time(problem: &Problem) -> Option<Proof> {
     storage::storable(problem)
 }

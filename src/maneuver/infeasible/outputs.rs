@@ -103,8 +103,8 @@ impl Outputs {
 }
 
 impl Generator {
-    /// Returns the largest output along a unit vector; an infinite generator normal to it gives
-    /// none.
+    /// Returns the largest output along a unit vector. An infinite generator normal to the vector
+    /// contributes nothing.
     fn along(&self, direction: &Vector3) -> f64 {
         let part = self.axis.dot(direction).abs();
         if part <= FLAT && self.size == f64::INFINITY { 0.0 } else { part * self.size }

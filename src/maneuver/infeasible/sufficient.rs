@@ -196,7 +196,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the duration \[s\], stretched; `None` where no rate leaves an acceleration, or a
+    /// Returns the duration \[s\], stretched; `None` if no rate leaves an acceleration, or a
     /// constraint is in the way.
     fn duration(&self) -> Option<f64> {
         let at_rest = self.acceleration(0.0);
@@ -302,7 +302,7 @@ struct Inverse<'a> {
 }
 
 impl<'a> Inverse<'a> {
-    /// Builds the inverse for the limits `sizes`; `None` where no inputs give the torque `along`.
+    /// Builds the inverse for the limits `sizes`; `None` if no inputs produce the torque `along`.
     fn new(axes: &'a [Vector3], sizes: &[f64], along: &Vector3) -> Option<Self> {
         let scaled = DMatrix::from_fn(3, axes.len(), |row, input| axes[input][row] * sizes[input]);
         let threshold = UNREACHED * scaled.amax();
@@ -318,8 +318,9 @@ impl<'a> Inverse<'a> {
         (found.miss(&found.best, along) <= UNREACHED).then_some(found)
     }
 
-    /// Returns the inputs of `along` that need the smallest share of the limits: all at this
-    /// share, but those along the face of the outputs on which it lies.
+    /// Returns the inputs for `along` that need the smallest part of the limits. All inputs have
+    /// this part of their limits, except the inputs along the face of the outputs on which `along`
+    /// lies.
     fn at_a_face(&self, sizes: &[f64]) -> Option<DVector<f64>> {
         const FLAT: f64 = 1e-6;
         let (share, normal) = Outputs::new(self.axes, sizes.iter().copied()).shortfall(&self.along);
@@ -351,7 +352,7 @@ impl<'a> Inverse<'a> {
         (given - torque).norm() / self.along.norm()
     }
 
-    /// Returns the inputs that give a torque; `None` where none do.
+    /// Returns the inputs that produce a torque; `None` if none do.
     fn of(&self, torque: &Vector3) -> Option<DVector<f64>> {
         let part = torque.dot(&self.along) / self.along.norm_squared();
         let inputs = &self.best * part + &self.by_squares * (torque - self.along * part);

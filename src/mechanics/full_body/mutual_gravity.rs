@@ -15,7 +15,7 @@ use std::sync::Mutex;
 /// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
 pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
-/// Whether to share the tasks among threads. The result is the same to the last bit.
+/// The use of threads in an evaluation. The result is the same to the last bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Threads {
     /// Uses threads if an evaluation is long enough. Default.
@@ -23,8 +23,8 @@ pub enum Threads {
     Auto,
     /// Evaluates on the calling thread, without allocation.
     One,
-    /// Evaluates on the threads of rayon, also if that takes longer; on the calling thread
-    /// without the feature `threads`.
+    /// Evaluates on the threads of rayon, even if this takes longer. Without the feature `threads`
+    /// it evaluates on the calling thread.
     Many,
 }
 
@@ -104,8 +104,8 @@ impl MutualGravity {
         }
     }
 
-    /// Returns the least number of tasks that a thread takes at once: smaller batches cost more
-    /// in hand-over than they save.
+    /// Returns the least number of tasks that a thread takes at once: the overhead of smaller
+    /// batches exceeds their gain.
     fn batch(&self) -> usize {
         (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
     }

@@ -20,7 +20,7 @@ use crate::Vector3;
 use crate::mechanics::environment::Pose;
 use std::ops::Range;
 
-/// A share of one pair: some probes in a field.
+/// A part of the work of one pair: some probes in a field.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
     /// The index of the body whose field acts.

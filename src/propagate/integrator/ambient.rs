@@ -14,7 +14,8 @@ use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// Numbers per body: attitude and momentum, and position and momentum where it translates.
+/// The number of entries for each body: attitude and momentum, and position and linear momentum if
+/// the body translates.
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 

@@ -32,8 +32,8 @@ pub(super) struct DriftAndKick {
     /// The weights `a` and `b` \[s\].
     before: f64,
     after: f64,
-    /// The potential's wrenches at the node reached, and those with the inputs of one end of a
-    /// step.
+    /// The potential's wrenches at the reached node, and the wrenches including the inputs of one
+    /// end of a step.
     field: Vec<Wrench>,
     wrenches: Vec<Wrench>,
     /// Cayley vector of each body's step.

@@ -47,7 +47,7 @@ impl AttitudeEquation {
     }
 
     /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)`, and the iterations: a
-    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` where no step below
+    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` if no step below
     /// 90° carries the momentum `Π` [N·m·s].
     #[inline]
     pub fn solve(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {

@@ -21,7 +21,7 @@ const MAX_PARTS: u32 = 1_000_000;
 pub(super) struct RungeKutta {
     ambient: Ambient,
     tableau: Tableau,
-    /// Error allowed per part; `None`: the step is taken as it is.
+    /// Error allowed per part; `None`: the step is not divided.
     tolerance: Option<f64>,
     /// Length of the part to try next \[s\].
     part: f64,

@@ -164,7 +164,8 @@ impl System {
         Ok(Self { bodies, potential, frame_rate: Vector3::zeros() })
     }
 
-    /// Returns one body in an environment, whose frame may turn. It translates where it has a mass.
+    /// Returns one body in an environment, whose frame may turn. A body with a mass also
+    /// translates.
     ///
     /// # Errors
     /// [`SystemError::Mass`].
@@ -331,7 +332,7 @@ impl Loads {
         self.system.potential.is_none() && inputs.is_empty()
     }
 
-    /// Returns the rotation vector that takes everything into the frame's axes at the end of a
+    /// Returns the rotation vector that turns all quantities into the frame's axes at the end of a
     /// step; `None`: the frame is inertial.
     pub fn frame_turn(&self) -> Option<Vector3> {
         (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)

@@ -1,4 +1,4 @@
-//! The file of results: written line by line, and continued where it was left.
+//! The file of results: written line by line, and continued after its last line.
 //!
 //! A line counts when its line break is written. A partial line that a kill left is removed when
 //! the file is continued. Every other line is read and checked, so that no case is lost, doubled
@@ -50,7 +50,7 @@ pub struct Journal {
 /// The contents of a file of results when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Results that are there.
+    /// The number of existing results.
     pub done: u64,
     /// Bytes of a line without its end, which were cut off.
     pub torn: u64,

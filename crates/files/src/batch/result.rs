@@ -29,7 +29,7 @@ pub struct Header {
     /// Lines hold wall times, which differ between runs.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub times: bool,
-    /// The part of the batch; absent where it is the whole.
+    /// The shard of the batch; absent if the batch is not divided.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
 }
@@ -50,7 +50,7 @@ pub struct CaseResult {
     /// Name of the case: from the table's column `name`, or of the file in a folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Keys that it sets, with their values; texts as `--set` takes them.
+    /// The keys that the case sets, with their values; texts as in `--set`.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub set: Map<String, Value>,
     /// "solved", "infeasible", …, "spec_invalid": the statuses of the exit codes.
@@ -243,7 +243,7 @@ impl CaseResult {
         }
     }
 
-    /// Returns whether there is a plan that the witnesses confirm.
+    /// Returns whether the result has a plan that the witnesses confirm.
     pub fn is_solved(&self) -> bool {
         self.exit_code == 0
     }
@@ -255,8 +255,8 @@ impl CaseResult {
     }
 }
 
-/// Returns a value for the next program: numbers and lists of numbers as such, anything else as it
-/// was written.
+/// Returns a value for the next program: numbers and lists of numbers as such, other values as
+/// written.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

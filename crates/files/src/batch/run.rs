@@ -30,7 +30,7 @@ pub enum Ended {
     Stopped,
 }
 
-/// The cases that are still to be taken, and how far the results are.
+/// The remaining cases, and the number of finished results.
 struct Queue<'a> {
     cases: Stream<'a>,
     /// Cases taken.

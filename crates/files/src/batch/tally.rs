@@ -53,7 +53,7 @@ pub struct Worst {
     pub case: u64,
     /// Name of the case.
     pub name: Option<String>,
-    /// Keys of the case, as `--set` takes them.
+    /// Keys of the case, as in `--set`.
     pub set: Vec<String>,
 }
 

@@ -25,7 +25,7 @@ use std::io::Write;
 
 /// The largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
-/// Least rows of which one can be left out and found again from its neighbours.
+/// The least number of rows for which one row can be omitted and interpolated from its neighbours.
 const LEFT_OUT: usize = 3;
 /// The most rows.
 const MAX_ROWS: f64 = 1e7;

@@ -26,7 +26,7 @@ pub enum Seal {
     Read(String),
     /// Another program or version wrote the file, or its spec was removed: no checksum can be judged.
     Foreign,
-    /// The contents are those that were written.
+    /// The contents are unchanged since the file was written.
     Intact,
     /// A value was changed after the file was written, or the checksum was removed.
     Broken,

@@ -141,7 +141,8 @@ pub struct PlanFile<'a> {
     pub costates_0: Vec<f64>,
     /// The trajectory.
     pub trajectory: TrajectoryDocument<'a>,
-    /// Whether the contents are those that were written; the file has a checksum as its last key.
+    /// Whether the contents are unchanged since the file was written; the file has a checksum as
+    /// its last key.
     #[serde(default, rename = "checksum", skip_serializing)]
     pub seal: Seal,
 }
@@ -392,7 +393,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
 /// input that a spec allows.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// An input that fails where it is longer than any plan: a pipe need not end.
+/// An input that fails if it is longer than any plan: a pipe need not end.
 pub(super) struct Bounded<R> {
     input: R,
     left: u64,

@@ -187,7 +187,7 @@ impl PointingFile {
     }
 }
 
-/// Reads a pointing file, a PTR or a PRM; `name` stands for the file in messages.
+/// Reads a pointing file, a PTR or a PRM; `name` is the name of the file in messages.
 ///
 /// # Errors
 /// Returns the first fault with its line: invalid XML, a construct outside of the subset, or

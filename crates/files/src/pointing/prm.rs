@@ -138,7 +138,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Keeps a text that all segments share.
+/// Stores a text that all segments share.
 fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong> {
     match kept {
         Some(kept) if kept != said.text => {
@@ -151,7 +151,7 @@ fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong
     }
 }
 
-/// Keeps the name of a frame that all segments share.
+/// Stores the name of a frame that all segments share.
 fn one_frame(kept: &mut String, said: Piece<'_>) -> Result<(), Wrong> {
     let mut named = Some(std::mem::take(kept)).filter(|name| !name.is_empty());
     one(&mut named, said, "the frame")?;

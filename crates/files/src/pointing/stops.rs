@@ -36,8 +36,9 @@ pub struct Timeline {
 
 impl Timeline {
     /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names
-    /// and the epoch of the start. The Sun is seen from the centre of the Earth, and stays where it
-    /// is in the middle of its observation. `name` stands for the file in messages.
+    /// and the epoch of the start. The Sun is seen from the centre of the Earth. Its direction is
+    /// constant during an observation, as in the middle of it. `name` is the name of the file in
+    /// messages.
     ///
     /// # Errors
     /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no

@@ -68,7 +68,7 @@ impl<'t> Part<'t> {
         Ok(found)
     }
 
-    /// Returns an element of it that must be there.
+    /// Returns a required child element.
     pub fn needed(self, part: Option<Self>, name: &str) -> Result<Self, Wrong> {
         match part {
             Some(part) => Ok(part),
@@ -89,7 +89,7 @@ impl<'t> Part<'t> {
         elements::attribute(self.0, name)
     }
 
-    /// Returns an attribute that must be there.
+    /// Returns a required attribute.
     pub fn said(self, name: &str) -> Result<Piece<'t>, Wrong> {
         match self.attribute(name) {
             Some(said) => Ok(said),
@@ -100,7 +100,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that an attribute, which must be there, has one value.
+    /// Checks that a required attribute has the given value.
     pub fn is(self, name: &str, value: &str) -> Result<Self, Wrong> {
         let said = self.said(name)?;
         if said.text == value {

@@ -1,4 +1,4 @@
-//! The second pass: from the checked tree to the problem, with everything that takes more than one
+//! The second pass: from the checked tree to the problem, with all checks that need more than one
 //! key.
 
 use super::attitude::Rotation;

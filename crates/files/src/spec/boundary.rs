@@ -113,7 +113,7 @@ impl<'a> Boundary<'a> {
 }
 
 impl Section {
-    /// Returns the key that gives the angular velocity.
+    /// Returns the key that states the angular velocity.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
     }

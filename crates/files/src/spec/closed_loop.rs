@@ -49,7 +49,7 @@ impl ClosedLoop {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
 
-    /// Returns the uncertainty and the chances of limits, if there are any:
+    /// Returns the uncertainty and the chances of limits, if the spec has chances:
     /// [`slewkit::assured::plan`] plans such a maneuver.
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
@@ -109,7 +109,7 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
 }
 
-/// Returns the step of the plan \[s\], if the spec gives it.
+/// Returns the step of the plan \[s\], if the spec determines it.
 fn step(problem: &Problem) -> Option<f64> {
     let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
     Some(duration / problem.steps as f64)

@@ -41,7 +41,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Builds a finding about a whole file, before there is any text to point at.
+    /// Builds a finding about a whole file whose text was not read.
     pub(crate) fn about_file(code: &'static str, file: &str, reason: String, remedy: &str) -> Self {
         Self {
             code,
@@ -176,7 +176,7 @@ pub(crate) fn cut(text: &str, limit: usize) -> String {
     escape(&kept)
 }
 
-/// Characters of a line that an excerpt shows, and those kept before the caret.
+/// The numbers of characters of a line that an excerpt shows, in all and before the caret.
 const EXCERPT: usize = 100;
 const LEAD: usize = 60;
 

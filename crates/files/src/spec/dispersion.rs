@@ -200,7 +200,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
 
 /// Returns a matrix `A` such that `A Aᵀ` is the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// The value that rounding of the entries may give a zero.
+    /// The largest value of a zero after rounding of the entries.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {

@@ -44,7 +44,7 @@ pub struct Expect {
     pub rivals: Vec<Toleranced>,
     /// Bound on the smallest scaled margin of all limits and constraints.
     pub margin_at_least: Option<f64>,
-    /// Names of exactly those limits and constraints that act.
+    /// The names of all active limits and constraints.
     pub active: Option<Vec<String>>,
     /// The names of the stops in the order in which they are visited.
     pub order: Option<Vec<String>>,

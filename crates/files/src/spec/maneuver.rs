@@ -10,8 +10,8 @@ const ANGLE_PER_STEP: f64 = 0.3;
 /// The fewest steps chosen by default.
 const DEFAULT_STEPS: f64 = 100.0;
 
-/// Returns the number of steps taken when a spec gives none: the smallest `N ≥ 100` with at most
-/// 0.3 rad a step along the cubic guess.
+/// Returns the default number of steps: the smallest `N ≥ 100` with at most 0.3 rad in each step
+/// along the cubic guess.
 ///
 /// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
 /// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary

@@ -191,8 +191,8 @@ fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
 }
 
-/// Returns an orbit by mean elements that are not too old. Older ones give a warning after some
-/// days, and are refused after more.
+/// Returns an orbit by mean elements that are not too old. Older elements cause a warning after
+/// some days, and are refused after more.
 fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
     let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
@@ -302,7 +302,7 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
     Table { time, position, velocity, between: segment.between }
 }
 
-/// Two segments are of one orbit where they are this near \[m\].
+/// Two segments belong to one orbit if they are this near \[m\].
 const ONE_ORBIT: f64 = 10.0;
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
 const ROUNDED: f64 = 1e-6;

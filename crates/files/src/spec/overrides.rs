@@ -79,8 +79,8 @@ impl Override {
     }
 }
 
-/// Returns the value that a text means: a TOML value, else the text itself; `offset` is where it
-/// begins in its source.
+/// Returns the value that a text means: a TOML value, else the text itself; `offset` is its first
+/// byte in the source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },

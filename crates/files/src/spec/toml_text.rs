@@ -52,7 +52,7 @@ struct Converter<'i> {
     offset: usize,
     too_deep: Option<Span>,
     /// Subtrees too deep to convert. Dotted keys inside inline tables nest thousands deep in a few
-    /// kilobytes, so they are also taken apart without recursion.
+    /// kilobytes, so they are also parsed without recursion.
     graveyard: Vec<DeValue<'i>>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Span, cut};
 
-/// A value and where it stands.
+/// A value and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub span: Span,

@@ -36,14 +36,14 @@ impl Axis {
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
     scale: Scale,
-    /// Limits, logarithms where it is logarithmic.
+    /// The limits, or their logarithms on a logarithmic axis.
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
 
-/// A tick; those without a label are short.
+/// A tick; ticks without a label are short.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
@@ -73,7 +73,7 @@ impl Laid {
         Self { scale: axis.scale, low, high, from, to }
     }
 
-    /// Returns the pixel of a value; `None` where it has no place.
+    /// Returns the pixel of a value; `None` if it is not on the axis.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);

@@ -41,7 +41,7 @@ pub struct Span {
     pub from: f64,
     /// The end.
     pub to: f64,
-    /// What is the case there.
+    /// The name of the state during the span.
     pub label: String,
 }
 
@@ -279,8 +279,8 @@ fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// Shades a span between two pixels; where colours differ in meaning, with its name if there is
-/// room.
+/// Shades a span between two pixels. If colours have meanings, the span also has its name, if the
+/// name fits.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     /// The width of a small letter \[px\].
     const WIDTH: f64 = 6.5;

@@ -25,7 +25,7 @@ const RIGHT: f64 = 776.0;
 const TOP: f64 = 64.0;
 const UNTITLED: f64 = 12.0;
 const BOTTOM: f64 = 418.0;
-/// The highest row [px], and the part of it that a bar takes.
+/// The highest row [px], and the part of it that a bar fills.
 const ROW: f64 = 34.0;
 const BAR: f64 = 0.62;
 /// The narrowest bar [px].
@@ -172,7 +172,7 @@ impl Gantt {
     }
 }
 
-/// Lays pieces side by side: those that are shown to one scale, but none narrower than [`LEAST`].
+/// Places pieces side by side. All shown pieces have one scale, but at least the width [`LEAST`].
 fn laid_out(pieces: &mut [Piece]) {
     let length = |piece: &Piece| piece.to - piece.from;
     let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;

@@ -27,7 +27,7 @@ const LEFT: f64 = 110.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 410.0;
-/// The number of labels for which there is room below and at the side.
+/// The number of labels that fit below and at the side.
 const MOST_LABELS: usize = 10;
 /// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for
 /// print.

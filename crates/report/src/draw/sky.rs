@@ -117,7 +117,7 @@ pub struct SkyMark {
 pub struct SkyView {
     /// Unit vector of the middle.
     pub middle: Vector3,
-    /// Unit vectors to the right and upwards there.
+    /// Unit vectors to the right and upwards at the middle.
     pub right: Vector3,
     /// See `right`.
     pub up: Vector3,

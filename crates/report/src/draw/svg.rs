@@ -47,7 +47,7 @@ impl Svg {
         self.text
     }
 
-    /// Adds an element as it is.
+    /// Adds an element unchanged.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');

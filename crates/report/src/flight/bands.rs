@@ -53,7 +53,7 @@ pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()
 }
 
-/// Flies the plan: with its gains, where it has some.
+/// Flies the plan, with its gains if it has gains.
 fn flown(subject: &Subject) -> Option<Bands> {
     let (beside, closed_loop) = (subject.beside()?, subject.closed_loop()?);
     let uncertainty = closed_loop.uncertainty.as_ref()?;

@@ -1,4 +1,4 @@
-//! Time that work takes.
+//! The time that work needs.
 
 use std::time::Duration;
 

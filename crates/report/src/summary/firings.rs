@@ -27,7 +27,7 @@ impl Firing {
     }
 }
 
-/// Returns all firings of thrusters, by thruster and time; none where the inputs push to both
+/// Returns all firings of thrusters, by thruster and time; none if the inputs push to both
 /// sides.
 ///
 /// The firings of a plan of arcs are the firings on its grid, whose nodes are at the switches.

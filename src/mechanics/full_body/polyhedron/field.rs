@@ -79,13 +79,14 @@ impl PolyhedronField {
         self.at(&side_by_side(&[*point; LANES])).potential.0[0]
     }
 
-    /// Returns `∇ ∫ dV/|r|` \[m\]; times `G` and density the acceleration of a mass there.
+    /// Returns `∇ ∫ dV/|r|` \[m\]. Times `G` and the density it is the acceleration of a mass at
+    /// the field point.
     pub fn attraction(&self, point: &Vector3) -> Vector3 {
         Vector3::from(self.at(&side_by_side(&[*point; LANES])).gradient.map(|lanes| lanes.0[0]))
     }
 
-    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be
-    /// anything between.
+    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside. It jumps at the surface, where any value in
+    /// between is possible.
     pub fn laplacian(&self, point: &Vector3) -> f64 {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }

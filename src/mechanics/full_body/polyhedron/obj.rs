@@ -30,7 +30,7 @@ pub enum ObjProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Read(String),
-    /// A line, with those that continue it, is too long.
+    /// A line, including its continuation lines, is too long.
     #[error("the line is longer than {limit} bytes")]
     LineTooLong {
         /// The largest number of bytes.
@@ -130,7 +130,7 @@ struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Reads the next line and those that continue it. False at the end.
+    /// Reads the next line and its continuation lines. False at the end.
     fn next(&mut self, text: &mut Vec<u8>) -> Result<bool, ObjProblem> {
         text.clear();
         loop {

@@ -187,8 +187,8 @@ impl Galerkin {
         }
     }
 
-    /// Moves all bodies to the quadrature points and evaluates the loads there, if they depend on
-    /// the poses.
+    /// Moves all bodies to the quadrature points and evaluates the loads at these points, if they
+    /// depend on the poses.
     fn look(&mut self, inputs: &[Input]) {
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);

@@ -70,8 +70,8 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
     }
 }
 
-/// Curves of a degree that is seldom taken for a million steps, in a steady rotation, where
-/// rounding adds up soonest.
+/// Curves of a degree that is seldom used for a million steps, in a steady rotation, where rounding
+/// adds up soonest.
 #[test]
 fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     let (system, state) = steady_rotation();

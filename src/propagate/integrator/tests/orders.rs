@@ -33,10 +33,10 @@ fn cases() -> [(&'static str, (System, SystemState)); 3] {
     [("free", free_body()), ("pendulum", pendulum()), ("dumbbells", dumbbells(2.5, 1.0))]
 }
 
-/// Duration, and steps between which the slope is taken: asymptotic, and above the plateau of
-/// rounding. Short steps over a long time, where the leading coefficient of order 8 nearly cancels
-/// (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12 have their
-/// window on the pendulum alone.
+/// The duration, and the steps between which the slope is measured: asymptotic, and above the
+/// plateau of rounding. Short steps over a long time, where the leading coefficient of order 8
+/// nearly cancels (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12
+/// have their window on the pendulum alone.
 fn window(order: u32, case: &str) -> Option<(f64, u32, u32)> {
     Some(match (order, case) {
         (1 | 2, _) => (DURATION, 128, 256),

@@ -4,7 +4,7 @@ use super::{MAX_CASES, check_distinct};
 use crate::batch::{BatchError, Case};
 use crate::spec::{Base, Override, cut};
 
-/// One key and the values that it takes.
+/// One key and its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     key: String,
@@ -84,7 +84,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     (0..count).map(|index| text(value(index))).collect()
 }
 
-/// Returns the parts between commas, but for those in brackets, braces and quotes.
+/// Returns the parts between commas; commas in brackets, braces and quotes do not count.
 fn split(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i32, None);
     for (at, sign) in text.char_indices() {

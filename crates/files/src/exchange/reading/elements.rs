@@ -48,7 +48,8 @@ impl Open<'_> {
     }
 }
 
-/// The largest depth of nested elements: each element is looked for among those around it.
+/// The largest depth of nested elements: the reader searches each element among the elements around
+/// it.
 const DEEPEST: usize = 100;
 
 /// Returns the tree of a text.
@@ -83,7 +84,7 @@ pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     })
 }
 
-/// Returns the name of an element and where it begins.
+/// Returns the name of an element and the place where it begins.
 pub(crate) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     let (at, name) = (node.range().start + 1, node.tag_name().name());
     // A name may have a prefix.

@@ -59,7 +59,7 @@ pub struct Segment {
     pub between: Between,
 }
 
-/// Reads an OEM, as segments; `name` stands for it in messages.
+/// Reads an OEM, as segments; `name` is the name of the file in messages.
 ///
 /// # Errors
 /// The first thing that is wrong, with its line: other centres than the Earth and other frames than
@@ -78,7 +78,7 @@ pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diag
     }
 }
 
-/// Keys of a segment that are used, and those that need not be.
+/// Keys of a segment that are used, and keys that may be ignored.
 const KNOWN: [&str; 13] = [
     "OBJECT_NAME",
     "OBJECT_ID",

@@ -61,8 +61,8 @@ impl Bytes<'_> {
     }
 }
 
-/// A summary: its structure, frame, type, whether there are rates, and where its numbers are, by
-/// words from 1.
+/// A summary: its structure, frame and type, whether the segment has rates, and the words of its
+/// numbers, from 1.
 struct Summary {
     structure: i32,
     frame: i32,

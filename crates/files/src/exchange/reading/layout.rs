@@ -32,7 +32,7 @@ pub(super) enum Attitude {
     },
     /// Three angles about these axes, from 0.
     Euler([usize; 3]),
-    /// Three angles and a rate, with this many numbers behind them that are not taken.
+    /// Three angles and a rate, followed by this many numbers that are not used.
     Spin(usize),
 }
 
@@ -111,7 +111,7 @@ impl Layout {
         names
     }
 
-    /// Numbers of XML: those that have names are in the order of [`Layout::names`].
+    /// Numbers of XML: named numbers are in the order of [`Layout::names`].
     pub fn of_names(mut self) -> Self {
         if let Attitude::Quaternion { scalar_first } = &mut self.attitude {
             *scalar_first = false;

@@ -1,6 +1,6 @@
 //! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0):
-//! keywords and values, XML, or JSON as catalogues give it, with numbers or texts for numbers.
-//! Elements of SGP4 about the Earth are taken, in TEME and UTC; numbers of satellites have as many
+//! keywords and values, XML, or JSON as in catalogues, with numbers or texts for numbers. Only
+//! elements of SGP4 about the Earth are read, in TEME and UTC; numbers of satellites have as many
 //! digits as they need.
 
 use super::message::date;
@@ -186,7 +186,7 @@ fn flatten(
     }
 }
 
-/// Returns the elements that the keys give. A `message` has all keys that the standard requires; a
+/// Returns the elements from the keys. A `message` has all keys that the standard requires; a
 /// record of a catalogue may lack the keys that all its records have in common.
 fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     said::check(keys, &UNITS)?;

@@ -134,7 +134,7 @@ pub struct AttitudeTold {
 
 /// Reads the attitude of a moment, `seconds` after `epoch`. An APM has one attitude, which must
 /// belong to that moment. The attitude in all other files is interpolated as the file declares.
-/// Times of tables count from the epoch. `name` stands for the file in messages.
+/// Times of tables count from the epoch. `name` is the name of the file in messages.
 ///
 /// # Errors
 /// Returns the first fault with its line, or a moment that the file does not have.
@@ -265,7 +265,7 @@ fn kind(text: &str) -> Option<&str> {
     names.take(2).find(|name| !name.eq_ignore_ascii_case("ndm"))
 }
 
-/// Descriptions of the messages without attitudes, and of those that are not read.
+/// Descriptions of messages without attitudes, and of messages that are not read.
 const OTHERS: [(&str, &str, &str); 8] = [
     (
         "APM",
@@ -352,7 +352,7 @@ pub(crate) struct Number {
     half_unit: f64,
 }
 
-/// A piece of the text and where it begins.
+/// A piece of the text and the byte at which it begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<'t> {
     /// The byte at which it begins.

@@ -92,7 +92,7 @@ pub(super) fn get<'t>(keys: &Keys<'t>, name: &str) -> Option<Said<'t>> {
     keys.iter().find(|said| said.key.is(name) && !said.value.text.is_empty()).copied()
 }
 
-/// Returns a key that must be there.
+/// Returns a required key.
 pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong> {
     if let Some(found) = get(keys, name) {
         return Ok(found);

@@ -9,7 +9,7 @@ use crate::cells::{self, separator};
 use crate::spec::cut;
 use slewkit::Vector3;
 
-/// Columns that are taken, with their names in our own tables.
+/// Columns that are used, with their names in our own tables.
 const TIME: &str = "time_s";
 const QUATERNION: [&str; 4] = ["quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"];
 const RATE_RAD: [&str; 3] =

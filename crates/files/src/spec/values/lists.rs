@@ -163,8 +163,8 @@ pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
 }
 
-/// Returns a square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
-/// `what` they are, one for each of which.
+/// Reads a square matrix, written as n numbers (its diagonal) or as n rows of n numbers. Returns
+/// its rows. In messages `what` names the numbers, and `which` the items that have one number each.
 pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();

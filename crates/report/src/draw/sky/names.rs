@@ -44,7 +44,7 @@ impl Names {
         place
     }
 
-    /// Takes the place of a text that begins there, if it is free.
+    /// Reserves the place of a text, if it is free.
     pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
         let free = self.is_free(place, name, size);
         if free {

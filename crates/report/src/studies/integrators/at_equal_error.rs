@@ -31,7 +31,7 @@ pub struct EqualError {
     pub method: Name,
     /// The meaning of the numbers below; for the step the bound is reversed.
     pub bound: Bound,
-    /// The step \[s\]; `None` where no step brings the method to the horizon.
+    /// The step \[s\]; `None` if no step brings the method to the horizon.
     pub step_s: Option<f64>,
     /// Evaluations of the potential.
     pub force_evaluations: Option<f64>,

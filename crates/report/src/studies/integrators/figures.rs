@@ -109,7 +109,7 @@ pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Ou
     all.map(|(name, svg)| Figure { name, svg }).collect()
 }
 
-/// Returns all but the trajectories; those over time only where `found` has histories.
+/// Returns all figures except the trajectories; figures over time only if `found` has histories.
 pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'static str, Chart)> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
@@ -287,7 +287,7 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) 
 }
 
 /// Returns the index of the pose at the end of the first revolution of the first body, about the
-/// second one or the origin; the last index where it is not completed.
+/// second one or the origin; the last index if the revolution is not completed.
 fn revolution(path: &Path) -> usize {
     let count = path.poses[0].len();
     let arm = |index: usize| {
