@@ -30,7 +30,7 @@ pub fn matrix<const R: usize, const C: usize>(value: &Value) -> SMatrix<f64, R, 
 pub struct Random(pub u64);
 
 impl Random {
-    /// Uniform in [−1, 1).
+    /// Returns a number, uniform in [−1, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;

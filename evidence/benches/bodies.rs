@@ -24,7 +24,7 @@ fn scattered(index: usize) -> Vector3 {
     Vector3::from_fn(|axis, _| 2.0 * (index as f64 * [0.819, 0.671, 0.549][axis]).fract() - 1.0)
 }
 
-/// Bodies on a lattice, far enough apart.
+/// Returns poses of bodies on a lattice, far enough apart.
 fn poses(bodies: usize) -> Vec<Pose> {
     let place = |k: usize| Vector3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64);
     let pose = |k| Pose { position: 4.0 * place(k), attitude: lie::exp(&(2.0 * scattered(k + 7))) };

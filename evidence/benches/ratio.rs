@@ -66,8 +66,8 @@ fn main() {
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
 }
 
-/// The plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from rest
-/// to rest.
+/// Times the plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from
+/// rest to rest.
 fn whole_plans(benching: bool) {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
     let turn = Vector3::new(1.0, 2.0, 3.0).normalize() * 120.0_f64.to_radians();

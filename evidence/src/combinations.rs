@@ -155,7 +155,7 @@ impl Combination {
     }
 }
 
-/// Four couples of thrusters, which reach every torque.
+/// Writes four couples of thrusters, which reach every torque.
 fn thrusters() -> String {
     let places = [
         ([0.5, 0.0, 0.4], [0, 1, 0]),

@@ -241,8 +241,8 @@ fn cones(random: &mut Random) -> Problem {
     problem
 }
 
-/// Three wheels that spin at the start, and can store twice the momentum that the turn of the mean
-/// inertia needs.
+/// Returns a maneuver with three wheels that spin at the start, and can store twice the momentum
+/// that the turn of the mean inertia needs.
 fn wheels(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let most = 3.0 * angle;

@@ -139,7 +139,7 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
     problem.constraints.iter().map(|constraint| of(&constraint.rule)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` of wheels, `ẋ = γ/m`, `γ̇ = F`.
+/// Returns `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` for wheels, `ẋ = γ/m`, `γ̇ = F`.
 fn slope(problem: &Problem, inputs: &[f64], y: &Numbers) -> Numbers {
     let vector = |index: usize| Vector3::from_column_slice(&y[4 + 3 * index..7 + 3 * index]);
     let (momentum, of_wheels, position, linear) = (vector(0), vector(1), vector(2), vector(3));

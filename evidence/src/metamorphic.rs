@@ -327,7 +327,7 @@ fn other_body_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body: rotation(random), ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// x → y → z → x, or two axes exchanged and the third reversed.
+/// Permutes the body axes: x → y → z → x, or two axes exchanged and the third reversed.
 fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     let body = match random.below(2) {
         0 => Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
@@ -336,7 +336,7 @@ fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// The plane of the mirror contains the orbit's radius and velocity.
+/// Reflects the maneuver in a plane that contains the orbit's radius and velocity.
 fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
@@ -438,8 +438,9 @@ fn is_free_slew(problem: &Problem) -> bool {
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()
 }
 
-/// For slews from rest to rest the short way is the shortest rotation. The long way is the
-/// cheapest of its sense, and a given long rotation selects the nearest to it, so the two differ.
+/// Requests the short way as a rotation. For slews from rest to rest the short way is the shortest
+/// rotation. The long way is the cheapest plan of its homotopy class, and a given long rotation
+/// selects the nearest one, so these two differ.
 fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let turn = lie::minus(&problem.end.attitude, &problem.start.attitude);

@@ -85,8 +85,8 @@ impl Random {
         }
     }
 
-    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than
-    /// [`Self::direction`].
+    /// Returns a direction, uniform on the unit sphere, of three normal numbers. It uses another
+    /// stream than [`Self::direction`].
     pub fn normal_direction(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }

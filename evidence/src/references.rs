@@ -31,7 +31,7 @@ pub fn vector(value: &Value) -> Vector3 {
     Vector3::from_column_slice(&numbers(value))
 }
 
-/// `R` rows of `C` numbers.
+/// Reads `R` rows of `C` numbers.
 pub fn matrix<const R: usize, const C: usize>(value: &Value) -> nalgebra::SMatrix<f64, R, C> {
     let rows: Vec<f64> = list(value).iter().flat_map(numbers).collect();
     nalgebra::SMatrix::from_row_slice(&rows)

@@ -109,7 +109,7 @@ impl Maneuver {
         self.loaded.problem.steps
     }
 
-    /// Inertia, body axes, rows [kg·m²].
+    /// Returns the inertia, body axes, by rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
         // Symmetric: rows are columns.

@@ -252,7 +252,8 @@ impl Planned {
         self.wall_time
     }
 
-    /// Node of the first row of inputs, and whether a row belongs to the step that begins there.
+    /// Returns the node of the first row of inputs, and whether a row belongs to the step that
+    /// begins at its node.
     #[getter]
     fn first_input(&self) -> (usize, bool) {
         let held = self.problem.switches();
@@ -278,7 +279,7 @@ impl Planned {
         Some((step.len(), step.first()?.len()))
     }
 
-    /// Inertia, body axes, rows [kg·m²].
+    /// Returns the inertia, body axes, by rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
         // Symmetric: rows are columns.

@@ -19,8 +19,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// `progress` is called with the progress of the work, at once and then repeatedly; a return
-    /// value of `False` stops the work.
+    /// Builds a watch that calls `progress` with the progress of the work, at once and then
+    /// repeatedly. A return value of `False` stops the work.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
         // Work of a few milliseconds is not interrupted if no progress function is given.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };

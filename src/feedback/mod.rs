@@ -298,7 +298,7 @@ impl Gains {
         Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }
     }
 
-    /// `K_k`, row-major.
+    /// Returns `K_k`, row-major.
     pub fn row(&self, step: usize) -> &[f64] {
         let width = self.inputs * self.states;
         &self.rows[step * width..(step + 1) * width]
@@ -312,8 +312,8 @@ impl Gains {
             .map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
     }
 
-    /// `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, of N = 9 with what
-    /// wheels store.
+    /// Returns `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, with N = 9 if
+    /// `z` includes the momentum of wheels.
     pub(crate) fn torque<const N: usize>(&self, plan: &LinearPlan, step: usize) -> SMatrix<f64, 3, N> {
         let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
@@ -326,7 +326,7 @@ impl Gains {
     }
 }
 
-/// `K` of a step, SI, row-major, from its dual.
+/// Returns `K` of a step, SI, row-major, from its dual.
 fn si_row<const N: usize, const C: usize>(
     to_inputs: &DMatrix<f64>,
     dual: &SMatrix<f64, C, N>,
@@ -367,8 +367,8 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     Ok((z, Matrix6::identity()))
 }
 
-/// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled:
-/// 6×6, `z` physical.
+/// Returns `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`,
+/// scaled: 6×6, `z` physical.
 ///
 /// ```text
 /// G = A_kᵀ P_k + H_k ,             δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,

@@ -442,7 +442,8 @@ impl Replanner {
         swept.map(|_| reached).map_err(failed)
     }
 
-    /// `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled: that at a node weighs as at a start.
+    /// Returns `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled. The first node of each sum has the
+    /// weight of a start.
     fn costs_to_go(&self, nodes: &[Node]) -> Vec<f64> {
         let (dynamics, grid) = (&self.bvp.dynamics, &self.bvp.dynamics.grid);
         let begins = grid.kick(0);
@@ -493,8 +494,8 @@ struct Solved {
     newton_steps: usize,
 }
 
-/// Newton from a guess in its basin: every step whole, and every error less than half of the one
-/// before.
+/// Runs Newton from a guess in its basin: every step is a full step, and must at least halve the
+/// error.
 ///
 /// The next error after `e₀, e₁` is about `e₁ (e₁/e₀)²`. If that nearly meets the tolerance, its
 /// sweep omits the derivatives, which take longer: the present factor suffices for the rest.

@@ -164,7 +164,7 @@ impl SwitchingGains {
         })
     }
 
-    /// `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
+    /// Returns `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
     pub fn beside(problem: &Problem, plan: &Trajectory, start: &State) -> Option<Vector6> {
         let planned = lie::rotation_from_quaternion(plan.quaternion.first()?);
         let turn = lie::minus(&start.attitude, &planned);

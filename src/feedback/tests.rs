@@ -53,7 +53,7 @@ fn gains_are_those_of_the_references() {
     }
 }
 
-/// `∂z_N/∂z_0`, or `∂z_N/∂λ_{−1}`, by the recursion forward.
+/// Returns `∂z_N/∂z_0`, or `∂z_N/∂λ_{−1}`, by the forward recursion.
 fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
     let momenta = |block: Matrix3, weight: f64| {
         let mut out = Matrix6::zeros();

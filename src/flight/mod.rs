@@ -319,7 +319,7 @@ impl<'a> Flight<'a> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// A part of a step.
+    /// Advances the body over a part of a step.
     #[inline(always)]
     fn advance<const POSED: bool, const S: usize>(
         &self,
@@ -406,7 +406,7 @@ impl Held {
     }
 }
 
-/// `h Σ a_j k_j` over the first `count` stages.
+/// Returns `h Σ a_j k_j` over the first `count` stages.
 #[inline(always)]
 fn weighted<const POSED: bool, const S: usize>(
     weights: &[f64; S],

@@ -43,8 +43,8 @@ impl Cubic {
         (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
     }
 
-    /// Returns the largest slope in `s` that it can have: the coefficients of Bernstein of the
-    /// slope bound it. No angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
+    /// Returns a bound on the slope in `s`, from the Bernstein coefficients of the slope. No
+    /// angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
         [*start, start + curve, start + 2.0 * curve + 3.0 * bend]

@@ -107,12 +107,12 @@ pub(super) fn g(t2: f64) -> f64 {
     -0.5 * a_prime(0.25 * t2) / a(0.25 * t2)
 }
 
-/// `A''`, the second derivative of `A` by `t²`.
+/// Returns `A''`, the second derivative of `A` by `t²`.
 fn a_second(t2: f64) -> f64 {
     switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
 }
 
-/// `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
+/// Returns `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
 pub(super) fn g_prime(t2: f64) -> f64 {
     let quarter = 0.25 * t2;
     let (a, first) = (a(quarter), a_prime(quarter));

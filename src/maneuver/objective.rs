@@ -168,7 +168,7 @@ impl Objective {
 }
 
 impl Default for Objective {
-    /// Effort, every input of weight 1.
+    /// Returns the effort with weight 1 for every input.
     fn default() -> Self {
         Self::Effort(Weights::default())
     }

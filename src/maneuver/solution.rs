@@ -682,7 +682,7 @@ impl Solution {
         self.trajectory.completed(&problem).with_steps(steps)
     }
 
-    /// Returns the shifts until the plan ends.
+    /// Returns the flown shifts, up to the end of the plan.
     fn turns_flown(&self) -> Vec<Turns> {
         let end = self.trajectory.time.last().copied().unwrap_or(f64::INFINITY);
         let begun = |shift: &&Shift| shift.from < end;

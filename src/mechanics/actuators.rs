@@ -137,7 +137,7 @@ impl ActuatorSet {
         Ok(Self { axes, frame, limits: Limits::default() })
     }
 
-    /// Three unit inputs along the coordinate axes of `frame`.
+    /// Builds three unit inputs along the coordinate axes of `frame`.
     pub fn three_axes(frame: AxisFrame) -> Self {
         let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
         Self { axes, frame, limits: Limits::default() }
@@ -196,8 +196,9 @@ impl ActuatorSet {
         Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
     }
 
-    /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for
-    /// forces) no input acts, else for rank 1 the one about which all act.
+    /// Returns the rank of `B`, from 1 to 3. For rank 2 it also returns the unit vector about which
+    /// (along which, for forces) no input acts, and for rank 1 the unit vector about which all
+    /// inputs act.
     pub fn rank(&self) -> (usize, Option<Vector3>) {
         let longest = self.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
         let units = self.axes.iter().map(|axis| axis / longest);
@@ -350,7 +351,7 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
-    /// Reaction wheels about `axes`, of length 1, body axes: wheel i produces up to
+    /// Builds reaction wheels about `axes`, of length 1, body axes: wheel i produces up to
     /// `torque_limit[i]` [N·m], has stored `wheels.momentum[i]` at the start and stores up to
     /// `wheels.momentum_limit[i]` [N·m·s].
     ///

@@ -47,17 +47,18 @@ pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
 
-/// Rounded down to four significant digits, so that "no plan is shorter than …" stays true.
+/// Formats a value, rounded down to four significant digits, so that "no plan is shorter than …"
+/// stays true.
 pub fn at_least(value: f64) -> String {
     to_one_side(value, 4, f64::floor)
 }
 
-/// Rounded up to four significant digits, so that "… at most" stays true.
+/// Formats a value, rounded up to four significant digits, so that "… at most" stays true.
 pub fn at_most(value: f64) -> String {
     to_one_side(value, 4, f64::ceil)
 }
 
-/// Rounded to four significant digits, before the point too.
+/// Formats a value, rounded to four significant digits, also before the point.
 pub fn about(value: f64) -> String {
     to_one_side(value, 4, f64::round)
 }

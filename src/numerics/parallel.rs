@@ -11,7 +11,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The threads that share the work: one, if the system grants no more.
+/// Returns the number of threads that share the work: one, if the system grants no more.
 #[cfg(feature = "threads")]
 pub(crate) fn threads() -> usize {
     use std::sync::OnceLock;

@@ -28,7 +28,7 @@ impl Output {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
     }
 
-    /// `(1 − part) a + part b`.
+    /// Returns `(1 − part) a + part b`.
     pub(crate) fn between(a: &Self, b: &Self, part: f64) -> Self {
         Self { force: a.force + part * (b.force - a.force), torque: a.torque + part * (b.torque - a.torque) }
     }

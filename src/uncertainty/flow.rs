@@ -48,7 +48,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// `S Σ_p Sᵀ`.
+    /// Returns `S Σ_p Sᵀ`.
     fn of_parameters(&self, columns: &Columns<N>) -> Square<N> {
         let mut sum = Square::<N>::zeros();
         for (column, (_, _, sigma)) in columns.column_iter().zip(&self.uncertainty.parameters) {
@@ -101,7 +101,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
     }
 
-    /// Intensity of the noise of the torque, scaled.
+    /// Returns the intensity of the noise of the torque, scaled.
     fn noise_of_torque(&self) -> Matrix3 {
         let units = self.plan.units();
         self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
@@ -123,7 +123,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         })
     }
 
-    /// `B K` of a step for the whole state; zero open loop.
+    /// Returns `B K` of a step for the whole state; zero in open loop.
     fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
         self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
@@ -323,7 +323,7 @@ struct Tick<const N: usize> {
 }
 
 impl<const N: usize> Tick<N> {
-    /// A step further.
+    /// Advances the tick by a step.
     fn go(&mut self, a: &Square<N>, b: &SMatrix<f64, N, 3>, noise: &Square<N>) {
         let answered = b * self.gain;
         self.state = a * self.state - answered;

@@ -74,8 +74,8 @@ fn radius(sigma: [f64; 2], level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// One dimension, a circle (`r² = −2 ln(1 − p)`), and in between Monte Carlo would do: the
-    /// reference files have it.
+    /// The cases are one dimension and a circle (`r² = −2 ln(1 − p)`); the reference files have
+    /// ellipses in between, by Monte Carlo.
     #[test]
     fn radii_of_a_line_and_of_a_circle_are_those_of_closed_form() {
         let line = radius([2.0, 0.0], Radius::LEVEL);

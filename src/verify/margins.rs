@@ -165,7 +165,7 @@ impl<'a> Meter<'a> {
         Self { frame_rate: problem.environment.frame_rate(), entries }
     }
 
-    /// A row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
+    /// Receives a row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
     pub(crate) fn inputs(&mut self, time: f64, row: &[f64], step: f64, before: Option<&[f64]>) {
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
@@ -188,7 +188,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// The momenta of the wheels at `time`.
+    /// Receives the momenta of the wheels at `time`.
     pub(crate) fn wheels(&mut self, time: f64, momenta: &[f64]) {
         for Entry { what, smallest, .. } in &mut self.entries {
             if let What::Input(InputLimit { kind: LimitKind::WheelMomentum, bounds, .. }) = what {
@@ -197,7 +197,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// An angular velocity, body axes, at `time`.
+    /// Receives an angular velocity, body axes, at `time`.
     pub(crate) fn rate(&mut self, time: f64, rate: &Vector3) {
         for Entry { what, smallest, .. } in &mut self.entries {
             match what {

@@ -129,7 +129,8 @@ pub(crate) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// `rows` must hold [`Scheme::input_rows`] rows of `problem.actuation.count()` numbers.
+    /// Builds the inputs from `rows`, which must hold [`Scheme::input_rows`] rows of
+    /// `problem.actuation.count()` numbers.
     pub(crate) fn new(problem: &'a Problem, rows: &'a [f64]) -> Self {
         Self::on(problem, problem.grid(), rows)
     }

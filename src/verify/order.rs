@@ -73,7 +73,7 @@ pub(super) struct Stage<'a> {
     pub(super) watch: Watch<'a>,
 }
 
-/// Euclidean norm of the four parts.
+/// Returns the Euclidean norm of the four parts.
 fn norm(error: &TerminalError) -> f64 {
     let parts = [
         error.attitude_rad,

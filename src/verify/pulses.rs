@@ -36,12 +36,12 @@ fn side(part: f64) -> (i8, f64) {
     }
 }
 
-/// Smaller of the two; NaN if either is.
+/// Returns the smaller number; NaN if either number is NaN.
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-/// Larger of the two; NaN if either is.
+/// Returns the larger number; NaN if either number is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

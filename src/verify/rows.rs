@@ -168,7 +168,7 @@ pub(super) struct Finding {
     pub(super) margins: Vec<Margin>,
 }
 
-/// Larger of the two; NaN if either is, unlike `f64::max`.
+/// Returns the larger number; NaN if either number is NaN, unlike `f64::max`.
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

@@ -169,7 +169,7 @@ impl Verification {
         self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
     }
 
-    /// Terminal error of the discrete witness.
+    /// Returns the terminal error of the discrete witness.
     pub fn discrete(&self) -> TerminalError {
         TerminalError {
             attitude_rad: self.discrete_attitude_rad,
@@ -198,7 +198,7 @@ impl Verification {
         }
     }
 
-    /// A check that holds when `value ≤ limit`; NaN never does.
+    /// Adds a check that holds if `value ≤ limit`. NaN never passes.
     pub(super) fn at_most(&mut self, name: &str, value: f64, limit: f64) {
         self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
     }

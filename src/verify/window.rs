@@ -57,7 +57,7 @@ impl<'a> Marks<'a> {
         Self { problem, grid, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
     }
 
-    /// The motion at a node.
+    /// Receives the motion at a node.
     pub(super) fn pass(&mut self, node: usize, body: &Continuous) {
         while let Some(window) = self.windows.get_mut(self.at).filter(|window| window.steps.start <= node) {
             let phase = body.phase(self.grid.after(node));

@@ -51,7 +51,7 @@ struct Module {
 /// Crate, file and text of every module.
 type Sources = BTreeMap<Name, (&'static str, String, String)>;
 
-/// Every file of a crate below a folder, with its path as `wing::path::of::the::file`.
+/// Collects every file of a crate below a folder, with its path as `wing::path::of::the::file`.
 fn files(of: &'static str, root: &Path, folder: &Path, found: &mut Sources) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -70,7 +70,8 @@ fn files(of: &'static str, root: &Path, folder: &Path, found: &mut Sources) {
     }
 }
 
-/// Words and signs of the code, without comments and without items under `#[cfg(test)]`.
+/// Returns the words and signs of the code, without comments and without items under
+/// `#[cfg(test)]`.
 fn tokens(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
     let lines = code.lines().map(|line| line.split("//").next().unwrap());

@@ -176,10 +176,11 @@ impl Found {
 }
 
 /// Writes a table as Parquet, a row for each node: rotation vector, value, gradient, bound. The
-/// facts are notes of the file.
+/// facts about the table are metadata of the file.
 ///
 /// # Errors
-/// Returns the errors of the stream; always if the program is built without the feature `parquet`.
+/// Returns the errors of the stream, and an error in every program built without the feature
+/// `parquet`.
 pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     #[cfg(feature = "parquet")]
     {

@@ -132,8 +132,8 @@ pub struct Shown {
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses propagate the plan once. If they cannot, their results are not shown,
-    /// and the page states the reason.
+    /// Builds the subject of a report. The witnesses propagate the plan once. If they cannot, their
+    /// results are not shown, and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));

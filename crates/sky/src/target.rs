@@ -357,8 +357,8 @@ impl Sky {
         Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
     }
 
-    /// Returns the axes of the Earth (ITRF), `time` \[s\] after the epoch: from components in GCRS
-    /// to those.
+    /// Returns the rotation from components in GCRS to components in the axes of the Earth (ITRF),
+    /// `time` \[s\] after the epoch.
     pub fn earth_axes(&self, time: f64) -> Matrix3 {
         frames::to_earth(&self.clock, time, &self.rotation, Theory::Series)
     }

@@ -183,7 +183,7 @@ impl Told {
         Self { solved, cost: solution.cost, arcs: arcs.filter(|_| solved), gap: gap.filter(|_| solved) }
     }
 
-    /// Whether the plan has arcs, or a small gap.
+    /// Returns whether the plan has arcs, or a small gap.
     fn is_near(&self) -> bool {
         self.arcs.is_some() || self.gap.is_some_and(|[gap, _]| gap < SMALL)
     }

@@ -142,7 +142,7 @@ fn bare(problems: &[(Problem, Settings)], threads: usize) -> u64 {
     }) as u64
 }
 
-/// Plans and verifies all through a batch with a file of results.
+/// Plans and verifies all maneuvers as a batch with a file of results.
 fn verified(batch: &Batch, threads: usize, path: &Path) -> Result<u64, Box<dyn Error>> {
     let options = Options { threads, ..Options::default() };
     let mut tally = Tally::default();

@@ -265,8 +265,8 @@ impl Draft {
         self.line("[solver]", format!("method = \"{method}\""));
     }
 
-    /// A cone with a boresight that crosses it half way from start to end, or that it holds all the
-    /// way.
+    /// Adds a cone that the boresight crosses half way from start to end, or that contains the
+    /// boresight all the way.
     pub fn cone(&mut self, kind: &str) {
         let boresight = self.direction();
         let (start, end) = (rotated(self.start, boresight), rotated(self.end, boresight));

@@ -76,7 +76,7 @@ impl<const N: usize> Recorded<N> {
     }
 }
 
-/// `A_k`, scaled.
+/// Returns `A_k`, scaled.
 fn a<const N: usize>(linear: &PosedPlan, step: usize) -> SMatrix<f64, N, N> {
     let si = linear.a(step);
     SMatrix::from_fn(|row, column| si[(row, column)] / linear.unit(row) * linear.unit(column))

@@ -68,7 +68,7 @@ fn differ(problem: &Problem, a: f64, b: f64) -> bool {
     (a - b).abs() * problem.seconds() > DIFFERENT * problem.body.inertia.mean()
 }
 
-/// Different momenta at the two ends about an axis that no torque acts on: a direction with
+/// Reports different momenta at the two ends about an axis without torque: a direction with
 /// `rows · c = 0`.
 fn differ_about(
     problem: &Problem,

@@ -153,7 +153,7 @@ impl Motion {
         Arc { momentum, speed: f64::INFINITY, stored, turn: FRAC_PI_2, share: stored }
     }
 
-    /// Momenta as the rate of change of the torque allows.
+    /// Limits the momenta by the rate of change of the torque.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
         // A concave function is nowhere larger than this times its largest value in the middle of a

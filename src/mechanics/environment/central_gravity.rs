@@ -88,7 +88,7 @@ impl CentralGravity {
         Ok(Self { description: Description::CentralGravity { gravitational_parameter, points }, ..field })
     }
 
-    /// Arm `ρ` of each point and its field, body axes.
+    /// Returns the arm `ρ` of each point and its field, body axes.
     fn fields(&self, pose: &Pose) -> impl Iterator<Item = (&Vector3, InverseSquare)> {
         let y = pose.attitude.tr_mul(&pose.position);
         self.points

@@ -98,7 +98,7 @@ impl<P: Potential> TwoBodies<P> {
         Ok(Self { bodies, masses, potential })
     }
 
-    /// Reduced mass `m₁m₂/(m₁ + m₂)` \[kg\].
+    /// Returns the reduced mass `m₁m₂/(m₁ + m₂)` \[kg\].
     pub fn reduced_mass(&self) -> f64 {
         let [first, second] = self.masses;
         first / (first + second) * second

@@ -53,7 +53,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// `second` is where the first sees it.
+    /// Builds the terms of a pair; `seen` is the pose of the second body relative to the first.
     fn new(first: &Moments, second: &Moments, seen: &Pose) -> Self {
         let r = seen.position.norm();
         let e = seen.position / r;

@@ -54,7 +54,7 @@ impl Ambient {
         }
     }
 
-    /// Rate of change at `fraction` of the step, where the state has changed by `y`.
+    /// Computes the rate of change at `fraction` of the step, where the state has changed by `y`.
     pub fn rate(&mut self, fraction: f64, y: &[f64], inputs: &[Input], out: &mut [f64]) {
         self.load(fraction, y, inputs);
         self.rate_under_load(y, out);
@@ -68,7 +68,7 @@ impl Ambient {
         }
     }
 
-    /// The poses where the state has changed by `y`.
+    /// Computes the poses of the state changed by `y`.
     fn place(&mut self, y: &[f64]) {
         let mut at = 0;
         for (body, pose) in self.poses.iter_mut().enumerate() {
@@ -82,8 +82,8 @@ impl Ambient {
         }
     }
 
-    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated
-    /// last.
+    /// Computes the rate of change of the state changed by `y`, under the last evaluated forces and
+    /// moments.
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;

@@ -41,7 +41,7 @@ pub(super) struct DriftAndKick {
 }
 
 impl DriftAndKick {
-    /// `before`: the part of a step's kick that acts before the drift.
+    /// Builds the method; `before` is the part of a step's kick that acts before the drift.
     pub fn new(mut course: Course, before: f64) -> Self {
         let (n, h) = (course.count(), course.loads.step);
         let mut field = vec![Wrench::zero(); n];

@@ -102,7 +102,7 @@ impl RungeKutta {
     }
 }
 
-/// `y = base + h Σ w_j k_j`.
+/// Computes `y = base + h Σ w_j k_j`.
 fn combine(base: &[f64], h: f64, weights: &[f64], stages: &[Vec<f64>], y: &mut [f64]) {
     y.copy_from_slice(base);
     for (weight, stage) in weights.iter().zip(stages) {

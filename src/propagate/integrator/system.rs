@@ -114,7 +114,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// One wrench all through the step.
+    /// Builds an input with one wrench throughout the step.
     pub fn held(wrench: Wrench) -> Self {
         Self { start: wrench, end: wrench }
     }
@@ -260,7 +260,7 @@ impl System {
         self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
     }
 
-    /// Energy, momenta and orthogonality.
+    /// Returns energy, momenta and orthogonality.
     pub fn invariants(&self, state: &SystemState) -> Invariants {
         let (poses, momenta) = (state.poses(), state.momenta());
         let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(poses));
@@ -338,7 +338,7 @@ impl Loads {
         (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)
     }
 
-    /// The potential's wrenches at a node.
+    /// Evaluates the potential's wrenches at a node.
     pub fn field(&mut self, poses: &[Pose], wrenches: &mut [Wrench]) {
         let Some(potential) = &self.system.potential else {
             wrenches.fill(Wrench::zero());
@@ -348,11 +348,11 @@ impl Loads {
         potential.wrenches(poses, wrenches);
     }
 
-    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in
-    /// `total`.
+    /// Evaluates the potential's gradient at `fraction` of the step, n×n blocks, poses and forces
+    /// as in `total`.
     ///
     /// # Panics
-    /// Returns zero if the potential has no gradient.
+    /// Panics if the system has no potential, or if the potential does not provide its gradient.
     pub fn gradient(&mut self, fraction: f64, poses: &[Pose], gradient: &mut [Blocks]) {
         let potential = self.system.potential.clone().expect("a potential");
         let Some(turn) = self.frame_turn() else {
@@ -388,7 +388,8 @@ impl Loads {
         }
     }
 
-    /// Potential and inputs at `fraction` of the step, poses and forces in the axes of its start.
+    /// Evaluates potential and inputs at `fraction` of the step, poses and forces in the axes of
+    /// its start.
     pub fn total(&mut self, fraction: f64, poses: &[Pose], inputs: &[Input], wrenches: &mut [Wrench]) {
         let Some(turn) = self.frame_turn() else {
             self.field(poses, wrenches);

@@ -69,8 +69,7 @@ pub struct AttitudeReport {
     /// The largest mean torque between two rows that a free body without wheels needs to have the
     /// rates \[N·m\]; `None` for others and without rates.
     pub peak_torque_n_m: Option<f64>,
-    /// The torque that such a body needs to have the attitudes: the largest, by the mean rates
-    /// between rows \[N·m\].
+    /// The largest torque that the attitudes require, from the mean rates between rows \[N·m\].
     pub peak_torque_of_attitudes_n_m: Option<f64>,
 }
 

@@ -53,7 +53,7 @@ pub fn problem(motion: Motion, scheme: Scheme) -> Problem {
     problem.with_steps(4).with_scheme(scheme)
 }
 
-/// Four wheels in a pyramid, one of them without a limit of its momentum.
+/// Adds four wheels in a pyramid, one of them without a limit of its momentum.
 pub fn with_wheels(problem: Problem) -> Problem {
     let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
     let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
@@ -68,7 +68,7 @@ pub fn wheel_count(problem: &Problem) -> usize {
     problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len())
 }
 
-/// Every kind of constraint, all held by the ends.
+/// Adds every kind of constraint; the ends satisfy all of them.
 pub fn with_constraints(problem: Problem) -> Problem {
     let direction = |vector, turns_with_frame| {
         if turns_with_frame { Direction::InFrame(vector) } else { Direction::Fixed(vector) }

@@ -141,7 +141,7 @@ fn judged(file: &Value) -> Option<Judgement> {
     file.judge(&own.problem, &own.settings, &own.identity, &own.closed_loop, &|| false).ok()
 }
 
-/// The path of every figure, word and list of a tree; of long lists some.
+/// Collects the path of every figure, word and list of a tree, and some paths of long lists.
 fn paths(of: &Value, at: &str, found: &mut Vec<String>) {
     if !at.is_empty() {
         found.push(at.into());

@@ -66,7 +66,7 @@ impl<'a> Dense<'a> {
         f
     }
 
-    /// Terminal error of attitude and momentum.
+    /// Returns the terminal error of attitude and momentum.
     fn error(&self, inputs: &DVector<f64>) -> SVector<f64, 6> {
         let State { attitude, angular_velocity, .. } = self.problem.start;
         let j = self.problem.body.inertia.j();

@@ -153,7 +153,7 @@ fn on_an_orbit(rate: f64) -> Problem {
     problem.with_steps(STEPS)
 }
 
-/// Least effort with a price of time.
+/// Returns the objective of least effort with a price of time.
 fn effort(price: f64) -> Objective {
     Objective::Effort(Weights { time_price: Some(price), ..Weights::default() })
 }

@@ -7,7 +7,8 @@ use slewkit::maneuver::{Duration, Objective, Problem};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::{Body, Inertia, Matrix3, State, Vector3, lie};
 
-/// Four thrusters along x, two to either side of the mass center, as far from it as `arm` \[m\].
+/// Returns four thrusters along x, two on either side of the mass center, at the distance `arm`
+/// \[m\].
 fn four(arm: f64, directions: [f64; 4]) -> Actuation {
     let positions = [-arm, -arm, arm, arm].map(|y| Vector3::new(0.0, y, 0.0));
     let limits = Limits { size: Some(vec![1.25; 4]), one_sided: true, ..Limits::default() };

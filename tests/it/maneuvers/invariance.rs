@@ -29,7 +29,7 @@ impl Units {
         self.mass * self.length * self.length
     }
 
-    /// Unit of a weight `W` of torques, and of forces.
+    /// Returns the units of the weights `W` of torques and of forces.
     fn weights(&self) -> (f64, f64) {
         let torque = self.inertia() / self.time / self.time;
         let force = torque / self.length;
@@ -84,7 +84,7 @@ fn dumbbell(units: Units) -> Problem {
         .with_path(Path::Shortest)
 }
 
-/// Unit of each of the costates of a row.
+/// Returns the unit of each costate of a row.
 fn costate_units(units: Units, dimension: usize) -> Vec<f64> {
     let momentum = units.inertia() / units.time;
     let linear = momentum / units.length;

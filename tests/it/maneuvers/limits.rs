@@ -52,7 +52,7 @@ fn with_norm(channel: &ActuatorSet, limit: f64) -> ActuatorSet {
     channel.clone().with_limits(Limits { norm: Some(limit), ..Limits::default() }).unwrap()
 }
 
-/// Every torque limited to a part of the largest without limits.
+/// Limits every torque to a part of its largest value without limits.
 fn within(problem: &Problem, part: f64) -> Problem {
     let limit = part * largest_input(&shot(problem));
     let torque = with_size(&problem.actuation.torque, limit);

@@ -203,7 +203,7 @@ fn finer_and_finer_polyhedra_attract_as_a_sphere() {
     }
 }
 
-/// Force and moment on the first body.
+/// Returns force and moment on the first body.
 fn exchange(bodies: [Attractor; 2], poses: &[Pose; 2]) -> Wrench {
     let mut wrenches = [Wrench::zero(); 2];
     MutualGravity::new(1.0, bodies.to_vec()).unwrap().wrenches(poses, &mut wrenches);

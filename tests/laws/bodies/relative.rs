@@ -61,7 +61,7 @@ fn reduction_and_restoration_are_inverse() {
     assert!((turned - total.angular_momentum).amax() < 1e-14);
 }
 
-/// Fourth-order Runge–Kutta on the numbers of a state.
+/// Integrates the numbers of a state by the Runge–Kutta method of order four.
 fn integrate<const N: usize>(
     mut y: [f64; N],
     steps: usize,

@@ -43,7 +43,7 @@ fn all_angles() -> Vec<f64> {
     [angles(), long_angles()].concat()
 }
 
-/// Norm without underflow.
+/// Returns the norm without underflow.
 fn norm(v: &Vector3) -> f64 {
     let scale = v.amax();
     if scale == 0.0 { 0.0 } else { (v / scale).norm() * scale }
@@ -217,7 +217,8 @@ fn log_of_a_half_turn_has_its_first_component_positive() {
     assert!((almost - PI * Vector3::new(0.0, 0.6, 0.8)).norm() <= 6.0 * EPS * PI, "{almost:?}");
 }
 
-/// `exp S(f)` in dual numbers, by the plain formula: good for angles that are not small.
+/// Returns `exp S(f)` in dual numbers, by the plain formula, which is accurate for angles that are
+/// not small.
 fn dual_exp(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSVec64<3>, 3, 3> {
     use num_dual::DualNum;
     let t = f.dot(f).sqrt();
@@ -225,7 +226,7 @@ fn dual_exp(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSV
     nalgebra::SMatrix::identity() + s * (t.sin() / t) + s * s * ((-t.cos() + 1.0) / (t * t))
 }
 
-/// `J_r(f)` in dual numbers.
+/// Returns `J_r(f)` in dual numbers.
 fn dual_right_jacobian(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSVec64<3>, 3, 3> {
     use num_dual::DualNum;
     let t = f.dot(f).sqrt();

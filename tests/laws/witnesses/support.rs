@@ -115,7 +115,7 @@ pub fn attitude_error(row: &SimulationRow, expected: &Matrix3) -> f64 {
     lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.bodies[0].quaternion))).norm()
 }
 
-/// Smooth inputs of a few units.
+/// Returns smooth inputs of a few units.
 pub fn smooth_inputs(problem: &Problem) -> Vec<f64> {
     let rows = problem.scheme.input_rows(problem.steps);
     let count = problem.actuation.count();

@@ -237,7 +237,8 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
 }
 
-/// Angles in degrees that are round in radians, and the other way round.
+/// Warns of angles in degrees that are round numbers in radians, and of angles in radians that are
+/// round numbers in degrees.
 fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
     let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();

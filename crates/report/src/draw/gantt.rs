@@ -60,12 +60,12 @@ impl Gantt {
         svg.end()
     }
 
-    /// The lower edge of the rows [px].
+    /// Returns the lower edge of the rows [px].
     fn bottom(&self) -> f64 {
         self.top() + (self.rows.len().max(1) as f64 * ROW).min(BOTTOM - TOP)
     }
 
-    /// The upper edge of the rows [px].
+    /// Returns the upper edge of the rows [px].
     fn top(&self) -> f64 {
         if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
     }

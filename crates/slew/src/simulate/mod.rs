@@ -184,7 +184,7 @@ impl Ended {
 }
 
 impl Motion {
-    /// `keeps_energy`: no inputs work.
+    /// Builds the motion of the bodies. `keeps_energy` states that no inputs do work.
     fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
         let layout = Layout {
             name: simulation.name.clone(),

@@ -83,8 +83,8 @@ impl HomogeneousPolyhedron {
         &self.cubature
     }
 
-    /// Acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of 1
-    /// \[kg/m²\].
+    /// Returns the acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of
+    /// 1 \[kg/m²\].
     pub fn attraction(&self, y: &Vector3) -> Vector3 {
         self.density * self.field.attraction(y)
     }

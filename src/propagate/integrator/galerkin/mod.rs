@@ -350,7 +350,7 @@ impl Galerkin {
     }
 }
 
-/// The poses of all bodies at quadrature point `i`.
+/// Computes the poses of all bodies at quadrature point `i`.
 fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses: &mut [Pose]) {
     for ((curve, start), pose) in curves.iter().zip(state.poses()).zip(poses) {
         pose.attitude = start.attitude + start.attitude * curve.arc.charts[i].turn();
@@ -358,7 +358,7 @@ fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses
     }
 }
 
-/// `(mK)⁻¹` on the right-hand side of one position, in place.
+/// Applies `(mK)⁻¹` to the right-hand side of one position, in place.
 fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
     let mut solution = [Vector3::zeros(); *DEGREES.end()];
     for (nu, solution) in solution.iter_mut().enumerate().take(right.len() / 3) {

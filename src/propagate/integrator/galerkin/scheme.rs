@@ -37,7 +37,7 @@ pub(crate) struct Scheme {
 
 impl Scheme {
     /// # Panics
-    /// For a degree outside [`DEGREES`], and if rules and basis should not check out.
+    /// Panics for a degree outside [`DEGREES`], and if rules and basis do not pass their check.
     pub fn new(degree: usize, quadrature: Quadrature) -> Self {
         assert!(DEGREES.contains(&degree), "degree {degree}");
         let (controls, lobatto_weights) = lobatto(degree + 1);

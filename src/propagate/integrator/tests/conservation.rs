@@ -16,7 +16,7 @@ fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// Rise of a least-squares line over the whole run, and its standard error.
+/// Returns the rise of a least-squares line over the whole run, and its standard error.
 fn trend(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let t = |index: usize| (index as f64 + 0.5) / n - 0.5;

@@ -269,7 +269,7 @@ mod tests {
     use super::{angles_of, euler, euler_rate};
     use slewkit::{Vector3, lie};
 
-    /// The rate is what the angles turn in a short time.
+    /// The rate equals the rotation by the change of the angles in a short time.
     #[test]
     fn rates_of_angles_are_those_of_the_rotation() {
         let (angles, rates) = (Vector3::new(0.3, -0.7, 1.1), Vector3::new(0.2, 0.5, -0.4));

@@ -378,7 +378,7 @@ impl<'t> Piece<'t> {
         wrong(self.at, self.text.len(), reason, remedy)
     }
 
-    /// Words between blanks.
+    /// Returns the words between blanks.
     pub(crate) fn words(self) -> Vec<Self> {
         let words = self.text.split_ascii_whitespace();
         words

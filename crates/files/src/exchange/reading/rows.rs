@@ -1,4 +1,4 @@
-//! Rows in our convention on their way into the result.
+//! Collects the rows of a file in our convention.
 
 use super::between::{Between, Block};
 use super::{Attitudes, Number, Piece, Wrong, wrong};
@@ -112,8 +112,8 @@ impl Rows {
         Ok(())
     }
 
-    /// The first row of a block at the time of the last one of the block above: the same attitude,
-    /// and one row is enough.
+    /// Checks the first row of a block at the time of the last row of the block before it: both
+    /// must have the same attitude, and one row is kept.
     fn shared(&self, at: Piece<'_>, quaternion: [f64; 4], open: f64) -> Result<(), Wrong> {
         let before = self.found.quaternion.last().copied().unwrap_or_default();
         let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();

@@ -141,7 +141,8 @@ pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     }
 }
 
-/// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
+/// Reads one limit for all inputs, or a list of limits: `count` of them if that is known, otherwise
+/// at most [`MAX_AXES`].
 pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(limit(node, quantity)?)) };
     if let Some(count) = count {
