@@ -161,7 +161,7 @@ pub fn plan(
     Ok(judged(problem, settings, solution, began, observer))
 }
 
-/// A plan that was begun from another one.
+/// A plan that was found from another plan.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WarmPlan {

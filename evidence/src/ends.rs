@@ -107,7 +107,7 @@ fn keep_out(name: &str, boresight: Vector3, direction: Vector3, half_angle: f64)
     Constraint { name: name.into(), rule: Rule::Pointing(pointing) }
 }
 
-/// Returns a maneuver to an end that leaves something free.
+/// Returns a maneuver to an end with a free roll or a free attitude.
 pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem {
     let seed = 67 + ENDS.iter().position(|known| *known == end).unwrap_or(0) as u64;
     let mut drawn = Drawn::of(seed, number);

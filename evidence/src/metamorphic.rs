@@ -431,8 +431,8 @@ fn is_still(problem: &Problem) -> bool {
     still.iter().all(|rate| *rate == Vector3::zeros())
 }
 
-/// Returns a free body that rests at both ends and has no wheels that spin: it knows no scale of
-/// time.
+/// Returns a free body that rests at both ends and has no wheels that spin: its motion has no scale
+/// of time.
 fn is_free_slew(problem: &Problem) -> bool {
     let free = matches!(problem.environment.describe(), Description::Free);
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()

@@ -150,7 +150,7 @@ impl Limit {
         })
     }
 
-    /// Returns the reserve that a plan of `problem` holds, for people.
+    /// Returns the reserve that a plan of `problem` holds, in displayed units.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),

@@ -61,7 +61,7 @@ impl Proved {
 }
 
 impl Solution {
-    /// Returns how far the plan is proved to be an optimum; `None` without a plan.
+    /// Returns the degree of proof of the plan; `None` without a plan.
     pub fn proved(&self, problem: &Problem) -> Option<Proved> {
         if self.outcome != Outcome::Converged {
             return None;

@@ -125,9 +125,9 @@ pub struct Settings {
     /// point may need four times as many. Default 60.
     pub max_iterations: usize,
     /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
-    /// of first order with them. Default: yes. Without, an extremal counts whatever it is, a saddle
-    /// too, and [`Optimality::tested`] is false: for many maneuvers of a kind that is known, as of
-    /// rest to rest by the shortest way.
+    /// of first order with them. Default: yes. Without the test any extremal counts, also a saddle,
+    /// and [`Optimality::tested`] is false. This suits many maneuvers of a known kind, such as rest
+    /// to rest by the shortest way.
     ///
     /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
     pub test_second_order: bool,

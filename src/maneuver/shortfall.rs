@@ -5,8 +5,7 @@ use crate::maneuver::problem::ProblemError;
 use crate::numerics::figures::{short, significant};
 use std::fmt;
 
-/// The reason for which no plan was found. It proves nothing. It displays as a sentence for
-/// people.
+/// The reason for which no plan was found. It proves nothing. It displays as a sentence.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {

@@ -84,7 +84,7 @@ impl Trajectory {
     }
 
     /// Returns the second row of inputs of step `k`: the row at its end for Lie–Verlet; the first
-    /// one again for Lie–Euler, and where a row belongs to a step.
+    /// row again for Lie–Euler, and if rows belong to steps.
     fn later_row(&self, k: usize) -> usize {
         if self.torque.len() < self.time.len() { k } else { k + 1 }
     }
@@ -271,7 +271,7 @@ pub enum SecondOrder {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ConvexWork {
-    /// Subproblems of the seed that won, on all its grids.
+    /// Subproblems of the winning seed, on all its grids.
     pub subproblems: usize,
     /// Subproblems of all seeds.
     pub all_subproblems: usize,
@@ -285,7 +285,7 @@ pub struct ConvexWork {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InteriorWork {
-    /// Iterations of the start that won, on all its grids.
+    /// Iterations of the winning start, on all its grids.
     pub iterations: usize,
     /// Solves of all starts on all grids.
     pub starts: usize,
@@ -531,7 +531,7 @@ pub struct Solution {
     pub start: String,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
-    /// Newton iterations of the winning start, all its rungs.
+    /// Newton iterations of the winning start, over its whole fallback sequence.
     pub iterations: usize,
     /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals
     /// of each.

@@ -293,7 +293,7 @@ pub struct InputLimit<'a> {
 }
 
 impl InputLimit<'_> {
-    /// Returns the unit of the bounds, for people.
+    /// Returns the displayed unit of the bounds.
     pub fn unit(&self) -> &'static str {
         match (self.kind, self.of_force) {
             (LimitKind::WheelMomentum, _) => "N·m·s",
@@ -417,8 +417,8 @@ impl Actuation {
         (forces, if self.thrusters.is_some() { &[] } else { torques })
     }
 
-    /// Returns whether the inputs within their limits have a torque in every direction and, where
-    /// `moves`, a force and a torque in every direction at once.
+    /// Returns whether the inputs within their limits can produce a torque in every direction and,
+    /// if the body `moves`, a force and a torque in every direction together.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_whole_space(&wrenches),
@@ -426,8 +426,8 @@ impl Actuation {
         }
     }
 
-    /// Returns whether the inputs within their limits have with every torque its opposite and,
-    /// where `moves`, with every force and torque at once their opposites.
+    /// Returns whether the inputs within their limits can produce the opposite of every torque and,
+    /// if the body `moves`, of every force and torque together.
     pub fn reaches_both_senses(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_subspace(&wrenches),

@@ -35,7 +35,7 @@ pub const MARK: &[u8] = b"\xef\xbb\xbf";
 /// Returns whether a file with these first bytes is in UTF-16: it has the mark, or every other byte
 /// is zero.
 pub fn is_utf16(bytes: &[u8]) -> bool {
-    /// Bytes that are looked at.
+    /// The number of bytes that are checked.
     const FIRST: usize = 32;
     let zeros = |offset: usize| bytes.iter().skip(offset).step_by(2).take(FIRST).all(|byte| *byte == 0);
     bytes.starts_with(b"\xff\xfe")

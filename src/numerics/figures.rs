@@ -1,4 +1,4 @@
-//! Rounded numbers for people. Files have all digits.
+//! Rounded numbers for text. Files have all digits.
 
 /// Formats `value` to `digits` significant digits, without an exponent if that is readable: `12.7`,
 /// `1.25e-07`.
@@ -17,7 +17,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Formats all digits as people write them, without a long row of zeros: `0.02`, `3e-5`.
+/// Formats all digits in a readable form, without a long row of zeros: `0.02`, `3e-5`.
 pub fn exact(value: f64) -> String {
     if plain(value) { format!("{value}") } else { format!("{value:e}") }
 }
@@ -130,7 +130,7 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// Returns `count` of something, with a plural: `1 turn`, `2 turns`.
+/// Returns `count` and a noun in singular or plural: `1 turn`, `2 turns`.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

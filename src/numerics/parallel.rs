@@ -109,9 +109,9 @@ pub(crate) fn both<A, B: Send>(
 }
 
 /// Returns the result of `work`, which runs on its own thread, while the calling thread polls
-/// whether it is `stopped`. If so, the function returns without the result, and the thread runs on
-/// alone: it owns its data, and ends where the work reads the flag that is then set. If threads are
-/// disabled, or none can be started, the calling thread does the work.
+/// whether it is `stopped`. If so, the function returns without the result, and the thread
+/// continues alone: it owns its data, and ends when the work reads the flag, which is then set. If
+/// threads are disabled, or none can be started, the calling thread does the work.
 pub(crate) fn unless_stopped<T: Send + 'static>(
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
     stopped: impl Fn() -> bool,

@@ -98,7 +98,7 @@ impl<'a> Plant<'a> {
 }
 
 /// Field and actuators of a maneuver as one load on one body; the output of the actuators is held
-/// until it is set again.
+/// until the next output is set.
 ///
 /// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in
 /// the body a force `R B u`: evaluated where the field is, such inputs are exact in every method.

@@ -39,7 +39,7 @@ use thiserror::Error;
 /// The bodies, their start, the method and the duration of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// The name of the simulation, for people.
+    /// The name of the simulation.
     pub name: String,
     /// The names of the bodies, in the order of the system.
     pub bodies: Vec<String>,
@@ -86,8 +86,8 @@ pub struct Run {
     pub work: Work,
     /// Time that they took, without the observer's.
     pub stepping: Duration,
-    /// The first step after which two bodies were within [`Simulation::reach`] of one another that
-    /// had not been so at the start.
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another,
+    /// although they were not at the start.
     pub encounter: Option<Encounter>,
 }
 
@@ -196,7 +196,7 @@ impl Simulation {
         self.duration / self.steps as f64
     }
 
-    /// Propagates and hands rows to `observer`, until the end or until it breaks off.
+    /// Propagates and passes rows to `observer`, until the end or until the observer stops.
     ///
     /// No row is kept: memory does not grow with the steps.
     ///

@@ -238,7 +238,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         Bounded { states, end }
     }
 
-    /// Tells the state at the next node.
+    /// Records the covariance of the state at the next node.
     fn tell(&self, along: &mut Covariance, p: &Square<N>, s: &Columns<N>) {
         let node = along.states.len();
         along.states.push(self.si(&(p + self.of_parameters(s))));

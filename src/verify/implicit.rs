@@ -64,8 +64,8 @@ fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     }
 }
 
-/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that no loop is
-/// left of it.
+/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that the
+/// compiler unrolls the loop.
 #[inline(always)]
 fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);

@@ -50,8 +50,8 @@ impl Default for Propagation<'_> {
     }
 }
 
-/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it
-/// breaks off.
+/// Propagates the start of `problem` and passes rows to `observer`. Returns true at the end, and
+/// false if the observer stops.
 ///
 /// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme
 /// and its own number of steps play no part. The momenta of the rows count the wheels', the energy

@@ -119,7 +119,7 @@ pub enum WitnessError {
         /// The expected number of rows.
         expected: usize,
     },
-    /// The scheme of a moving body knows inertial reference frames only.
+    /// The scheme of a moving body supports only inertial reference frames.
     #[error("a body that translates cannot be judged in a turning reference frame")]
     TurningFrame,
     /// The implicit equation has no solution below 90° in a step.

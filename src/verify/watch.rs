@@ -37,7 +37,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Asks the caller at some of the steps whether to stop.
+    /// Polls the caller at some of the steps and returns whether to stop.
     ///
     /// # Errors
     /// [`WitnessError::Stopped`].

@@ -344,7 +344,7 @@ fn links_and_names_lead_somewhere() {
     }
 }
 
-/// Returns the commands of `evidence` by their files, of which its index has to have each.
+/// Returns the commands of `evidence` by their files; its index must have each of them.
 fn counts() -> Vec<String> {
     let folder = Path::new(ROOT).join("evidence/src/commands");
     let mut files: Vec<String> = fs::read_dir(&folder)

@@ -18,7 +18,7 @@ const CRATES: [(&str, &str); 5] = [
     ("slewkit_cli", "crates/slew/src"),
 ];
 
-/// A path by wings, `["lie", "exp"]`, whatever crate the wing is of.
+/// A path by wings, `["lie", "exp"]`, without the crate of the wing.
 type Name = Vec<String>;
 /// The files by the path of their module; files of tests are left out.
 type Modules = BTreeMap<Name, Module>;

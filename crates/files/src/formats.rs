@@ -16,7 +16,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// A format in which a plan is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The plan file: one JSON document with everything.
+    /// The plan file: one JSON document with the whole plan.
     Json,
     /// The trajectory, one JSON object a line.
     Jsonl,

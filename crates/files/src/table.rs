@@ -1,4 +1,4 @@
-//! Files of slew-time tables: `.npz` to read again, Parquet for other programs.
+//! Files of slew-time tables: `.npz`, which this program reads, and Parquet for other programs.
 //!
 //! An archive has these arrays of doubles (L angles, D directions, N = L·D nodes, angle after
 //! angle):

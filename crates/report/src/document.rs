@@ -5,7 +5,7 @@ use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDi
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
-/// Returns everything that the script of a page draws.
+/// Returns the data that the script of a page draws.
 pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown

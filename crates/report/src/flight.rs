@@ -1,5 +1,5 @@
-//! The plan in flight: how far a craft that differs from the model is from the plan, in open loop
-//! and with the gains, to first order.
+//! The plan in flight: the deviation of a craft that differs from the model, in open loop and with
+//! the gains, to first order.
 
 mod bands;
 

@@ -147,7 +147,7 @@ fn all_of(count: usize) -> String {
     }
 }
 
-/// Returns the sentence on how far the plan is proved to be an optimum.
+/// Returns the sentence on the proof of optimality.
 fn minimum(subject: &Subject) -> String {
     let solution = &subject.plan.solution;
     let Some(proved) = solution.proved(subject.problem) else { return String::new() };

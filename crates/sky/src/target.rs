@@ -48,7 +48,8 @@ pub enum Target {
     },
     /// The limb of the Earth, a sphere: where a line of sight touches it.
     Limb {
-        /// About nadir, right-handed, from along the track \[deg\]: at 90 against the orbit normal.
+        /// The azimuth about nadir, right-handed, from the direction along the track \[deg\]; 90 is
+        /// opposite to the orbit normal.
         azimuth_deg: f64,
         /// The height of the sphere above the equatorial radius \[m\].
         height_m: f64,

@@ -27,7 +27,7 @@ pub enum Exit {
     File,
     /// A simulation left the finite numbers.
     NotFinite,
-    /// A batch is finished, and some of its cases failed.
+    /// The batch is finished, and some of its cases failed.
     CasesFailed,
 }
 

@@ -29,7 +29,7 @@ pub fn watch() {
     unix::watch();
 }
 
-/// Prepares for limits of the system, before anything else.
+/// Prepares for limits of the system, before any other work.
 pub fn prepare() {
     #[cfg(unix)]
     {

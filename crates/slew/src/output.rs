@@ -70,7 +70,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the format of a plan; `None` for text for people.
+    /// Returns the format of a plan; `None` for text.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }

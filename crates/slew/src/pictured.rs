@@ -1,4 +1,4 @@
-//! The file that is to be looked at, and how.
+//! The file that a report or a picture shows, and its kind.
 
 use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;

@@ -1,4 +1,4 @@
-//! `slew sky`: where the targets of a spec are, and how far that is known.
+//! `slew sky`: the positions of the targets of a spec, and their accuracy.
 
 use super::console;
 use super::{Console, Exit, Failure, ReportArgs, SpecArgs};

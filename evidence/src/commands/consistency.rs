@@ -35,7 +35,8 @@ const SAME: f64 = 1e-9;
 const OTHER: f64 = 1e-6;
 /// Nodes of one extremal on two grids are nearer than this \[rad\].
 const NEAR: f64 = 0.2;
-/// Grids through which an extremal is carried from one to the next where it cannot be at once.
+/// The grids through which an extremal is continued if it does not converge on the last grid at
+/// once.
 const GRIDS_BETWEEN: i32 = 12;
 /// Families that are planned on several grids.
 const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];

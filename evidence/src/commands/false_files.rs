@@ -101,7 +101,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 || right < count { Err("see above".into()) } else { Ok(()) }
 }
 
-/// Returns the beginning of a case, for people.
+/// Returns the beginning of a case as text.
 fn shown(case: &Case) -> String {
     let text = String::from_utf8_lossy(&case.file);
     let head: Vec<&str> = text.lines().take(24).collect();
@@ -169,7 +169,7 @@ fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     )
 }
 
-/// Returns a direction in inertial axes and how far the boresight x stays from it over the whole
+/// Returns a direction in inertial axes, and its least angle to the boresight x over the whole
 /// motion \[rad\].
 fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     let away = |direction: &Vector3| {

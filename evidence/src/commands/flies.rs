@@ -86,8 +86,8 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` if an
-/// end would be within 8° of it.
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` if an end
+/// would be within 8° of the cone.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;
     let path = &free.solution.trajectory;
@@ -119,7 +119,7 @@ fn flown(
     node: usize,
     cases: usize,
 ) -> (Vec<Vector6>, Proportion) {
-    /// Cases that are held step by step at once.
+    /// The number of cases whose steps are in memory at once.
     const CHUNK: usize = 8192;
     let Rule::Pointing(cone) = &problem.constraints[0].rule else { unreachable!("a cone") };
     let direction = cone.directions[0].at(0.0, &Vector3::zeros());

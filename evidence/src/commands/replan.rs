@@ -1,4 +1,4 @@
-//! Plans begun from another plan, each against a cold search from the same start.
+//! Plans that start from another plan, each compared with a cold search from the same start.
 //!
 //! `cargo run --release -p evidence -- replan [COUNT]`: COUNT (500 by default) random maneuvers of
 //! each of three kinds on 100 steps, least effort, the discrete target.

@@ -181,8 +181,8 @@ impl Draft {
         self.maneuver();
     }
 
-    /// Writes the settings, each now and then, without a limit of time: the answer would depend on
-    /// the machine.
+    /// Writes some of the settings at random, without a limit of time, because then the answer
+    /// would depend on the machine.
     pub fn solver(&mut self) {
         if self.chance(0.4) {
             let scheme = self.pick(&["lie_euler", "lie_euler", "lie_verlet"]);

@@ -87,7 +87,8 @@ pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }
 
-/// Returns whether the reference frame stands: in a turning one another duration is another target.
+/// Returns whether the reference frame is at rest: in a turning frame another duration means
+/// another target.
 pub(super) fn standing(problem: &Problem) -> bool {
     problem.environment.frame_rate() == Vector3::zeros()
 }

@@ -1,4 +1,4 @@
-//! MacCullagh's formula for two extended bodies: each as the other sees it, to second order in size
+//! MacCullagh's formula for two extended bodies: each attracts the other to second order in size
 //! over distance.
 //!
 //! In the axes of body A, with B at `X = r e`, inertias `J_A`, `J_B` and `K = m_B J_A + m_A J_B`:

@@ -37,7 +37,7 @@ pub struct AttitudeEquation {
 }
 
 impl AttitudeEquation {
-    /// Newton takes 2–4 iterations below 0.6 rad.
+    /// Newton needs 2–4 iterations below 0.6 rad.
     const MAX_ITERATIONS: u32 = 40;
 
     /// Builds the equation for steps of `step` \[s\].

@@ -113,8 +113,8 @@ impl SystemState {
         if check.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Turns everything given in the reference frame by `exp S(f)`. The position of a body that
-    /// only turns is fixed in that frame.
+    /// Turns all quantities in the reference frame by `exp S(f)`. The position of a body that only
+    /// turns is fixed in that frame.
     pub(crate) fn turn_frame(&mut self, bodies: &[Body], f: &Vector3) {
         let turn = lie::exp_minus_identity(f);
         for (index, body) in bodies.iter().enumerate() {

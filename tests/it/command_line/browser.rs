@@ -16,7 +16,7 @@ const WATCH: &str = include_str!("../../browser/watch.js");
 const CHECK: &str = include_str!("../../browser/check.js");
 const PAINT: &str = include_str!("../../browser/paint.js");
 
-/// The page around the one under test, which hands the result on.
+/// The page around the page under test, which returns the result.
 const FRAME: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body style="margin:0"><script>
 const frame = document.createElement("iframe");
 Object.assign(frame, { srcdoc: PAGE, width: WIDTH, height: 900, style: "border:0" });
@@ -119,7 +119,7 @@ fn figures(found: &Value) -> Vec<(String, i64)> {
     figures.map(|(key, curves)| (key.clone(), curves.as_i64().unwrap())).collect()
 }
 
-/// The angles of every sequence that the page offers, put together again, are its quaternion.
+/// Checks that the angles of every sequence of the page compose to its quaternion.
 fn angles_are_the_attitude(found: &Value) {
     let number = |value: &Value| value.as_str().unwrap().replace('−', "-").parse::<f64>().unwrap();
     let numbers = |value: &Value| value.as_array().unwrap().iter().map(number).collect::<Vec<f64>>();

@@ -291,8 +291,8 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);
 }
 
-/// Exported plans are judged as right again: the boresight if the roll is free, and one of two
-/// trackers if one has to see.
+/// Exported plans pass the check of their attitudes, also with a free roll, and with two trackers
+/// of which one must see.
 #[test]
 fn attitudes_that_are_written_agree_with_their_spec() {
     let folder = Folder::new();

@@ -6,7 +6,7 @@ use std::fs;
 
 const FLIES: &str = include_str!("../../../problems/flies.toml");
 
-/// Returns the spec with actuators that follow at once.
+/// Returns the spec with actuators without lag and delay.
 fn at_once() -> &'static str {
     FLIES.split("[plant]").next().unwrap()
 }

@@ -1,4 +1,5 @@
-//! Plans and trajectories of every kind, full of numbers that a careless writer loses.
+//! Plans and trajectories of every kind, with many numbers that a careless writer does not
+//! preserve.
 
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
@@ -12,7 +13,8 @@ use slewkit::plan::{Plan, Status};
 use slewkit::verify::{Check, Verification};
 use slewkit::{Matrix3, Vector3};
 
-/// Numbers that a careless writer loses: signed zero, subnormals, 17 digits, the ends of the range.
+/// Numbers that a careless writer does not preserve: signed zero, subnormals, 17 digits, the ends
+/// of the range.
 const AWKWARD: [f64; 9] = [
     -0.0,
     5e-324,

@@ -124,8 +124,8 @@ fn with_rate(time: f64) -> String {
 
 const ANGVEL: [(&str, &str); 2] = [("ATTITUDE_TYPE", "QUATERNION/ANGVEL"), ("ANGVEL_FRAME", "SC_BODY_1")];
 
-/// x of the body passes 30° at 15 s: a cone about there of 10° is entered at 10 s and left at 20 s
-/// at one rate, by all of it.
+/// The body's x axis passes 30° at 15 s. At a constant rate it enters a cone of 10° about this
+/// direction at 10 s and leaves it at 20 s, through its axis.
 #[test]
 fn a_cone_entered_between_two_rows_is_violated() {
     let loaded = good(&format!("{REST}{CONE}"), &[]);
@@ -149,8 +149,7 @@ fn a_cone_entered_between_two_rows_is_violated() {
     assert!(judged_by(&beside, &aem(&[], at_one_rate, &[0.0, 60.0])).unwrap().passed());
 }
 
-/// A mean rate of 2 deg/s between rows is some rate of at least 2 deg/s, whatever happens between
-/// them.
+/// A mean rate of 2 deg/s between rows implies a rate of at least 2 deg/s somewhere between them.
 #[test]
 fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
     let limit = |degrees: f64| {

@@ -16,7 +16,7 @@ fn shipped(name: &str) -> Loaded {
     }
 }
 
-/// The full theories, which the planner does not use, see the targets in these directions.
+/// The directions of the targets by the full theories, which the planner does not use.
 #[test]
 fn targets_are_where_the_full_theories_see_them() {
     let loaded = shipped("ground_pass");
@@ -44,8 +44,8 @@ fn targets_are_where_the_full_theories_see_them() {
     assert!((earth.directions[0].angular_radius(0.0).to_degrees() - 63.06).abs() < 0.1);
 }
 
-/// The boresight of the plan, flown, is on the target as the full theories see it, and at its rate;
-/// the file reads back.
+/// The boresight of the flown plan is on the target by the full theories, with the rate of the
+/// target, and the file reads back.
 #[test]
 fn a_plan_to_a_station_points_at_it_and_stands_without_its_orbit() {
     let loaded = shipped("ground_pass");

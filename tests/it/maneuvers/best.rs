@@ -47,7 +47,7 @@ fn boxes_that_turn_about_a_principal_axis_come_to_a_minimum_and_mirror_images_to
     assert!(bent > 0, "no box had a saddle to leave");
 }
 
-/// One way alone is begun on very few steps; the best way is found by descents on many.
+/// Only one way starts on very few steps; the best way is found by descents on many steps.
 #[test]
 fn one_way_begun_on_few_steps_is_the_best_way_where_that_goes_so() {
     let mut random = Random::new(21);

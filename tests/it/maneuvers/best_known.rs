@@ -1,5 +1,5 @@
-//! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as
-//! cheap as the best that is known.
+//! Maneuvers whose best plan a search from the start alone, or on the given grid alone, has missed.
+//! Each plan costs as little as the best known one.
 
 use evidence::metamorphic::images;
 use evidence::switching::{Kind, cost_and_gap, maneuver};

@@ -41,7 +41,7 @@ fn a_shift_by_thrusters_of_a_plane_costs_what_one_force_does() {
     near(solved(&by_four([0.0; 3], [0.9, 0.0, 0.0])).solution.cost, pushes(0.9, 3.0, 2.5), 1e-8);
 }
 
-/// The shift is across all thrusters, so the body has to turn for it, and back.
+/// The shift is normal to all thrusters, so the body must turn for it, and turn back.
 #[test]
 fn a_shift_across_all_thrusters_is_made_by_turning() {
     let problem = by_four([0.0; 3], [0.0, 0.3, 0.0]).with_duration(6.0);

@@ -256,7 +256,7 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
     }
 }
 
-/// A norm limit under equal weights does not know axes: the same plan in any of them.
+/// A norm limit under equal weights has no preferred axes: the plan is the same in all axes.
 #[test]
 fn a_norm_limit_is_the_same_in_turned_axes() {
     let turn = lie::exp(&Vector3::new(0.4, -1.1, 0.3));

@@ -164,8 +164,8 @@ fn a_cube_turns_alike_about_all_its_axes() {
     }
 }
 
-/// Boxes about an axis by limits that differ: the same time in whatever axes it is written, and
-/// less than about that axis.
+/// Boxes turn about an axis with unequal limits. The time is equal in all body axes in which the
+/// maneuver is written, and shorter than a turn about that axis.
 #[test]
 fn the_time_of_a_box_is_the_same_in_all_axes() {
     let other = lie::exp(&Vector3::new(0.3, -0.5, 0.7));

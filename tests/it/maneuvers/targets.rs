@@ -79,7 +79,7 @@ fn targets_of_an_orbit_are_met_at_the_least_cost() {
     }
 }
 
-/// q04: the duration is sought at a price of time, and the target moves on meanwhile.
+/// q04: the duration is sought at a price of time, while the target moves.
 #[test]
 fn a_target_that_moves_is_met_at_the_best_time() {
     let given = &reference("targets/q04")["problem"];

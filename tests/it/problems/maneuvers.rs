@@ -1,5 +1,5 @@
-//! Every shipped problem planned as a user would, against numbers that nobody here computed with
-//! this crate.
+//! Every shipped problem is planned as by a user, and compared with numbers that were not computed
+//! with this crate.
 
 use super::told::{picture_faults, summary_faults};
 use slewkit::maneuver::problem::Problem;

@@ -1,5 +1,5 @@
-//! Every shipped sequence planned as a user would, against numbers that nobody here computed with
-//! this crate.
+//! Every shipped sequence is planned as by a user, and compared with numbers that were not computed
+//! with this crate.
 
 use slewkit::plan::{Silent, Status};
 use slewkit::sequence::order::Proof;

@@ -155,7 +155,7 @@ fn a_face_without_area_changes_nothing() {
     }
 }
 
-/// Returns an octahedron whose faces are cut in four again and again, its vertices on the unit
+/// Returns an octahedron whose faces are repeatedly divided in four, with its vertices on the unit
 /// sphere.
 fn sphere(cuts: usize) -> Polyhedron {
     let shape = Polyhedron::octahedron(&Vector3::repeat(1.0)).unwrap();

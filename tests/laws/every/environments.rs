@@ -13,7 +13,7 @@ type D = Dual<Dual<Dual64>>;
 type Position = SVector<D, 3>;
 type Attitude = SMatrix<D, 3, 3>;
 
-/// A potential written out again, for dual numbers.
+/// The formula of a potential for dual numbers.
 type Potential = Box<dyn Fn(&Position, &Attitude) -> D>;
 
 /// An environment and its potential.

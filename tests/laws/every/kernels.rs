@@ -333,7 +333,7 @@ fn log_agrees_with_the_reference_half_turns() {
     }
 }
 
-/// `b exp S(a ⊖ b) = a`, whoever made the rotations.
+/// `b exp S(a ⊖ b) = a`, for rotations from any constructor.
 #[test]
 fn differences_of_rotations_lead_from_one_to_the_other() {
     let mut random = Random::new(31);

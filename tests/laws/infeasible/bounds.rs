@@ -100,7 +100,8 @@ fn rate_limits_bound_the_time() {
     shortest(&about_z.with_constraint(axes), 2.0 / 0.1_f64.sqrt(), 1e-6);
 }
 
-/// A sphere, torque rising and falling at r: θ = r T³/12J, whatever the torque itself may be.
+/// A sphere whose torque rises and falls at the rate r turns by θ = r T³/12J, without a limit of
+/// the torque itself.
 #[test]
 fn torque_rate_limits_bound_the_time() {
     let sphere = Body { inertia: Inertia::diagonal(Vector3::repeat(2.0)).unwrap(), mass: None };

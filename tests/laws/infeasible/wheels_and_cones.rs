@@ -14,8 +14,8 @@ fn three_wheels(momentum: [f64; 3], limit: f64, torque: f64) -> Actuation {
     Actuation { wheels: Some(wheels), ..Actuation::torques(channel) }
 }
 
-/// Turned by 90° about x, the momentum that the z wheel holds must be held by the y wheel, and the
-/// body has to end with none.
+/// After a turn by 90° about x the y wheel must hold the momentum of the z wheel, and the body must
+/// end at rest.
 #[test]
 fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 3.0, 4.0)).unwrap(), mass: None };
@@ -160,7 +160,7 @@ fn cones_that_meet_on_the_way_are_named_both() {
     assert!(found.reason.contains("t = 1000 s") && found.reason.contains("10 deg"), "{found}");
 }
 
-/// The momentum of a tumble stays, whatever the attitude at the end and however long it takes.
+/// The momentum of a tumble is conserved for any attitude at the end and any duration.
 #[test]
 fn wheels_too_small_for_a_tumble_are_named_for_any_end_and_any_duration() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(20.0, 30.0, 40.0)).unwrap(), mass: None };

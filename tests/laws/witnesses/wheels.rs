@@ -265,7 +265,7 @@ fn gyrostat_left_alone_conserves_energy() {
 // ---- the two together
 // -------------------------------------------------------------------------------
 
-/// A pendulum in a frame that turns, so that wheels, field and frame are all there at once.
+/// A pendulum in a turning frame, which combines wheels, field and frame.
 #[derive(Clone, Debug)]
 struct Swinging(Vector3);
 

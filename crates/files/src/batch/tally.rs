@@ -20,7 +20,7 @@ pub struct Tally {
     /// The number of wrong specs, by the code of their first error, with the reason of the first
     /// one.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// The number of solved cases by how far they are proved to be optima.
+    /// The number of solved cases for each degree of proof.
     pub proofs: BTreeMap<Proved, u64>,
     /// The case whose neighbouring plans can save the most, to first order.
     pub widest_gap: Option<Worst>,

@@ -1,4 +1,4 @@
-//! The checksum of a plan file: a hash of everything that the file states.
+//! The checksum of a plan file: a hash of all its values.
 //!
 //! The witnesses judge everything that follows from the motion. Costates, gains, covariances,
 //! conjugate points and rivals do not follow from it, so only a checksum shows that one of their
@@ -85,7 +85,7 @@ impl<'a, T: Serialize> Sealed<'a, T> {
     }
 }
 
-/// Returns the checksum of everything that a document states.
+/// Returns the checksum of all values of a document.
 ///
 /// # Errors
 /// A trajectory that is not finite.

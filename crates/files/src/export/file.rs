@@ -37,7 +37,7 @@ pub enum FileError {
         /// The message of the system.
         reason: std::io::Error,
     },
-    /// Writing failed on the way: usually a full disk.
+    /// Writing failed before the end: usually a full disk.
     #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
         /// The output as given.

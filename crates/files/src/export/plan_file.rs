@@ -112,7 +112,7 @@ pub struct PlanFile<'a> {
     /// The gains along the plan, if `[feedback]` requests them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
-    /// Covariances along it, where something is uncertain.
+    /// The covariances along the plan, if the spec states an uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyRecord>,
     /// The proof that no input can meet the terminal conditions, if one was found.
@@ -150,7 +150,7 @@ pub struct PlanFile<'a> {
 /// The work of the convex iteration, without its time, which differs between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvexRecord {
-    /// Subproblems of the seed that won, on all its grids.
+    /// Subproblems of the winning seed, on all its grids.
     pub subproblems: usize,
     /// Subproblems of all seeds.
     pub all_subproblems: usize,

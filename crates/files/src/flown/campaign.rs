@@ -60,7 +60,7 @@ pub struct LoopRecord {
 pub struct CampaignRecord {
     /// Mean attitude error, body axes \[deg\].
     pub attitude_mean_deg: [f64; 3],
-    /// One standard deviation of it.
+    /// One standard deviation of the attitude error.
     pub attitude_sigma_deg: [f64; 3],
     /// The linear prediction of these deviations.
     pub attitude_sigma_linear_deg: [f64; 3],

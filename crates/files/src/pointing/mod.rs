@@ -62,7 +62,7 @@ pub struct PointingFile {
 /// A boresight points at a target, from one moment to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// The name, for people.
+    /// The name, for readers of the file.
     pub name: Option<String>,
     /// The start of the observation: the spacecraft is at rest.
     pub begin: Epoch,

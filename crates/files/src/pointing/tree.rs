@@ -1,4 +1,4 @@
-//! Elements of a pointing file, held to the names that its reader knows.
+//! Elements of a pointing file, whose names the reader checks.
 
 use super::unit;
 use crate::exchange::{Piece, Wrong, elements};
@@ -84,7 +84,7 @@ impl<'t> Part<'t> {
         self.needed(part, name)
     }
 
-    /// Returns an attribute of it.
+    /// Returns an attribute of the element.
     pub fn attribute(self, name: &str) -> Option<Piece<'t>> {
         elements::attribute(self.0, name)
     }

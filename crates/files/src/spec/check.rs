@@ -29,7 +29,7 @@ struct Checker {
     report: Report,
 }
 
-/// Returns whether a key means something under this value of the table's selector.
+/// Returns whether a key has a meaning for this value of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }

@@ -64,7 +64,7 @@ impl Diagnostic {
         Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
-    /// Returns the finding for people: position, reason, the line with a caret, and the remedy.
+    /// Returns the finding as text: position, reason, the line with a caret, and the remedy.
     ///
     /// Plain text; `colour` adds ANSI colours.
     pub fn render(&self, colour: bool) -> String {

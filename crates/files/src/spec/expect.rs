@@ -28,7 +28,7 @@ pub struct Expect {
     pub published: Option<Toleranced>,
     /// Bound on the larger of attitude error in rad and relative momentum error at the end.
     pub terminal_error: Option<f64>,
-    /// Bound on the Newton iterations of the winning start, all its rungs.
+    /// Bound on the Newton iterations of the winning start, over its whole fallback sequence.
     pub newton_iterations_at_most: Option<usize>,
     /// Conjugate points of the plan.
     pub conjugate_points: Option<usize>,

@@ -165,7 +165,7 @@ pub(crate) struct Given {
     pub span: Span,
     /// Whether the value is `[]`.
     pub is_empty_list: bool,
-    /// The value; `None` if the first pass has reported an error of it.
+    /// The value; `None` if the first pass has reported an error of the value.
     pub value: Option<Parsed>,
 }
 
@@ -215,7 +215,7 @@ impl Section {
         self.given(name)?.value.as_ref()
     }
 
-    /// Returns a whole number that counts something.
+    /// Returns a whole number of items.
     pub fn count(&self, name: &str) -> Option<usize> {
         usize::try_from(self.whole(name)?).ok()
     }

@@ -70,7 +70,7 @@ impl Gantt {
         if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
     }
 
-    /// Returns the stretches in which something is on, in the order of time, each whole.
+    /// Returns the stretches in which at least one row is on, in the order of time.
     fn busy(&self) -> Vec<[f64; 2]> {
         let mut all: Vec<[f64; 2]> = self.rows.iter().flat_map(|(_, bars)| bars.iter().copied()).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -17,7 +17,7 @@ use slewkit::mechanics::actuators::LimitKind;
 use slewkit::uncertainty::Radius;
 use slewkit_files::flown::Runs;
 
-/// Cases that are flown: of 1000 the two dearest are beyond 99.73 %.
+/// The number of flown cases: of 1000, the two costliest are beyond 99.73 %.
 const CASES: usize = 1000;
 
 /// Steps that are flown at most, some seconds of work: of long plans fewer cases.

@@ -297,7 +297,7 @@ fn clearances(
     lines
 }
 
-/// Describes how far the plan is proved to be an optimum, by the words of [`Proved`].
+/// Describes the proof of optimality, in the words of [`Proved`].
 pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
     let Some(proved) = solution.proved(problem) else { return String::new() };
     let words = proved.words();

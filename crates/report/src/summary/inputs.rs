@@ -42,8 +42,8 @@ fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     alone.then(|| ["x", "y", "z"][at])
 }
 
-/// Returns the divisor that converts an input of the plan for people, and its unit: a thruster
-/// given by position and force is a force.
+/// Returns the divisor that converts an input of the plan to its displayed unit, and that unit: the
+/// input of a thruster stated by position and force is a force.
 pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
     if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
         return (1.0, "N");

@@ -6,7 +6,8 @@ const ROUND_OFF: f64 = 2e-16;
 /// Below this, relative, a correction that no longer shrinks is noise.
 const NOISE: f64 = 1e-11;
 
-/// Newton takes 2–4, iterations without the potential's gradient up to a dozen.
+/// The largest number of iterations. Newton needs 2–4, iterations without the potential's gradient
+/// up to a dozen.
 pub(super) const MAX_ITERATIONS: u32 = 40;
 
 /// Watches the corrections, each relative to the size of its quantity.

@@ -211,8 +211,8 @@ impl Galerkin {
         }
     }
 
-    /// Returns the right-hand sides, and where bodies are solved for alone their corrections at
-    /// once.
+    /// Computes the right-hand sides, solves for the corrections and applies them. Returns the size
+    /// of the corrections.
     fn correct(&mut self) -> f64 {
         let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         if let Some((blocks, matrix)) = &mut self.coupled {

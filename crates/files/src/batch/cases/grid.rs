@@ -146,7 +146,7 @@ impl Grid {
         self.axes.iter().map(|axis| axis.key.clone()).collect()
     }
 
-    /// Returns everything that makes the grid, as text.
+    /// Returns the definition of the grid as text.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.axes
             .iter()

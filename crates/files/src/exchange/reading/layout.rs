@@ -199,7 +199,8 @@ impl Layout {
         if self.inverse { -(lie::rotation_from_quaternion(of_y) * rate) } else { rate }
     }
 
-    /// Returns three rates in axes of Y, and how far the readings of them are apart.
+    /// Returns three rates in axes of Y, and the difference between the possible readings of these
+    /// rates.
     fn told(&self, numbers: Vector3, of_y: &[f64; 4]) -> (Vector3, f64) {
         let in_y = |axes: Axes| match axes {
             Axes::Y => numbers,

@@ -293,7 +293,7 @@ pub(super) struct Block {
     names: [String; 2],
     /// The byte at which the reference is named.
     named_at: usize,
-    /// Whether no name says which of the two is the body.
+    /// Whether the names do not determine which of the two is the body.
     guessed: bool,
     span: Span,
     between: Between,

@@ -344,7 +344,7 @@ fn wrong<T>(
     Err(Wrong { span: (at, at + length), reason: reason.into(), remedy: remedy.into() })
 }
 
-/// A number, and half a unit of the last digit that is printed of it.
+/// A number, and half a unit of its last printed digit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Number {
     /// The value.

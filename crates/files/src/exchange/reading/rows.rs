@@ -48,7 +48,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Adds a row; `time` counts from anything.
+    /// Adds a row; `time` has an arbitrary zero.
     pub fn add(&mut self, at: Piece<'_>, time: Number, row: Moved) -> Result<(), Wrong> {
         let Moved { quaternion, rate, open } = row;
         let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();

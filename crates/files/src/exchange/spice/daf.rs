@@ -37,7 +37,7 @@ pub(super) struct Daf {
     pub kind: &'static str,
     /// The internal name.
     pub name: String,
-    /// Lines for people.
+    /// Lines of comments.
     pub comment: Vec<String>,
     pub segment: Segment,
 }

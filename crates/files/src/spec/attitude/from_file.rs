@@ -13,7 +13,7 @@ use std::path::Path;
 pub(in super::super) struct Moment<'a> {
     /// The moment at which the maneuver begins.
     epoch: Option<Epoch>,
-    /// Seconds from there; `None` if nobody knows before it is planned.
+    /// The seconds from the epoch to the attitude; `None` if only the plan determines them.
     seconds: Option<f64>,
     reference_frame: Option<&'a str>,
     body_frame: Option<&'a str>,

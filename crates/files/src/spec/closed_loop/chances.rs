@@ -33,8 +33,8 @@ fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// Checks a limit of the actuators under `key`: whether they have it and torques may be held back
-/// of it.
+/// Checks a limit of the actuators under `key`: the actuators must have it, and a reserve of it
+/// must be possible.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -51,7 +51,7 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// Returns the chances of limits; each needs something uncertain.
+/// Returns the chances of limits; each needs an uncertainty.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {

@@ -1,4 +1,4 @@
-//! Whether the rows of a table of positions are an orbit, and near enough to one another.
+//! Checks that the rows of a table of positions lie on an orbit and are near enough to one another.
 //!
 //! Velocities are an independent check. The motion about a point mass leads from each row to the
 //! next one and to the middle between the two, except for the effect of the Earth's flattening,

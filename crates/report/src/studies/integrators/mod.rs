@@ -139,7 +139,8 @@ pub struct StudyProgress {
     pub kind: Kind,
     /// Step of the current run \[s\].
     pub step: f64,
-    /// Runs done, and in all; each is made once to watch it and again to time it.
+    /// The numbers of finished runs and of all runs; each is made once to record its errors and
+    /// once to time it.
     pub runs: (usize, usize),
 }
 
@@ -175,9 +176,10 @@ impl Study {
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// Builds the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a
-    /// tenth and a hundredth of it, to the nearest whole number of the longest step; levels are
-    /// chosen. Short motions have shorter steps and fewer horizons. Both are in seconds.
+    /// Builds a study of the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`. The
+    /// horizons are `duration`, a tenth and a hundredth of it, rounded to a whole number of the
+    /// longest steps. The program chooses the levels. Short motions have shorter steps and fewer
+    /// horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];

@@ -9,7 +9,7 @@ use slewkit::numerics::figures::short;
 use slewkit::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
 use std::ops::ControlFlow;
 
-/// States looked at to the longest horizon, about; evenly spaced.
+/// The approximate number of sampled states to the longest horizon, evenly spaced.
 const SAMPLES: u64 = 200_000;
 
 /// The number of steps between two checks of the clock and of a stop.
@@ -189,7 +189,7 @@ impl Setup<'_> {
         Ok(Measured { rows: (0..horizons.len()).map(row).collect(), stopped })
     }
 
-    /// Looks at the states on the way.
+    /// Samples the states during the run.
     fn observe(
         &self,
         scales: &Scales,

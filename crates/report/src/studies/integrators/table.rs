@@ -1,4 +1,4 @@
-//! The comparison as text, for people.
+//! The comparison as text.
 
 use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;

@@ -141,7 +141,7 @@ fn limited(free: &Problem, share: f64) -> Problem {
     free.clone().with_actuation(Actuation::torques(channel))
 }
 
-/// Costs of theory.md, section 9 and 10, from another program.
+/// Costs from another program.
 #[test]
 fn the_reference_costs_come_from_every_method() {
     for (share, cost, digits) in [
