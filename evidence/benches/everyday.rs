@@ -132,7 +132,7 @@ fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Solves of which the fastest counts.
+/// The number of solves, of which the fastest counts.
 const RUNS: usize = 5;
 
 /// Returns the iterations of the interior point from its one start, and the microseconds of an

@@ -95,8 +95,8 @@ impl Flights<'_> {
     /// The number of cases in memory at once.
     const CHUNK: usize = 8192;
 
-    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how
-    /// many deviations its limits are to keep.
+    /// Counts, for each chance of a motion, the part of the flights that exceed a limit, and sets
+    /// the number of deviations that its limits must keep.
     pub fn count(&self, groups: &mut [Group]) {
         for group in groups {
             let Over::Motion(plant) = group.over else { continue };

@@ -173,7 +173,7 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Propagates the plan, compares it row by row and holds it against its limits. The rows must fit.
+/// Propagates the plan, compares it row by row and checks its limits. The rows must fit.
 pub(super) fn compare(
     plant: &Plant,
     inputs: &Inputs,

@@ -42,7 +42,7 @@ pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     (0..WINDOWS).map(|index| first(index)..first(index) + length).collect()
 }
 
-/// Takes down the windows of a plan as the continuous witness passes them.
+/// Records the windows of a plan while the continuous witness passes them.
 pub(super) struct Marks<'a> {
     problem: &'a Problem,
     grid: &'a Grid,

@@ -290,8 +290,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     Some(Table { title: "In flight", head, rows, remark })
 }
 
-/// Returns the parameter that makes most of three variances at the end, which begin with the row
-/// `first`.
+/// Returns the parameter with the largest part in three variances at the end, which begin with the
+/// row `first`.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

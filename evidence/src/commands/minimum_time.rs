@@ -153,8 +153,8 @@ fn report(name: &str, tally: Tally) {
     }
 }
 
-/// Plans all combinations of simple boxes, limits, axes and angles; with `every`, each such
-/// number of them.
+/// Plans all combinations of simple boxes, limits, axes and angles; `every` selects every n-th of
+/// them.
 fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     const BODIES: [[f64; 3]; 5] =
         [[1.0, 1.0, 1.0], [1.0, 2.0, 2.5], [5.0, 5.0, 2.0], [120.0, 100.0, 80.0], [1.0, 1.6, 2.3]];

@@ -62,7 +62,7 @@ pub struct AttitudeReport {
     pub checks: Vec<Check>,
     /// The violations in words, each with its time.
     pub violations: Vec<String>,
-    /// The row at which each violation is, or the row before it.
+    /// The row of each violation, or the row before it.
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,

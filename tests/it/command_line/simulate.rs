@@ -371,8 +371,8 @@ fn a_reader_that_has_gone_is_told_nothing() {
     Run::of(child.wait_with_output().unwrap(), &args).ends(0).silent();
 }
 
-/// Hardly turning bodies: the round-off of their moments is more of their momenta than an iteration
-/// may leave.
+/// For bodies that hardly turn, the round-off of the moments, relative to the momenta, exceeds the
+/// allowed remainder of an iteration.
 #[test]
 fn the_implicit_midpoint_rule_ends_where_the_motion_is_mild() {
     let folder = Folder::new();

@@ -90,7 +90,7 @@ fn a_target_that_moves_is_met_at_the_best_time() {
     agrees("q04", &problem.with_duration(slewkit::Duration::SOUGHT), 50, 1e-7);
 }
 
-/// p04: all of an attitude that turns, at a price of time.
+/// p04: a whole attitude that turns, at a price of time.
 #[test]
 fn a_body_that_tumbles_is_met_at_the_best_time() {
     let given = &reference("targets/p04_rotframe_free_time")["problem"];

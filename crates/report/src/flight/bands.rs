@@ -20,7 +20,7 @@ use slewkit_files::flown::Runs;
 /// The number of flown cases: of 1000, the two costliest are beyond 99.73 %.
 const CASES: usize = 1000;
 
-/// Steps that are flown at most, some seconds of work: of long plans fewer cases.
+/// The largest number of flown steps, some seconds of work: long plans are flown in fewer cases.
 const MOST_STEPS: usize = 2_000_000;
 
 /// Cases at least.

@@ -196,7 +196,7 @@ struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,
     bodies: &'a [String],
-    /// The name before the fields.
+    /// The name that precedes the fields.
     name: Option<&'a str>,
 }
 
