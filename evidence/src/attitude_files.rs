@@ -98,7 +98,7 @@ pub struct Style {
     pub blocks: Vec<usize>,
     /// Whether it begins with the row after that instead.
     pub apart: bool,
-    /// The interval of the rows whose quaternions change their sign.
+    /// The period, in rows, with which quaternions change their sign.
     pub flips: usize,
     pub quote: char,
     pub prefix: &'static str,

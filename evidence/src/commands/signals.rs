@@ -1,5 +1,5 @@
-//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every long command, on a
-//! thousand to a million steps.
+//! The delay between a signal and the end of `slew`: Ctrl-C and SIGTERM at random times, in every
+//! long command, on a thousand to a million steps.
 //!
 //! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200
 //! by default, on Linux; NAME selects the commands whose name contains it. Each run works in its

@@ -190,7 +190,7 @@ fn merge_refuses_what_is_not_whole_and_names_it() {
     folder.slew(&["merge", "a.jsonl", "-o", "a.jsonl", "--force"]).ends(8).tells("E0100");
 }
 
-/// Killed at moments that differ from run to run, and continued: no case is lost or doubled.
+/// Runs are killed at different moments and continued: no case is lost or doubled.
 #[test]
 fn killed_runs_go_on_to_the_same_bytes() {
     // So many cases that there is something left after some kills.

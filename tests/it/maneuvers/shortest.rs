@@ -208,8 +208,8 @@ fn a_wheel_fills_stays_full_and_is_emptied() {
     assert!(off.abs() < 1.5e-3, "{off:.1e}");
 }
 
-/// Full torque for t, the way from +U to −U at the slope j in r = 2U/j, and full torque for t:
-/// θ = U t² + U t r + ⅔ U³/j². Next to no rate about the other axes.
+/// Full torque for t, the change from +U to −U at the slope j in r = 2U/j, and full torque for t: θ
+/// = U t² + U t r + ⅔ U³/j². The other axes may have hardly any rate.
 #[test]
 fn a_torque_turns_round_as_fast_as_it_may() {
     let angle = 120f64.to_radians();

@@ -272,9 +272,9 @@ type List = Mutex<Vec<PathBuf>>;
 /// The temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and lets none be made any
-/// more: for a program that ends now, without unwinding: a second call, or an output after it,
-/// waits for ever.
+/// Removes the temporary files of all outputs that are being written, and prevents new ones, for a
+/// program that ends at once without unwinding. A second call, or an output after this call, waits
+/// for ever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }

@@ -58,7 +58,7 @@ pub struct PlanFile<'a> {
     pub solve_time_s: f64,
     /// The outcome of the solve.
     pub outcome: Outcome,
-    /// The start that led here.
+    /// The start that led to the plan.
     pub start: String,
     /// Rotation sense of the path.
     pub sense: Sense,

@@ -45,7 +45,7 @@ const MOST_LINES: f64 = 3.5;
 const FINE: f64 = 2.0;
 /// Kilometres of a degree on the ground.
 const KM_PER_DEG: f64 = 111.19;
-/// The least that is shown to either side \[deg\].
+/// The least angle that the map shows to either side \[deg\].
 const LEAST_REACH: f64 = 0.5;
 
 impl Ground {

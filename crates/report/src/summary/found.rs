@@ -330,8 +330,8 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Returns the angle of the rotation the short way round [deg], between states at rest, where the
-/// path turns by more than half a turn and would by its length alone pass for the long one.
+/// Returns the angle of the short rotation between states at rest [deg], if the path of the short
+/// way turns by more than half a turn, so that its length suggests the long way.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
