@@ -249,7 +249,7 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     // success.
     if exit != Exit::Solved && console.is_silent() && !common.json {
         let (status, code) = (exit.status(), exit.code());
-        console.plain_error(&format!("{status} (exit code {code}); without --quiet it is told why"));
+        console.plain_error(&format!("{status} (exit code {code}); run it without --quiet for the reason"));
     }
     exit.code()
 }

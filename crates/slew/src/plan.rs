@@ -74,7 +74,7 @@ const GUESS: &str = "guess";
 const FROM_GUESS: &str = "found from the guess: the search without it found no plan that is as cheap";
 /// The note on such a plan if the guess replaced the search.
 const FROM_GUESS_ALONE: &str =
-    "found from the guess alone: nothing else was searched, and a plan without --guess-alone may be cheaper";
+    "found from the guess alone, without a search: a plan without --guess-alone may be cheaper";
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {

@@ -50,7 +50,7 @@ fn quiet_runs_say_that_they_failed() {
         (&["plan", too_short, "-q"], 5, "not_converged (exit code 5)"),
         (&longer, 7, "(exit code 7)"),
     ] {
-        let run = folder.slew(words).ends(code).tells(status).tells("without --quiet it is told why");
+        let run = folder.slew(words).ends(code).tells(status).tells("run it without --quiet for the reason");
         assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     }
 }

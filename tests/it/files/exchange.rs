@@ -523,7 +523,7 @@ fn wrong_files_are_told_with_their_line() {
         ("DATA_STOP\n", "DATA_STOP\nEND\n", 20, "only another META_START"),
     ];
     let xml: &[(&str, &str, usize, &str)] = &[
-        ("version=\"2.0\"", "", 2, "does not say its version"),
+        ("version=\"2.0\"", "", 2, "does not state its version"),
         ("<aem id", "<oem id", 2, "an orbit ephemeris message (OEM)"),
         ("</metadata>", "</meta>", 10, "</meta> stands where <metadata>"),
         ("</aem>\n", "", 15, "an element is not closed"),

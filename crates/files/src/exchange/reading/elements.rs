@@ -153,7 +153,7 @@ pub(super) fn read<'t, M: Message<'t>>(
     for root in messages(document, M::ELEMENT)? {
         last = name(root);
         let Some(number) = attribute(root, "version") else {
-            return last.wrong("the message does not say its version", "write version=\"2.0\"");
+            return last.wrong("the message does not state its version", "write version=\"2.0\"");
         };
         message.version(number)?;
         let mut open = Open(vec![last]);

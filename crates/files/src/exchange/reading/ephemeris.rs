@@ -128,7 +128,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     }
     let (key, version) = pair(first)?;
     if !key.is("CCSDS_OEM_VERS") {
-        let reason = format!("`{}` begins another message than an OEM", cut(key.text, 30));
+        let reason = format!("`{}` begins a message other than an OEM", cut(key.text, 30));
         return key.wrong(reason, "give an orbit ephemeris: CCSDS_OEM_VERS = 2.0");
     }
     check_version(version)?;
@@ -247,7 +247,7 @@ fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
         Some(how) if how.is("LAGRANGE") => false,
         Some(how) if how.is("HERMITE") => true,
         Some(how) => {
-            let reason = format!("no orbit goes on between rows by {}", cut(how.text, 30));
+            let reason = format!("the interpolation {} between rows is not supported", cut(how.text, 30));
             return how.wrong(reason, "give LAGRANGE or HERMITE");
         }
     };
@@ -416,7 +416,7 @@ mod tests {
             ("EME2000", "TEME\nREF_FRAME_EPOCH = 2026-11-21T00:00:00", "frozen"),
             ("= UTC", "= UT1", "UT1 is not known"),
             ("OEM_VERS = 2.0", "OEM_VERS = 9.0", "version 9.0"),
-            ("CCSDS_OEM", "CCSDS_AEM", "another message"),
+            ("CCSDS_OEM", "CCSDS_AEM", "a message other than"),
             ("07:01:00 6990", "06:01:00 6990", "not after the one above"),
             ("6990 450 0", "6990 450", "a row has 6 words"),
             ("6990", "nan", "not finite"),

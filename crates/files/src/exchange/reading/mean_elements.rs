@@ -232,7 +232,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     }
     let teme = |frame: &Piece<'_>| ["TEME", "TEMEOFDATE", "TEME_OF_DATE"].iter().any(|known| frame.is(known));
     if let Some(frame) = word("REF_FRAME").filter(|frame| !teme(frame)) {
-        let reason = format!("the frame {} is not that of SGP4", cut(frame.text, 30));
+        let reason = format!("the frame {} is not the frame of SGP4", cut(frame.text, 30));
         return frame.wrong(reason, "give elements in REF_FRAME = TEME");
     }
     let scale = match word("TIME_SYSTEM") {
@@ -354,7 +354,7 @@ mod tests {
             (KEYWORDS, "= SGP4", "= DSST", "the theory DSST"),
             (KEYWORDS, "EPHEMERIS_TYPE = 0", "EPHEMERIS_TYPE = 4", "SGP4-XP"),
             (KEYWORDS, "= EARTH", "= MARS", "not the Earth"),
-            (KEYWORDS, "= TEME", "= EME2000", "EME2000 is not that of SGP4"),
+            (KEYWORDS, "= TEME", "= EME2000", "EME2000 is not the frame of SGP4"),
             (KEYWORDS, "[deg]", "[rad]", "the unit rad of `INCLINATION`"),
             (KEYWORDS, "BSTAR = 2e-05\n", "", "no `BSTAR`"),
             (KEYWORDS, "TIME_SYSTEM = UTC\n", "", "no `TIME_SYSTEM`"),
@@ -363,7 +363,7 @@ mod tests {
             (KEYWORDS, "MEAN_ANOMALY = 270.1", "MEAN_ANOMALY = 270.1\nMEAN_ANOMALY = 1", "given twice"),
             (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
             (KEYWORDS, "VERS = 2.0", "VERS = 7.0", "version 7.0"),
-            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "another message than an OMM"),
+            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "a message other than an OMM"),
             (KEYWORDS, "2026-324T12", "2026-367T12", "this date does not exist"),
             (XML, "rev/day", "rad/s", "the unit rad/s"),
             (XML, "<omm", "<opm", "XML"),

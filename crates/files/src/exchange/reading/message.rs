@@ -257,7 +257,7 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
         (Meaning::Body, Meaning::Body) => {
             let reason =
                 format!("{} and {} are both frames of the spacecraft", cut(a.text, 30), cut(b.text, 30));
-            b.wrong(reason, "give the attitude of one of them against a reference frame")
+            b.wrong(reason, "give the attitude of one of them relative to a reference frame")
         }
         (Meaning::Unknown, Meaning::Unknown) => Ok((false, true)),
         (Meaning::Body, _) | (Meaning::Unknown, _)

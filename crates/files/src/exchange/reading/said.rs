@@ -34,7 +34,7 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
         }
         let (key, value) = pair(line)?;
         if found.is_empty() && !key.is(opening) {
-            let reason = format!("`{}` begins another message than an {kind}", cut(key.text, 30));
+            let reason = format!("`{}` begins a message other than an {kind}", cut(key.text, 30));
             return key.wrong(reason, format!("give an {kind}: {opening} = 2.0"));
         }
         if found.len() > 1 && key.is(opening) {
@@ -65,7 +65,7 @@ pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Ke
     let mut found = Keys::new();
     let root = elements::name(message);
     let Some(version) = elements::attribute(message, "version") else {
-        return root.wrong("the message does not say its version", "write version=\"2.0\"");
+        return root.wrong("the message does not state its version", "write version=\"2.0\"");
     };
     found.push(Said { key: root, value: version, unit: None, part: 0 });
     let leaves = message.descendants().filter(|node| node.is_element() && *node != message);

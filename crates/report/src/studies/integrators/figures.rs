@@ -158,8 +158,7 @@ impl Drawn<'_> {
         self.chart_over_time(title, Axis::logarithmic(unit), of)
     }
 
-    /// Returns the chart of the energy over time. The methods that drift most are drawn first, so
-    /// that the others are visible.
+    /// Returns the chart of the total energy over time, a band for each method.
     fn energy_over_time(&self) -> Chart {
         let of = |history: &History| {
             let band = history.moments.iter().map(|moment| (moment.time, moment.energy.0, moment.energy.1));
