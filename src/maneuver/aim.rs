@@ -15,8 +15,8 @@
 //! Here `R_0` is the attitude of the start, turned the shortest way until b points to d. If a
 //! second axis `b₂` should point towards a second direction as closely as possible, then
 //! `R_0 = [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ` with `t₁ = d₁`, `t₂ ∥ d₁ × d₂`, and `s` built from `b, b₂` like
-//! `t` from the directions ("align and constrain"). ω is then the rate of that frame, and the
-//! roll is zero or within a band about it.
+//! `t` from the directions ("align and constrain"). ω is then the rate of this frame, and the roll
+//! is zero or within a band about it.
 //!
 //! The least cost V of the family is stationary in its parameters. The costates `μ` of the
 //! physical state at the end give

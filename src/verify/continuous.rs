@@ -29,7 +29,7 @@ use nalgebra::SVector;
 const TOLERANCE: f64 = 1e-14;
 
 /// The largest number of internal steps, or series, within one step of the plan. A fraction of a
-/// turn needs one. No step of a plan turns by half a turn, so a step that needs more is no plan.
+/// turn needs one. No step of a plan turns by half a turn, so no plan has a step that needs more.
 const MAX_STEPS: usize = 4096;
 const MOST_PARTS: u32 = 4096;
 

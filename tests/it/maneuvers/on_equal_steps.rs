@@ -51,8 +51,8 @@ fn least_fuel_is_that_of_the_arcs_but_for_the_grid() {
     assert!(apart(found, arcs) < 2e-3, "{found} {arcs}");
 }
 
-/// In the best duration the interior point and the shooting find the same least effort, though the
-/// shooting knows no other duration; no neighboring duration costs less.
+/// The interior point and the shooting find the same least effort in the best duration, which the
+/// shooting takes as given; no neighboring duration costs less.
 #[test]
 fn a_duration_that_is_sought_is_the_best_of_those_given_to_the_shooting() {
     let (price, weights) = (0.05, Weights { time_price: Some(0.05), ..Weights::default() });

@@ -15,7 +15,7 @@ const DEFAULT_STEPS: f64 = 100.0;
 ///
 /// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
 /// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary
-/// rate plus the rate of the reference frame, and that of the nutation under the momentum of the
+/// rate plus the rate of the reference frame and the rate of the nutation under the momentum of the
 /// wheels; `duration` = T in s.
 pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)

@@ -48,13 +48,13 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Number of steps; by default that of the spec
+    /// Number of steps; by default the number of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
     /// Steps from one row to the next; by default the output_stride of the spec, or 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub stride: Option<u64>,
-    /// Method; by default that of the spec, or lie_verlet
+    /// Method; by default the method of the spec, or lie_verlet
     #[arg(
         long,
         value_name = "NAME",
