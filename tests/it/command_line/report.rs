@@ -282,10 +282,13 @@ body.inertia_kg_m2 = [20, 30, 40]
 start.attitude = { axis = [0, 0, 1], angle_deg = 0 }
 end.attitude = { axis = [0, 0, 1], angle_deg = 20 }
 maneuver = { minimize = "fuel", duration_s = 300 }
-constraint = [
-    { kind = "keep_out", name = "Sun", boresight_body = [0, 0, 1], boresight_name = "telescope",
-      direction_inertial = { vector = [1, 0, 1] }, half_angle_deg = 20 },
-]
+[[constraint]]
+kind = "keep_out"
+name = "Sun"
+boresight_body = [0, 0, 1]
+boresight_name = "telescope"
+direction_inertial = { vector = [1, 0, 1] }
+half_angle_deg = 20
 [actuators]
 thruster = [
     { name = "A", position_m = [0.5, 0, 0], force_direction_body = [0, 1, 0], force_limit_n = 2 },

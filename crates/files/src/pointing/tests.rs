@@ -62,14 +62,12 @@ const PRM: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </metadata><data><timeline frame="SC">
 <block ref="inertial"><blockStart>2032-12-26T10:15:31.000</blockStart><blockEnd>2032-12-26T10:25:31.000</blockEnd>
   <boresight frame="SC" coord="cartesian" units="">0. 0. 1.</boresight>
-  <target frame="EME2000" coord="spherical" units="deg">235.671 -34.7104</target>
-  <phaseAngle units="deg">0.</phaseAngle></block>
+  <target frame="EME2000" coord="spherical" units="deg">235.671 -34.7104</target><phaseAngle units="deg">0.</phaseAngle></block>
 <block ref="inertial" name="Second"><blockStart format="DOY">2032-361T11:15:31.</blockStart>
   <blockEnd>2032-12-26T11:25:31</blockEnd>
   <boresight frame="SC">0. 3. 4.</boresight>
   <target frame="EME2000" coord="raDec" units="rad">-0.5 0.25</target>
-  <phaseAngle>30</phaseAngle><offsetAngle units="deg">0.0</offsetAngle>
-  <angularRate units="deg/s">0</angularRate></block>
+  <phaseAngle>30</phaseAngle><offsetAngle units="deg">0.0</offsetAngle><angularRate units="deg/s">0</angularRate></block>
 </timeline></data></segment></body></prm>
 "#;
 
