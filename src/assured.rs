@@ -87,7 +87,7 @@ pub enum NotKnown {
         every: String,
         /// Number of steps.
         steps: usize,
-        /// The duration of these steps.
+        /// The duration of all steps together.
         duration: String,
     },
 }
@@ -267,7 +267,7 @@ pub enum NotKept {
         bound: String,
         /// The required reserve.
         needed: String,
-        /// The unit of both.
+        /// The unit of the reserve and of the limit.
         unit: &'static str,
     },
 }

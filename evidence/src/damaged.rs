@@ -297,7 +297,7 @@ pub struct Called {
 }
 
 impl Called {
-    /// Returns whether any of them calls the file verified.
+    /// Returns whether any command calls the file verified.
     pub fn verified(self) -> bool {
         self.verify || self.report || self.export
     }

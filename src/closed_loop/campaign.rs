@@ -147,7 +147,8 @@ impl<'a> Campaign<'a> {
         Ok(Flown { rejected, parameters, ..flown })
     }
 
-    /// Flies a craft of these parameters that begins at `beside`, `[ζ; δΩ]`.
+    /// Flies a craft with these parameters from a start that differs from the plan by `beside`,
+    /// `[ζ; δΩ]`.
     pub(super) fn run(
         &self,
         parameters: &[f64],

@@ -97,7 +97,8 @@ impl<'a> Limited<'a> {
         Self { set, authority, before: None, room: vec![f64::INFINITY; count] }
     }
 
-    /// Cuts a command to sizes and norm; whether it was beyond any.
+    /// Cuts a command to the limits of sizes and norm. Returns whether the command exceeded a
+    /// limit.
     pub fn cut(&self, inputs: &mut [f64]) -> bool {
         let limits = self.set.limits();
         let mut cut = false;

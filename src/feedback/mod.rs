@@ -57,7 +57,7 @@ pub enum Kind {
         /// part improves the rate at the end, and costs torque due to noise.
         freeze: f64,
     },
-    /// The regulator of these weights.
+    /// The regulator with these weights.
     Tvlqr(Option<RegulatorWeights>),
     /// Switching times corrected once, at the start, and then the regulator with these weights
     /// near the resulting motion.

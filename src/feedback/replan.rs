@@ -180,7 +180,7 @@ pub struct Replanner {
     tolerance: f64,
     /// Whether costates are corrected: not where inputs are at their limits too long for gains.
     corrects: bool,
-    /// Whether it is the true motion that ends at the end.
+    /// Whether the true motion, and not the discrete one, reaches the end.
     lands: bool,
 }
 

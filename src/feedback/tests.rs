@@ -284,8 +284,8 @@ fn neighbouring_gains_land_to_second_order() {
     }
 }
 
-/// The same with a sign of the gains turned, or the gains of the next step: slope 1, so that the
-/// law can fail.
+/// A wrong sign of the gains, or the gains of the next step, give slope 1, so that the law can
+/// fail.
 #[test]
 fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     let mut random = Random(7);

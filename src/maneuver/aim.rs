@@ -223,7 +223,7 @@ impl Aim {
     }
 
     /// Returns the ends at `time` \[s\] of a body that starts in `start`; the reference frame turns
-    /// at `frame_rate`, axes of itself.
+    /// at `frame_rate`, in its own axes.
     ///
     /// # Errors
     /// [`AimError::Undefined`].

@@ -358,7 +358,7 @@ pub struct Undetermined {
 pub struct ActiveConstraint {
     /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
     pub name: String,
-    /// Times at which it is active \[s\].
+    /// Times at which the constraint is active \[s\].
     pub time_s: Vec<f64>,
     /// The multipliers of the limit at these nodes, in scaled units, nonnegative. For a limit of
     /// the inputs found by the shooting: the decrease of the running cost per growth of the limit,
@@ -466,7 +466,7 @@ impl RungReport {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Rival {
-    /// The start from which it was found.
+    /// The start from which the extremal was found.
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,

@@ -57,7 +57,7 @@ pub struct Switching {
 pub struct Pulses {
     /// The number of pulses of all inputs.
     pub count: usize,
-    /// The shortest of them on the grid of the plan, seconds.
+    /// The length of the shortest pulse on the grid of the plan, seconds.
     pub shortest_s: f64,
     /// The continuous cost of the best plan found without a shortest pulse, with the price of
     /// time.

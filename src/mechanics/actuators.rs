@@ -105,7 +105,7 @@ pub enum ActuatorSetError {
         /// The number given.
         count: usize,
     },
-    /// A limit is not positive and finite, or not one per input.
+    /// A limit is not positive and finite, or the number of limits is not the number of inputs.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
         /// The name of the limit.
@@ -281,11 +281,11 @@ pub struct InputLimit<'a> {
     pub kind: LimitKind,
     /// The name that reports use, see [`Actuation::limit_name`].
     pub name: &'static str,
-    /// Whether it is of the forces, or else of the torques.
+    /// Whether the limit applies to forces; otherwise it applies to torques.
     pub of_force: bool,
     /// The inputs.
     pub set: &'a ActuatorSet,
-    /// The index of the first of these among all inputs.
+    /// The index of the first limited input among all inputs.
     pub first: usize,
     /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
     /// the norm.

@@ -84,7 +84,7 @@ pub struct Run {
     pub facts: Facts,
     /// The work of the steps.
     pub work: Work,
-    /// Time that they took, without the observer's.
+    /// The time of the steps, without the time of the observer.
     pub stepping: Duration,
     /// The first step after which two bodies were within [`Simulation::reach`] of one another,
     /// although they were not at the start.

@@ -174,7 +174,7 @@ impl<'a> Inputs<'a> {
         (self.row(from), self.row(to))
     }
 
-    /// Returns the rows of these.
+    /// Returns the rows of the outputs at both ends of step k.
     fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);

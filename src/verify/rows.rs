@@ -373,7 +373,8 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     })
 }
 
-/// Returns `Σ h rate(u)` over the nodes of equal steps, for Lie–Verlet with half of both end rows.
+/// Returns `Σ h rate(u)` over the nodes of equal steps. For Lie–Verlet the first and the last row
+/// count half.
 fn at_nodes(problem: &Problem, inputs: &[f64], rate: impl Fn(&[f64]) -> f64) -> f64 {
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {

@@ -98,8 +98,9 @@ mod tests {
     use crate::verify::motion::{Phase, Scale};
     use crate::{Vector3, lie};
 
-    /// The same stretches by Verner's pair: full and thin inertias, torques and forces that change,
-    /// with wheels and without, from a thousandth of a radian to steps that are divided.
+    /// The series agrees with Verner's pair on stretches of full and thin inertias, with changing
+    /// torques and forces, with wheels and without, from a thousandth of a radian to steps that are
+    /// divided.
     #[test]
     fn the_series_is_the_motion_that_the_adaptive_integrator_finds() {
         let mut random = Random(71);

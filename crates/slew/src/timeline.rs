@@ -109,7 +109,7 @@ struct Slew {
 }
 
 impl Slew {
-    /// Returns whether it takes more time than it has.
+    /// Returns whether the slew needs more time than is available.
     fn is_late(&self) -> bool {
         self.planned_s.is_some_and(|planned| planned - self.available_s > LATE)
     }
@@ -119,7 +119,7 @@ impl Slew {
 struct Told {
     /// The observations, with the times and attitudes of the plan if one was made.
     file: PointingFile,
-    /// The slew to each of them; `None` to the first one if it is the start.
+    /// The slew to each observation; `None` for the first one if it is the start.
     slews: Vec<Option<Slew>>,
     /// The questions that the file leaves open, a sentence each without its point.
     open: Vec<String>,

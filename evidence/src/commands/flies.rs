@@ -241,7 +241,7 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
 
 /// Returns the chances of limits: at their worst instants, and one of all of them over the motion.
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
-    /// The chance that they share.
+    /// The chance that all limits share.
     const SHARED: f64 = 5e-2;
     /// The part of the deviation by which an active margin may differ from the required one.
     const ACTS: f64 = 0.02;

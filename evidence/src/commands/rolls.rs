@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// Given rolls.
 const ROLLS: usize = 24;
-/// A cost that is above the best of them by more than this part is missed.
+/// The relative excess of a cost over the cost of the best roll that counts as a miss.
 const NEAR: f64 = 1e-6;
 
 /// Returns a direction that turns about an axis at one rate.

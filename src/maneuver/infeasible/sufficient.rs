@@ -37,7 +37,8 @@ const PER_STEP: f64 = 3.0;
 /// Points of the way at which momenta and cones are checked.
 const POINTS: usize = 200;
 
-/// The factor from one tried rate or acceleration to the next, and the numbers of both.
+/// The factor from one tried rate or acceleration to the next, and the numbers of tried rates and
+/// accelerations.
 const FINER: f64 = 0.96;
 const RATES: i32 = 120;
 const ACCELERATIONS: i32 = 60;

@@ -52,7 +52,7 @@ pub struct Relative {
 pub struct Anchor {
     /// Attitude `R₂` of body 2.
     pub attitude: Matrix3,
-    /// Mass center of both, reference frame \[m\].
+    /// The common mass center of both bodies, reference frame \[m\].
     pub mass_center: Vector3,
     /// Their total linear momentum, reference frame [kg·m/s].
     pub momentum: Vector3,

@@ -26,7 +26,8 @@ const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 /// step \[rad\].
 const MOST_TURNED: f64 = std::f64::consts::TAU;
 
-/// The same for a change of position, in distances of the farthest body from the origin.
+/// Largest change of position over a step that errors are relative to, in distances of the farthest
+/// body from the origin.
 const MOST_MOVED: f64 = 10.0;
 
 /// The vector field, with the step's start and the buffers of one evaluation.

@@ -31,7 +31,7 @@ pub(super) struct LagrangianVerlet {
     last: Vec<Last>,
     /// The potential's wrenches at the node reached.
     field: Vec<Wrench>,
-    /// The same with the inputs on the side of the last step, and of the next one.
+    /// The wrenches with the inputs on the side of the last step, and of the next one.
     before: Vec<Wrench>,
     after: Vec<Wrench>,
     turns: Vec<Vector3>,

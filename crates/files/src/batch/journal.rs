@@ -27,7 +27,7 @@ pub trait Entry: DeserializeOwned {
     /// It holds no such results.
     fn header(path: &Path, line: &[u8]) -> Result<Self::Header, BatchError>;
 
-    /// Checks that it is the line after `done` others.
+    /// Checks that the entry belongs in the line after `done` other lines.
     ///
     /// # Errors
     /// Returns the reason for which the line is not the expected entry.

@@ -47,7 +47,7 @@ pub struct Costs {
 /// A case with an extreme value, and the settings that make the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// The value in which it is the worst.
+    /// The extreme value of the case.
     pub value: f64,
     /// The case.
     pub case: u64,

@@ -12,7 +12,7 @@ use slewkit::verify::{self, Check, Verification};
 /// The results of the witnesses for a plan file.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The maneuver that it was judged by, on the grid of the plan.
+    /// The maneuver by which the file was judged, on the grid of the plan.
     pub problem: Problem,
     /// The results, with a check of every figure in the file.
     pub verification: Verification,

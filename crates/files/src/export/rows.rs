@@ -39,7 +39,7 @@ impl Rows {
         }
     }
 
-    /// Returns the numbers of `column` at `node`, if it has any there.
+    /// Returns the numbers of `column` at `node`, if the column has numbers there.
     pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
         let at_node = !column.of_input || column.values.len() == self.nodes;
         column.values.row(if at_node { node } else { self.input(node)? })

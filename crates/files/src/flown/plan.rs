@@ -106,7 +106,7 @@ pub struct PointingRecord {
     pub boresight_body: [f64; 3],
     /// Standard deviations along the axes of its ellipse on the sky \[deg\].
     pub sigma_deg: [f64; 2],
-    /// The angle within which it is with 99.73 % \[deg\].
+    /// The angle within which the boresight is with the probability 99.73 % \[deg\].
     pub within_9973_deg: f64,
 }
 

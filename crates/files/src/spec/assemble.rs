@@ -29,7 +29,7 @@ pub(crate) struct Assembled {
     pub expect: Option<Expect>,
     pub identity: Identity,
     pub heavens: Option<sky::Heavens>,
-    /// The stops and their order, if it has any.
+    /// The stops and their order, if the spec has stops.
     pub stops: Option<(Vec<Stop>, Ordering)>,
 }
 

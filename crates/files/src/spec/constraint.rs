@@ -180,7 +180,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
-/// Returns the directions of both kinds.
+/// Returns the directions of a constraint, given as vectors or as named targets.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {

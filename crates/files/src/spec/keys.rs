@@ -113,7 +113,7 @@ pub(crate) struct Key {
     pub kind: Kind,
     /// Meaning of the key, in one line.
     pub doc: &'static str,
-    /// Whether it is required; the text is a sample.
+    /// The sample value of a required key; `None` if the key is optional.
     pub sample: Option<&'static str>,
     /// Only for these values of the table's selector; empty: always.
     pub only: &'static [&'static str],

@@ -134,7 +134,7 @@ pub struct Loaded {
     pub identity: Identity,
     /// The uncertain numbers, if the spec has any.
     pub dispersion: Option<Dispersion>,
-    /// The directions of its named targets, if it has any.
+    /// The directions of the named targets, if the spec has such targets.
     pub heavens: Option<Heavens>,
     /// The gains, the uncertainty and the plant.
     pub closed_loop: ClosedLoop,

@@ -53,7 +53,7 @@ impl Budget {
         false
     }
 
-    /// Takes the size of a file, before it is read.
+    /// Subtracts the size of a file from the remaining bytes, before the file is read.
     fn take_file(&mut self, section: &Section, size: u64) -> bool {
         if let Some(bytes) = self.bytes.checked_sub(size) {
             self.bytes = bytes;

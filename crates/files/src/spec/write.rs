@@ -316,7 +316,7 @@ impl Writing {
         }
     }
 
-    /// Writes into the table `name`, which is made when it is first written into.
+    /// Writes into the table `name`, and creates the table if it does not exist.
     fn table(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
         let Some(table) = self.kind(name).and_then(Kind::table) else { return };
         let keys = match self.keys.remove(name) {

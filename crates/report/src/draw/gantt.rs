@@ -46,7 +46,7 @@ const LEAST: f64 = 24.0;
 struct Piece {
     from: f64,
     to: f64,
-    /// The pixels of both ends.
+    /// The pixels of the left and the right end.
     left: f64,
     right: f64,
     left_out: bool,

@@ -29,7 +29,7 @@ pub enum Item {
         points: Vec<Vector3>,
         /// Number of the colour.
         style: usize,
-        /// Whether it is drawn thin and pale.
+        /// Whether the item is drawn thin and pale.
         faint: bool,
     },
     /// A rod.

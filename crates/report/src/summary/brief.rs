@@ -223,7 +223,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// Returns the largest rate, of the true motion where it is limited, and its limit.
+/// Returns the largest rate and its limit. If the rate is limited, it is the rate of the true
+/// motion.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));

@@ -275,7 +275,7 @@ fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &st
     text
 }
 
-/// Returns a part of a limit, which it is where only round-off is between.
+/// Returns a part of a limit, which is 1 if it differs from 1 only by round-off.
 fn rounded_part(part: f64) -> f64 {
     if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
 }

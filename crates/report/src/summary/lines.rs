@@ -88,7 +88,7 @@ pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
 }
 
-/// Returns a part in percent, never 100 where it is more.
+/// Returns a part in percent, and never 100 if the part exceeds 1.
 pub(super) fn percent(part: f64) -> String {
     match 100.0 * part {
         percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),

@@ -23,7 +23,7 @@ struct Field {
     key: String,
     /// Columns of the quantity in a table.
     columns: Vec<String>,
-    /// Whether it is one number, not a list.
+    /// Whether the quantity is one number, not a list.
     scalar: bool,
     /// Index of the first number of the quantity in the row.
     at: usize,

@@ -32,7 +32,7 @@ pub enum ShapeError {
     OutOfRange {
         /// The number of the face.
         face: usize,
-        /// The vertex it names.
+        /// The vertex that the face names.
         vertex: usize,
         /// The number of vertices.
         vertices: usize,

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Folder {
     path: PathBuf,
     names: Vec<String>,
-    /// The files that they name.
+    /// The files that the specs name.
     beside: Vec<PathBuf>,
 }
 

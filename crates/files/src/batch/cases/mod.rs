@@ -148,7 +148,7 @@ impl Batch {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// Returns the cases of a shard but for the first `done` of them.
+    /// Returns the cases of a shard without the first `done` cases.
     ///
     /// # Errors
     /// The table cannot be read any more.

@@ -35,7 +35,7 @@ impl Between {
     }
 }
 
-/// Rows of one block, the last of them perhaps the first of the next.
+/// The rows of one block. The last row may be the first row of the next block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     /// The first row of the block.

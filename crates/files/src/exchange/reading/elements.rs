@@ -26,7 +26,7 @@ pub(super) trait Message<'t> {
 pub(super) struct Element<'t> {
     /// The name in its start tag.
     pub name: Piece<'t>,
-    /// Its text, if it has text alone.
+    /// The text of the element, if it contains only text.
     pub value: Option<Piece<'t>>,
 }
 
@@ -42,7 +42,7 @@ impl<'t> Element<'t> {
 pub(super) struct Open<'t>(Vec<Piece<'t>>);
 
 impl Open<'_> {
-    /// Returns whether one of them has that name.
+    /// Returns whether one of the open elements has that name.
     pub fn has(&self, element: &str) -> bool {
         self.0.iter().any(|piece| piece.text == element)
     }

@@ -98,7 +98,7 @@ const KNOWN: [&str; 13] = [
 /// Keys above the first segment.
 const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
-/// Metadata on their way.
+/// Metadata that are being read.
 type Keys<'t> = Vec<(&'static str, Piece<'t>)>;
 
 /// The part of the file to which a line belongs.
@@ -116,7 +116,7 @@ struct Started {
     scale: Scale,
     /// Whether the polynomial also interpolates the velocities.
     hermite: bool,
-    /// The degree that it names, if it does.
+    /// The degree of interpolation that the segment states, if any.
     degree: Option<usize>,
 }
 

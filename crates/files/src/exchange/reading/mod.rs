@@ -68,7 +68,7 @@ pub struct Attitudes {
     pub reference_frame: Option<String>,
     /// The name of the body frame in the file.
     pub body_frame: Option<String>,
-    /// The line at which it names the frames.
+    /// The line at which the file names the frames.
     pub frames_line: Option<usize>,
     /// The statements of the file that are not used, and the questions that it leaves open, a
     /// sentence each without its point.
@@ -368,7 +368,7 @@ impl<'t> Piece<'t> {
         Self { at: self.at + lead, text: self.text.trim() }
     }
 
-    /// Returns whether it is this word, in upper or lower case.
+    /// Returns whether the piece equals this word, in upper or lower case.
     pub(crate) fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }

@@ -39,7 +39,7 @@ pub(super) struct Rows {
     pub object: Option<[String; 2]>,
     /// The largest difference of a length from 1, and the row.
     defect: (f64, usize),
-    /// The uncertainty from the digits, in the row that has most of them.
+    /// The uncertainty from the digits, in the row that has the most digits.
     open: Option<Rounding>,
     /// Whether the rates of the file have two meanings that differ.
     two_readings: bool,

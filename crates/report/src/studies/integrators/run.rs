@@ -33,7 +33,7 @@ pub struct IntegratorRun {
     pub step_s: f64,
     /// The horizon \[s\].
     pub horizon_s: f64,
-    /// Steps to it.
+    /// The number of steps to the horizon.
     pub steps: u64,
     /// The errors of conserved quantities; `None` if the method did not reach this horizon.
     #[serde(flatten)]

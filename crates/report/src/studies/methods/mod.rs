@@ -111,7 +111,7 @@ pub struct MethodRun {
     pub terminal: Option<TerminalError>,
     /// Largest residual of the conditions of Karush, Kuhn and Tucker, scaled.
     pub stationarity: Option<f64>,
-    /// Conjugate points, where they are counted.
+    /// The number of conjugate points, if they are counted.
     pub conjugate_points: Option<usize>,
     /// Rotation sense of the path.
     pub sense: Option<Sense>,

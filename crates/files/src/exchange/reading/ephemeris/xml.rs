@@ -19,7 +19,7 @@ const STATE: [(&str, &str); 10] = [
     ("Z_DDOT", "km/s**2"),
 ];
 
-/// The number of them that a state must have.
+/// The number of elements that a state must have.
 const NEEDED: usize = 7;
 
 /// The segments that have been read, and the one that is being read.
