@@ -65,7 +65,7 @@ pub(super) struct Comparison {
     pub(super) passed: bool,
 }
 
-/// The data on which an exact and another witness are compared.
+/// The data for the comparison of an exact witness with another one.
 pub(super) struct Stage<'a> {
     pub(super) plant: &'a Plant<'a>,
     pub(super) inputs: &'a Inputs<'a>,

@@ -128,6 +128,8 @@ impl Potential for MutualGravity {
         Symmetry::All
     }
 
+    /// Returns the sum of the energies of all pairs.
+    ///
     /// # Panics
     /// Panics if the numbers of poses and bodies differ.
     fn energy(&self, poses: &[Pose]) -> f64 {
@@ -145,6 +147,8 @@ impl Potential for MutualGravity {
         self.gravitational_constant * sum
     }
 
+    /// Writes the sums of the wrenches of all pairs to `wrenches`.
+    ///
     /// # Panics
     /// Panics if the numbers of poses, rows and bodies differ.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {

@@ -127,7 +127,7 @@ fn parts_attract_as_the_whole() {
     }
 }
 
-/// Mass center of the horseshoe as drawn: bars of 3, 2 and 2 cubes of 0.2 m.
+/// Returns the mass center of the horseshoe as drawn: bars of 3, 2 and 2 cubes of 0.2 m.
 fn whole_center() -> Vector3 {
     0.2 * (3.0 * Vector3::new(1.5, 0.5, 0.5)
         + 2.0 * Vector3::new(0.5, 2.0, 0.5)

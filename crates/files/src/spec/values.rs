@@ -20,7 +20,7 @@ pub(crate) type Fault = (&'static str, Span, String, String);
 /// A value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
-/// Returns the one thing that is wrong with a value.
+/// Returns a value's only fault.
 pub(crate) fn wrong<T>(
     code: &'static str,
     node: &Node,

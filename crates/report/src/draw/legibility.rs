@@ -76,7 +76,7 @@ fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
 
-/// Returns the size below which one of `of` values lies.
+/// Returns the size that a part `1/of` of the values does not exceed.
 fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
@@ -84,8 +84,7 @@ fn share(points: &[(f64, f64)], of: usize) -> f64 {
     sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
-/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under
-/// which.
+/// Adds to the name of every hidden curve the name of the curve that is drawn over it.
 pub(super) fn name_hidden(curves: &mut [Curve], place: impl Fn((f64, f64)) -> Place) {
     let places: Vec<Vec<Place>> = curves
         .iter()

@@ -191,7 +191,7 @@ struct Rows<'a> {
     several: bool,
 }
 
-/// Fields as an object; fields of several bodies are a list of objects in it.
+/// A JSON object of fields; the fields of several bodies are a list of objects in it.
 struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,

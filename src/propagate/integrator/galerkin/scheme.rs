@@ -36,6 +36,8 @@ pub(crate) struct Scheme {
 }
 
 impl Scheme {
+    /// Builds the scheme of a degree, with its rules and its basis.
+    ///
     /// # Panics
     /// Panics for a degree outside [`DEGREES`], and if rules and basis do not pass their check.
     pub fn new(degree: usize, quadrature: Quadrature) -> Self {

@@ -62,8 +62,8 @@ pub struct Segment {
 /// Reads an OEM, as segments; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: other centres than the Earth and other frames than
-/// ICRF, GCRF, EME2000, TOD, TEME and ITRF among them.
+/// The first fault, with its line: also another centre than the Earth and another frame than ICRF,
+/// GCRF, EME2000, TOD, TEME and ITRF among them.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     match segments(&text) {
