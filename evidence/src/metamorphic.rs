@@ -43,8 +43,8 @@ pub struct Related {
     problem: Problem,
     /// The factor on the cost of the first plan.
     factor: f64,
-    /// Whether the cost is at most that, if the first is solved; otherwise it is exactly that,
-    /// with an equal status.
+    /// Whether the expected cost is an upper bound, if the first maneuver is solved. Otherwise the
+    /// cost must equal it, with an equal status.
     at_most: bool,
 }
 

@@ -68,7 +68,7 @@ pub struct Limits {
     pub size: Option<Vec<f64>>,
     /// Whether inputs are never negative, `0 ≤ u_i ≤ size`: thrusters. They need a limit of size.
     pub one_sided: bool,
-    /// `|B u| ≤` this [N·m or N].
+    /// The limit of `|B u|` [N·m or N].
     pub norm: Option<f64>,
     /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
@@ -334,8 +334,8 @@ impl Actuation {
     /// least fuel accept thrusters, with `limits.one_sided`.
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the
-    /// limits are unusable.
+    /// An [`ActuatorSetError`] if the numbers of positions and directions differ, or if positions,
+    /// directions or limits are unusable.
     pub fn of_thrusters(
         positions: Vec<Vector3>,
         directions: Vec<Vector3>,

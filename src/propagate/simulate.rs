@@ -94,7 +94,7 @@ pub struct Run {
 /// The reason for which a simulation cannot run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
-    /// System, state and settings do not hold together.
+    /// System, state and settings do not fit together.
     #[error(transparent)]
     System(#[from] SystemError),
     /// The maneuver is unusable.

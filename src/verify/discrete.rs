@@ -88,7 +88,7 @@ impl<'a> Discrete<'a> {
         self.began + self.steps as f64 * self.step
     }
 
-    /// Takes steps of another length from here on.
+    /// Changes the length of the following steps.
     pub(super) fn set_step(&mut self, step: f64) {
         // Bits, because equal steps count the time from their first.
         if step.to_bits() != self.step.to_bits() {

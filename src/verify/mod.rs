@@ -395,7 +395,7 @@ impl Verification {
     }
 }
 
-/// The number of steps from which on a second thread saves more time than it costs.
+/// The least number of steps for which a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
 /// Returns the end of the continuous witness from the start of the maneuver, under outputs held

@@ -1,7 +1,7 @@
 //! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
 //!
-//! The page is made from the document that `slew compare --format json` prints. Motions and
-//! errors over time, which are in no file, are shown if the caller supplies them.
+//! The page is made from the document that `slew compare --format json` prints. Motions and errors
+//! over time, which files do not contain, are shown if the caller supplies them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};

@@ -45,7 +45,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Returns the windows in which it holds, from `from` on to `to` \[s\].
+    /// Returns the windows between `from` and `to` \[s\] in which the condition holds.
     ///
     /// # Errors
     /// Passes on the errors of [`Sky::direction`].

@@ -20,7 +20,7 @@ static WRITING: AtomicBool = AtomicBool::new(false);
 /// slow.
 const PATIENCE: Duration = Duration::from_millis(700);
 
-/// Takes Ctrl-C over from here on.
+/// Installs the handler of Ctrl-C.
 pub fn watch() {
     let installed = ctrlc::set_handler(asked);
     // If no handler can be installed, Ctrl-C ends the program, which is its default.
@@ -54,7 +54,7 @@ pub fn flag() -> Arc<AtomicBool> {
     Arc::clone(&REQUESTED)
 }
 
-/// Marks the start of writing: from here on a Ctrl-C ends the program at once.
+/// Marks the start of writing: afterwards a Ctrl-C ends the program at once.
 pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }

@@ -96,7 +96,7 @@ impl Destination {
         Ok(())
     }
 
-    /// Returns the format, where there are data.
+    /// Returns the format, if data are written.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,

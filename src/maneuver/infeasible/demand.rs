@@ -302,8 +302,8 @@ fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     Some(format!("a half angle of at most {} deg, margin included", at_most(misfit.to_degrees())))
 }
 
-/// Returns the factor above 1 from which on `possible` holds, rounded down. Returns `None` if it is
-/// possible at once, or impossible even with `much`.
+/// Returns the least factor above 1 for which `possible` holds, rounded down. Returns `None` if it
+/// is possible at once, or impossible even with `much`.
 fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut low, mut high) = (1.0, 2.0);
     while !possible(high) {

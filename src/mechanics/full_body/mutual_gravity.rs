@@ -50,7 +50,7 @@ impl MutualGravity {
     /// The largest number of interactions of point with point in one evaluation: about half a
     /// minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
-    /// The number of interactions from which on threads save time.
+    /// The least number of interactions for which threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
     /// Returns the gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].

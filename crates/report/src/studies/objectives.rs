@@ -45,7 +45,7 @@ pub struct ObjectiveRun {
     pub gap: Option<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
-    /// The motion, where there is a plan; in no file.
+    /// The motion, if a plan was found; it is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }

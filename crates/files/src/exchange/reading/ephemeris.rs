@@ -62,8 +62,8 @@ pub struct Segment {
 /// Reads an OEM, as segments; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// The first fault, with its line: also another centre than the Earth and another frame than ICRF,
-/// GCRF, EME2000, TOD, TEME and ITRF among them.
+/// The first fault, with its line. A centre other than the Earth is a fault, and so is a frame
+/// other than ICRF, GCRF, EME2000, TOD, TEME and ITRF.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     match segments(&text) {

@@ -41,7 +41,7 @@ impl Bytes<'_> {
         self.word(at).map(f64::from_le_bytes)
     }
 
-    /// Returns a whole number from zero on.
+    /// Returns a nonnegative whole number.
     fn count(&self, at: usize) -> Option<usize> {
         self.word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok())
     }

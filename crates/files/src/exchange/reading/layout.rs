@@ -78,7 +78,7 @@ const EULER: [&str; 3] = ["ANGLE_1", "ANGLE_2", "ANGLE_3"];
 const SPIN: [&str; 4] = ["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"];
 
 impl Layout {
-    /// Numbers behind the date.
+    /// Returns the number of values after the date.
     pub fn count(&self) -> usize {
         let attitude = match self.attitude {
             Attitude::Quaternion { .. } => 4,

@@ -27,7 +27,7 @@ pub struct Global {
     pub lower_bound: f64,
     /// Cost of the plan of the discrete problem.
     pub cost: f64,
-    /// Cost without limits and constraints, where there are any.
+    /// Cost without limits and constraints, if the maneuver has any.
     pub cost_without_limits: Option<f64>,
     /// `(cost − lower_bound)/cost`: the largest possible gain.
     pub gap: f64,

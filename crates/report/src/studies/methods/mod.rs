@@ -127,7 +127,7 @@ pub struct MethodRun {
     pub costates_0: Vec<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
-    /// The motion, where the method reached the end; in no file.
+    /// The motion, if the method reached the end; it is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
