@@ -27,6 +27,8 @@ class Progress(NamedTuple):
     steps: int
     #: Seconds since the work began.
     elapsed: float
+    #: Of a sequence, the part that is planned: ``"leg 3 of 9"``; otherwise empty.
+    part: str = ""
 
 
 #: Called with the progress of the work, at once and then at most twenty times a second. A return

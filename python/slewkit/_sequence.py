@@ -80,6 +80,12 @@ class SequencePlan:
         return [Plan(leg) for leg in self._planned.legs()]
 
     @cached_property
+    def holds(self) -> list[Plan | None]:
+        """The motion of the hold at each stop, where a target or a cone moves; None where the body
+        rests. It is determined by the target, not optimised."""
+        return [None if hold is None else Plan(hold) for hold in self._planned.holds()]
+
+    @cached_property
     def time(self) -> Array:
         """Times of the nodes, s, shape (K + 1,)."""
         return self._column("time")

@@ -83,7 +83,7 @@ pub fn fly<'py>(
             let first = flight.cases.len() as u64;
             flight.cases.extend(campaign.fly_all(first, ((count - first) as usize).min(CHUNK)));
             let done = flight.cases.len() as u64;
-            stopped = watch.stops("flights", Runs::name(gains), done, began.elapsed().as_secs_f64());
+            stopped = watch.stops("flights", Runs::name(gains), done, began.elapsed().as_secs_f64(), "");
         }
         let loops = LoopRecord::new(&problem, &flight);
         let names = problem.constraints.iter().map(|constraint| &constraint.name).collect::<Vec<_>>();

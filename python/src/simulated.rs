@@ -178,7 +178,7 @@ impl Observer for Rows {
     fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
         // The clock costs as much as a short step.
         if steps.is_multiple_of(64)
-            && self.watch.stops("simulation", "", steps, self.began.elapsed().as_secs_f64())
+            && self.watch.stops("simulation", "", steps, self.began.elapsed().as_secs_f64(), "")
         {
             self.stopped = true;
             return ControlFlow::Break(());

@@ -89,6 +89,16 @@ impl PlannedSequence {
         self.plan.legs.iter().map(planned).collect()
     }
 
+    /// Returns the motion of the hold at each stop; `None` where the body rests.
+    fn holds(&self) -> Vec<Option<Planned>> {
+        let LoadedSequence { settings, identity, .. } = &self.loaded;
+        let planned = |hold: &slewkit::sequence::Hold| {
+            let (problem, plan) = (hold.problem.clone(), hold.plan.clone());
+            Planned::of(problem, settings.clone(), identity.clone(), ClosedLoop::default(), plan)
+        };
+        self.plan.legs.iter().map(|leg| leg.hold.as_ref().map(planned)).collect()
+    }
+
     /// Returns the numbers in a row of inputs.
     #[getter]
     fn input_count(&self) -> usize {

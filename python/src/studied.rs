@@ -38,7 +38,7 @@ pub fn verify(
     let (judged, watch) = detached(py, || {
         let watch = RefCell::new(watch);
         let stop =
-            || watch.borrow_mut().stops("witnesses", "", problem.steps as u64, began.elapsed().as_secs_f64());
+            || watch.borrow_mut().stops("witnesses", "", problem.steps as u64, began.elapsed().as_secs_f64(), "");
         let judged = planned.file().judge(problem, settings, identity, closed_loop, &stop);
         (judged, watch.into_inner())
     })?;
@@ -146,7 +146,7 @@ pub fn compare_integrators(
         let found = study.run(&simulation.system, &simulation.start, &mut |progress| {
             let StudyProgress { kind, step, .. } = progress;
             let steps = (simulation.duration / step).round() as u64;
-            let stop = watch.stops("integrators", kind.name(), steps, began.elapsed().as_secs_f64());
+            let stop = watch.stops("integrators", kind.name(), steps, began.elapsed().as_secs_f64(), "");
             if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         (found, watch)

@@ -33,12 +33,12 @@ impl Watch {
     }
 
     /// Returns whether to stop, and passes the current stage to the caller's function.
-    pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64) -> bool {
+    pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64, part: &str) -> bool {
         if !self.stopped && self.looked.is_none_or(|looked| looked.elapsed() >= INTERVAL) {
             let asked = Python::attach(|py| -> PyResult<bool> {
                 py.check_signals()?;
                 let Some(progress) = &self.progress else { return Ok(false) };
-                let answer = progress.bind(py).call1((stage, start, steps, elapsed))?;
+                let answer = progress.bind(py).call1((stage, start, steps, elapsed, part))?;
                 // Only `False` itself stops the work: a function that returns nothing continues it.
                 Ok(answer.is(&*pyo3::types::PyBool::new(py, false)))
             });
@@ -57,8 +57,8 @@ impl Watch {
 
 impl Observer for Watch {
     fn on_progress(&mut self, progress: &Progress) -> Control {
-        let Progress { rung, start, steps, elapsed, .. } = progress;
-        let stop = self.stops(rung.name(), start, *steps as u64, *elapsed);
+        let Progress { rung, start, steps, elapsed, part } = progress;
+        let stop = self.stops(rung.name(), start, *steps as u64, *elapsed, part);
         if stop { Control::Stop } else { Control::Continue }
     }
 }

@@ -59,3 +59,16 @@ def test_what_is_no_sequence_is_told(spec):
     with pytest.raises(slewkit.NotSolved):
         slewkit.plan_sequence(spec, overrides={"stop.1.window_s": [0, 7.6]})
     assert slewkit.check(spec) == []
+
+
+def test_a_target_that_moves_is_followed(spec):
+    target = {"at": "turning", "turning_vector": [0.6, 0, 0.8], "turning_rate_deg_s": [0, 1, 0]}
+    moving = {"name": "moving", "point": {"boresight_body": [0, 0, 1], **target}, "hold_s": 20}
+    heard = []
+    given = {**spec, "maneuver": {"minimize": "time", "steps": 40}, "stop": [moving, spec["stop"][0]]}
+    plan = slewkit.plan_sequence(given, progress=heard.append)
+    hold, rest = plan.holds
+    assert plan.status == "solved" and rest is None and hold.duration == pytest.approx(20)
+    # About the axis that the target turns about, in axes of the reference frame.
+    assert np.abs(np.linalg.norm(hold.angular_velocity, axis=1) - np.radians(1)).max() < 1e-5
+    assert {told.part for told in heard} >= {"leg 1 of 2"}
