@@ -138,8 +138,7 @@ fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
-    // Newton may go to arcs of a dearer branch; they are better than none.
-    let (mut best, mut of_another): (Option<Certified>, Option<Certified>) = (None, None);
+    let mut best: Option<Certified> = None;
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         _ if fuel => MOST_DESCENTS_FUEL,
@@ -164,9 +163,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
             if exact && is_limit(extremal, &found.arcs, &at) {
                 return BranchEnd::of(rival, at, vec![found], true);
             }
-            if exact && !fuel {
-                of_another.get_or_insert(found);
-            } else if best.as_ref().is_none_or(|known| found.gap < known.gap) {
+            if best.as_ref().is_none_or(|known| found.gap < known.gap) {
                 best = Some(found);
             }
         }
@@ -180,7 +177,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if fuel {
         return fuel_limit(extremal, rival, at, best, ask, work);
     }
-    let mut all = Vec::from_iter(of_another);
+    let mut all = Vec::new();
     if let Some(best) = best {
         let small = best.is_small(extremal);
         all.extend(if small { vec![best] } else { refined(extremal, best, work) });
