@@ -186,10 +186,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if all.last().is_some_and(|best| best.is_small(extremal) && is_limit(extremal, &best.arcs, &at)) {
         return BranchEnd::of(rival, at, all, true);
     }
-    let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
-        Ok(end) => end,
-        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
-    };
+    let (Ok(smooth) | Err(smooth)) = descend(extremal, &at, LAST, &Bias::default(), work);
     let smooth = match &extremal.law {
         TorqueLimit::Norm(_) => turning(extremal, smooth, work),
         TorqueLimit::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
