@@ -239,8 +239,6 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
         let carried = |near: &Smoothed| unbalanced(extremal, near, work);
         from = each(&|turn| bases(&balanced, turn, false, work).iter().filter_map(carried).collect());
     }
-    let rival = RIVAL_BASE * least(extremal, &from);
-    from.retain(|one| one.cost(extremal) <= rival);
     let found = descended(extremal, ask, &from, work);
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;
