@@ -52,8 +52,6 @@ const MOST_HOPS: usize = 10;
 /// So many of the lowest minima are twisted to either side, and so many minima at most.
 const TWIST_FROM: usize = 4;
 const MOST_TWISTED: usize = 40;
-/// Most paths that the lifted Newton is tried on directly.
-const MOST_LIFTED: usize = 2;
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
 const ROUGH_MARGIN: f64 = 0.5;
 
@@ -64,10 +62,6 @@ pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     let starts = Starts::of(search.problem, &coarse, search.context.settings.search);
     let authority = Authority::of(&coarse.dynamics);
     let given = matches!(search.problem.path, Path::AsGiven(_));
-    let nothing = lowest(search, pool.waiting()).is_infinite();
-    if given || nothing || authority == Authority::Missing {
-        lift(search, pool, &coarse, starts.paths(&coarse));
-    }
     let mut minima = Minima::default();
     if authority == Authority::Even {
         minima = minima_from(search, pool, &coarse, &starts, 0);
@@ -171,28 +165,6 @@ fn hop<const N: usize>(
         let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
         idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
         hops += 1;
-    }
-}
-
-/// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
-fn lift<const N: usize>(
-    search: &Search<N>,
-    pool: &mut Pool<N>,
-    coarse: &BoundaryValueProblem<N>,
-    paths: Vec<Candidate>,
-) {
-    let (start, target) = (&coarse.start, coarse.terminal.target());
-    let level = if coarse.dynamics.has_all_axes() { usize::MAX } else { 0 };
-    let dynamics = descends_on(&coarse.dynamics, level);
-    let (tolerance, known) = (0.0, &[][..]);
-    let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance, known };
-    for path in paths.into_iter().take(MOST_LIFTED) {
-        if search.stopped() {
-            return;
-        }
-        if let Some(nodes) = descent.lifted(path) {
-            let _ = lift_nodes(search, pool, coarse, nodes);
-        }
     }
 }
 
