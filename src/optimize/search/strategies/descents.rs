@@ -28,10 +28,9 @@ use crate::optimize::search::strategies::authority::Authority;
 use crate::optimize::search::strategies::minima::{Minima, SAME_MINIMUM};
 use crate::optimize::search::strategies::shots::shoot;
 
-/// Tolerance of the lifted Newton, which the shooting polishes.
-pub const LIFTED_TOLERANCE: f64 = 1e-10;
-/// What a descent on the coarse grid may leave of the cost, relative.
-const DESCENT_TOLERANCE: f64 = 1e-9;
+/// What a descent on the coarse grid may leave of the cost, relative; and the tolerance of the
+/// lifted Newton, which the shooting polishes.
+pub const DESCENT_TOLERANCE: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
 /// cheapest.
 pub const MARGIN: f64 = 0.15;
@@ -282,7 +281,7 @@ fn lift_nodes<const N: usize>(
     coarse: &BoundaryValueProblem<N>,
     nodes: Candidate,
 ) -> Option<f64> {
-    let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE, patience: 1 };
+    let newton = LiftedNewton { bvp: coarse, tolerance: DESCENT_TOLERANCE, patience: 1 };
     let lifted = search.context.attempt(Rung::Lifted, &newton, nodes);
     if lifted.converged() { shoot(search, pool, Rung::Lifted, lifted.candidate) } else { None }
 }
