@@ -264,7 +264,7 @@ pub fn judged(
     let stop = || {
         let elapsed = began.elapsed();
         let (start, steps, seconds) = (&solution.start, problem.steps, elapsed.as_secs_f64());
-        let progress = Progress { rung: Rung::Witnesses, start, steps, elapsed: seconds };
+        let progress = Progress { rung: Rung::Witnesses, start, steps, elapsed: seconds, part: "" };
         if observer.borrow_mut().on_progress(&progress) == Control::Stop {
             stopped.set(Status::Interrupted);
         } else if settings.time_limit.is_some_and(|limit| elapsed >= limit) {

@@ -397,6 +397,10 @@ pub fn read_spec(bytes: &[u8], format: Format, set: &[Override]) -> Result<Answe
             loaded.problem.check().map_err(|error| error.to_string())?;
             loaded.settings.check().map_err(|error| error.to_string())?;
         }
+        Spec::Sequence(loaded) => {
+            loaded.sequence.check().map_err(|error| error.to_string())?;
+            loaded.settings.check().map_err(|error| error.to_string())?;
+        }
         Spec::Simulation(loaded) => {
             let mut simulation = loaded.simulation;
             simulation.system.check(&simulation.start).map_err(|error| error.to_string())?;

@@ -49,6 +49,7 @@ from ._errors import (
 from ._flown import Flights, closed_loop
 from ._plan import Plan, load
 from ._problem import Problem
+from ._sequence import SequencePlan, plan_sequence
 from ._simulation import Body, Simulation, simulate
 from ._slew_table import SlewTable
 from ._slewkit import __version__
@@ -70,6 +71,7 @@ __all__ = [
     "PlanError",
     "Problem",
     "Progress",
+    "SequencePlan",
     "Simulation",
     "SlewError",
     "SlewTable",
@@ -84,6 +86,7 @@ __all__ = [
     "compare_integrators",
     "load",
     "plan",
+    "plan_sequence",
     "simulate",
     "verify",
 ]

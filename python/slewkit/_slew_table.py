@@ -6,13 +6,15 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _slewkit
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
+#: Floats, with the shape in each docstring.
+Array = NDArray[np.float64]
 
 
 class SlewTable:

@@ -49,6 +49,7 @@ mod maneuver;
 mod planned;
 mod program;
 mod simulated;
+mod stops;
 mod studied;
 mod table;
 mod text;
@@ -69,6 +70,8 @@ mod _slewkit {
     use crate::program::run_program;
     #[pymodule_export]
     use crate::simulated::{simulate, simulation_report};
+    #[pymodule_export]
+    use crate::stops::{PlannedSequence, plan_sequence};
     #[pymodule_export]
     use crate::studied::{compare, compare_integrators, is_plan, verify, verify_attitudes};
     #[pymodule_export]

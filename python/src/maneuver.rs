@@ -145,6 +145,7 @@ pub fn diagnose<'py>(
             }
             failure::diagnostics(py, &loaded.warnings)
         }
+        Ok(Spec::Sequence(loaded)) => failure::diagnostics(py, &loaded.warnings),
         Ok(Spec::Simulation(loaded)) => failure::diagnostics(py, &loaded.warnings),
         Err(found) if found.is_io() => Err(failure::spec(py, &found)),
         Err(found) => failure::diagnostics(py, &found.0),

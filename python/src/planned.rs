@@ -171,6 +171,18 @@ impl From<ExportError> for Failed {
 }
 
 impl Planned {
+    /// Builds a plan without gains and uncertainty.
+    pub fn of(
+        problem: Problem,
+        settings: Settings,
+        identity: Identity,
+        closed_loop: ClosedLoop,
+        plan: Plan,
+    ) -> Self {
+        let (feedback, uncertainty, wall_time) = (None, None, f64::NAN);
+        Self { problem, settings, identity, closed_loop, plan, feedback, uncertainty, wall_time }
+    }
+
     pub fn file(&self) -> PlanFile<'_> {
         let file = PlanFile::new(&self.problem, &self.settings, &self.plan).with_identity(&self.identity);
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)

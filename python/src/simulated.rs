@@ -216,6 +216,10 @@ pub fn simulate<'py>(
         Err(_) => {
             match load(spec, &self::overrides(&overrides)?)?.map_err(|found| failure::spec(py, &found))? {
                 Spec::Maneuver(loaded) => Motion::of_maneuver(&loaded.problem, &asked)?,
+                Spec::Sequence(_) => {
+                    let reason = "this spec has stops, and a simulation has none: remove [[stop]]";
+                    return Err(PyValueError::new_err(reason));
+                }
                 Spec::Simulation(_) if asked.inputs.is_some() => {
                     let reason = "inputs: the bodies of a simulation spec have no actuators";
                     return Err(PyValueError::new_err(reason));

@@ -129,7 +129,7 @@ pub fn compare_integrators(
 ) -> PyResult<(String, Option<PyErr>)> {
     let simulation = match load(spec, &maneuver::overrides(&overrides)?)? {
         Ok(Spec::Simulation(loaded)) => loaded.simulation,
-        Ok(Spec::Maneuver(_)) => {
+        Ok(Spec::Maneuver(_) | Spec::Sequence(_)) => {
             let reason =
                 "this spec is a maneuver: compare_integrators() needs a simulation, compare() a maneuver";
             return Err(PyValueError::new_err(reason));

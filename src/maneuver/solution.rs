@@ -83,6 +83,32 @@ impl Trajectory {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
 
+    /// Returns the second row of inputs of step `k`: the row at its end for Lie–Verlet; the first
+    /// one again for Lie–Euler, and where a row belongs to a step.
+    fn later_row(&self, k: usize) -> usize {
+        if self.torque.len() < self.time.len() { k } else { k + 1 }
+    }
+
+    /// Returns the torque that the plan holds over step `k`, body axes [N·m]: the mean of the two
+    /// rows at its ends for Lie–Verlet, the row at its end for Lie–Euler, the row of the step if
+    /// inputs switch.
+    ///
+    /// # Panics
+    /// Panics if the step does not exist.
+    pub fn held_torque(&self, k: usize) -> Vector3 {
+        let later = self.later_row(k);
+        if later == k { self.torque[k] } else { 0.5 * (self.torque[k] + self.torque[later]) }
+    }
+
+    /// Returns the inputs that the plan holds over step `k`, in the same way.
+    ///
+    /// # Panics
+    /// Panics if the step does not exist.
+    pub fn held_inputs(&self, k: usize) -> Vec<f64> {
+        let ends = self.inputs(k).iter().zip(self.inputs(self.later_row(k)));
+        ends.map(|(first, last)| 0.5 * (first + last)).collect()
+    }
+
     /// Returns the maneuver with the values that this plan has found: a free duration if inputs
     /// do not switch (so that the grid of the plan is the maneuver's own), a free end attitude,
     /// and the roll of an end on a target.

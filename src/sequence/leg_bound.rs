@@ -161,6 +161,11 @@ impl LegBound {
         self.angle.time(angle).max(self.metric.time(self.distance(turn))) * (1.0 - ROUND_OFF)
     }
 
+    /// Returns a lower bound of the time \[s\] of every turn by at least an angle \[rad\].
+    pub fn time_of_angle(&self, angle: f64) -> f64 {
+        (1.0 - ROUND_OFF) * self.angle.time(angle)
+    }
+
     /// Returns the least effort `∫ ½ uᵀWu dt` of a turn from rest to rest in `duration` \[s\].
     pub fn effort(&self, turn: &Matrix3, duration: f64) -> f64 {
         let of = |length: f64, means: &Means| 6.0 * length * length / (means.authority * duration.powi(3));

@@ -6,6 +6,8 @@
 //! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
 //! legs of a spacecraft make a table ([`table`]).
 
+mod carried;
+pub mod joined;
 mod joint;
 mod leg;
 pub mod leg_bound;
@@ -15,6 +17,7 @@ mod rolls;
 pub mod symmetry;
 pub mod table;
 mod together;
+mod windows;
 
 pub use leg_bound::LegBound;
 pub use symmetry::Symmetry;
@@ -26,13 +29,17 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::Outcome;
-use crate::optimize::search::{Observer, PlanError};
-use crate::plan::{Guess, Plan, plan};
+use crate::optimize::search::{Control, Observer, PlanError, Progress};
+use crate::plan::{Guess, Plan, Status, plan};
 use crate::{Matrix3, Vector3};
+use joined::{Flown, Joined};
 use joint::Joint;
 use order::{Order, Visit};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 use together::{Lasting, Together, Tuning, Whole};
+use windows::Missed;
 
 /// Where a stop is.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,12 +138,36 @@ pub enum SequenceError {
         /// The duration \[s\].
         total: f64,
     },
-    /// No plan was found for a leg.
-    #[error("no plan was found for the leg to stop `{stop}`")]
+    /// No plan can keep windows: lower bounds of the legs prove it.
+    #[error("no plan can keep the window of {stops}: the hold begins {late:.3} s late at least")]
+    Windows {
+        /// The stop, or both of which one has to wait for the other.
+        stops: String,
+        /// By how much \[s\].
+        late: f64,
+    },
+    /// No plan was found for legs that are planned together.
+    #[error("no plan was found for the legs to stop `{stop}`")]
     NoPlan {
-        /// The stop at its end.
+        /// The stop at the end, or several.
         stop: String,
     },
+}
+
+/// An observer of the part of a sequence that is planned.
+struct Part<'a> {
+    observer: &'a mut dyn Observer,
+    part: String,
+}
+
+impl Observer for Part<'_> {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        self.observer.on_progress(&Progress { part: &self.part, ..progress.clone() })
+    }
+
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        self.observer.stop_flag()
+    }
 }
 
 /// A leg of a plan.
@@ -171,17 +202,42 @@ pub struct SequencePlan {
     pub late: f64,
 }
 
+impl SequencePlan {
+    /// Returns whether every leg is solved and no window is missed, or why not: the status of the
+    /// first leg that is not solved, which is the last one that was planned.
+    pub fn status(&self) -> Status {
+        let failed = self.legs.iter().map(|leg| leg.plan.status).find(|status| *status != Status::Solved);
+        failed.unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
+    }
+
+    /// Returns the motion over all legs and the rests between them.
+    pub fn joined(&self) -> Joined {
+        Joined::of(self.legs.iter().map(|leg| Flown {
+            path: &leg.plan.solution.trajectory,
+            begins: leg.begins,
+            until: leg.holds[1],
+        }))
+    }
+}
+
 impl Sequence {
-    /// Plans all legs: the order, what joints leave free, and each leg as [`plan()`] plans it.
+    /// Plans all legs: the order, what joints leave free, and each leg as [`plan()`] plans it. A
+    /// leg whose plan does not converge is the last one of the plan.
     ///
     /// # Errors
-    /// [`SequenceError`] if a leg has no plan or cannot be attempted.
+    /// [`SequenceError`] if legs that are planned together have no plan, or if a leg cannot be
+    /// attempted.
     pub fn plan(
         &self,
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<SequencePlan, SequenceError> {
         self.check()?;
+        if let Some(Missed { stops, late }) = windows::missed(self) {
+            let names: Vec<String> =
+                stops.iter().map(|stop| format!("`{}`", self.stops[*stop].name)).collect();
+            return Err(SequenceError::Windows { stops: names.join(" or that of "), late });
+        }
         let order = match self.order {
             Ordering::Given => None,
             Ordering::Free | Ordering::FreeBeforeLast => Some(self.best_order(settings, observer)?),
@@ -192,11 +248,16 @@ impl Sequence {
         };
         let whole = self.together(&stops, settings, observer)?;
         let (mut time, mut late, mut cost) = (0.0, 0.0, 0.0);
-        let mut legs = Vec::with_capacity(stops.len());
-        for (stop, leg) in stops.into_iter().zip(whole.legs) {
+        let (momentum, mut held) = (carried::momentum(&self.craft), None::<Vec<f64>>);
+        let count = stops.len();
+        let mut legs = Vec::with_capacity(count);
+        for (number, (stop, leg)) in stops.into_iter().zip(whole.legs).enumerate() {
+            let observer = &mut Part { observer, part: format!("leg {} of {count}", number + 1) };
             let told = |error| SequenceError::Leg { stop: self.stops[stop].name.clone(), error };
             let steps = self.craft.chooses_steps.then_some(self.craft.steps);
             let mut problem = leg.problem.clone();
+            carried::carry(&mut problem, &momentum, held.as_deref());
+            problem.name = format!("{}, leg to {}", self.craft.name, self.stops[stop].name);
             if let Some(steps) = steps {
                 (problem.steps, problem.chooses_steps) = (steps, true);
             }
@@ -204,9 +265,10 @@ impl Sequence {
             let guess =
                 (!problem.objective.switches() && problem.duration.known().is_some()).then_some(guess);
             let found = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
-            if found.solution.outcome != Outcome::Converged {
-                return Err(SequenceError::NoPlan { stop: self.stops[stop].name.clone() });
-            }
+            let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+            let rows = &found.solution.trajectory.wheel_momentum;
+            held = rows.len().checked_sub(wheels).map(|last| rows[last..].to_vec());
+            let failed = found.solution.outcome != Outcome::Converged;
             let lasting = found.solution.trajectory.time.last().copied().unwrap_or(0.0);
             let visit = &self.stops[stop].visit;
             let (end, behind) = visit.after(time + lasting);
@@ -215,6 +277,9 @@ impl Sequence {
             let holds = [end - visit.hold, end];
             legs.push(PlannedLeg { problem, plan: found, stop, begins: time, holds });
             (time, late) = (end, late + behind);
+            if failed {
+                break;
+            }
         }
         Ok(SequencePlan { legs, order, cost, end: time, late })
     }
@@ -234,7 +299,10 @@ impl Sequence {
     }
 
     /// Checks what a sequence can have.
-    fn check(&self) -> Result<(), SequenceError> {
+    ///
+    /// # Errors
+    /// [`SequenceError::Unsupported`] names what cannot be planned.
+    pub fn check(&self) -> Result<(), SequenceError> {
         let craft = &self.craft;
         if !craft.is_free_turn() {
             return Err(SequenceError::Unsupported(
@@ -248,7 +316,7 @@ impl Sequence {
             ));
         }
         let shared = self.stops.iter().any(|stop| self.joint(stop).is_ok_and(|joint| joint.size() > 0));
-        if shared && craft.actuation.stored_momentum() != Vector3::zeros() {
+        if shared && carried::momentum(craft) != Vector3::zeros() {
             return Err(SequenceError::Unsupported(
                 "wheels that store momentum go with stops at rest whose attitude is given: give the roll",
             ));
@@ -356,6 +424,7 @@ impl Sequence {
         let together = Together {
             craft: &craft,
             start: self.craft.start,
+            momentum: carried::momentum(&self.craft),
             joints: &joints,
             lasting: match &pinned {
                 Some(durations) => Lasting::Given(durations),
@@ -366,6 +435,7 @@ impl Sequence {
         };
         let equal = share(&rolls::cheapest(&self.craft.start, &joints, inertia, self.power(), &[]));
         let of_turns = rolls::cheapest(&self.craft.start, &joints, inertia, self.power(), &equal);
+        let observer = &mut Part { observer, part: "all legs together".into() };
         let mut firsts = vec![of_turns];
         if joints.iter().any(|joint| joint.size() > 0) {
             firsts.extend(self.one_by_one(stops, &joints, &equal, settings, observer)?);

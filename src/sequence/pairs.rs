@@ -9,10 +9,11 @@
 //! inputs: `R(T−t), −Ω(T−t), u(T−t)` solves the same equations. What one search misses the other
 //! finds as a rule, so the shorter one counts for both.
 
+use super::carried;
 use super::joint::Joint;
 use super::leg::Leg;
 use super::order::{Order, Stops, Visit};
-use super::{Ordering, Place, Sequence, SequenceError};
+use super::{Ordering, Part, Place, Sequence, SequenceError};
 use crate::Vector3;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
@@ -35,6 +36,8 @@ pub fn ordered(
     for from in 0..pairs.count {
         for to in (1..pairs.count).filter(|to| *to != from) {
             if !(pairs.mirrored(from, to) && to < from) {
+                let part = format!("pair {} of {}", from * pairs.count + to, pairs.count * pairs.count);
+                let observer = &mut Part { observer, part };
                 let weight = pairs.planned(from, to, &quick, observer)?;
                 pairs.know(from, to, weight, SHORTER);
             }
@@ -100,8 +103,8 @@ impl<'a> Pairs<'a> {
             let (state, given) = self.states[stop];
             given && state.angular_velocity == Vector3::zeros()
         };
-        let stored = self.sequence.craft.actuation.stored_momentum();
-        from > 0 && to > 0 && still(from) && still(to) && stored == Vector3::zeros()
+        let momentum = carried::momentum(&self.sequence.craft);
+        from > 0 && to > 0 && still(from) && still(to) && momentum == Vector3::zeros()
     }
 
     /// Notes what a leg adds to an order, as a part of `weight`.
@@ -124,6 +127,7 @@ impl<'a> Pairs<'a> {
     ) -> Result<f64, SequenceError> {
         let (sequence, [(start, _), (end, _)]) = (self.sequence, [from, to].map(|stop| self.states[stop]));
         let mut problem = Problem { start, end, ..sequence.leg() };
+        carried::carry(&mut problem, &carried::momentum(&sequence.craft), None);
         if to == 0 {
             return Ok(f64::INFINITY);
         }

@@ -1,6 +1,7 @@
 //! Sequences against plans of another program: multi-leg indirect shooting with exact derivatives and
 //! multi-leg collocation under IPOPT, which agree to 1e-12 (durations of least time to 1e-9).
 
+use super::joined::Joined;
 use super::joint::Joint;
 use super::leg::Leg;
 use super::rolls::cheapest;
@@ -10,7 +11,7 @@ use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::Direction;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
-use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::search::Silent;
 use crate::{Matrix3, Vector3, lie};
@@ -84,8 +85,15 @@ fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) ->
     let on = |steps: usize| {
         let craft = Problem::attitude(body.clone(), rest(), rest(), 1.0).with_steps(steps);
         let (start, lasting, settings) = (rest(), Lasting::Given(durations), &Settings::default());
-        let together =
-            Together { craft: &craft, start, joints, lasting, settings, tuning: Tuning::default() };
+        let together = Together {
+            craft: &craft,
+            start,
+            momentum: Vector3::zeros(),
+            joints,
+            lasting,
+            settings,
+            tuning: Tuning::default(),
+        };
         let unknowns = together.unknowns(first, &[]);
         let whole = together.planned(unknowns, None, &mut Silent).unwrap().unwrap();
         together.improved(whole, &mut Silent).unwrap().cost()
@@ -122,6 +130,26 @@ fn three_rolls_are_found_together() {
     let body = skew_body();
     let first = cheapest(&rest(), &joints, body.inertia.j(), 2.0, &[4.0, 5.0, 4.5]);
     is_near(of_legs(&body, &joints, &[4.0, 5.0, 4.5], &first), 1.2205766838479164, 1e-8);
+}
+
+/// A leg between given ends leaves nothing free; the roll at the end of the next is still the best.
+#[test]
+fn a_leg_without_unknowns_goes_with_a_free_roll() {
+    let at = given([0.8660254037844387, 0.3535533905932737, 0.3535533905932737, 0.0]);
+    let direction = Direction::Fixed(Vector3::new(-0.3, 1.0, -0.5).normalize());
+    let aim = Aim::new(Vector3::z(), direction).at_rest();
+    let ends = aim.ends(0.0, &Matrix3::identity(), &Vector3::zeros()).unwrap();
+    let (body, roll) = (skew_body(), Joint::Roll(ends));
+    let rolled = |roll: f64| Joint::Roll(ends).state(&[roll]);
+    let of_roll = |roll: f64| {
+        let end = rolled(roll);
+        of_legs(&body, &[Joint::Given(at), Joint::Given(end)], &[4.0, 5.0], &[at, end])
+    };
+    let scanned = (0..24).map(|k| f64::from(k) * std::f64::consts::PI / 12.0);
+    let scanned = scanned.map(|roll| (of_roll(roll), roll));
+    let (least, first) = scanned.reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap();
+    let found = of_legs(&body, &[Joint::Given(at), roll], &[4.0, 5.0], &[at, rolled(first)]);
+    assert!(found < least && found > 0.97 * least, "{found} {least}");
 }
 
 /// p06: a boresight passes a direction at a free time, on the way to a given attitude.
@@ -241,6 +269,102 @@ fn holds_that_begin_at_given_times_divide_the_whole() {
     let found = planned(&effort(skew_body(), 15.0, stops, 60));
     let lasting: Vec<f64> = found.legs.iter().map(|leg| leg.problem.seconds()).collect();
     assert_eq!((lasting, found.end, found.late), (vec![4.0, 5.0], 15.0, 0.0));
+}
+
+/// A body on four wheels, two of which spin at the start.
+fn on_wheels(steps: usize) -> Problem {
+    let directions = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
+    let axes = directions.map(Vector3::from).to_vec();
+    let set = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
+    let set = set.with_limits(Limits { size: Some(vec![0.4; 4]), ..Limits::default() }).unwrap();
+    let wheels = Wheels { momentum: vec![0.3, -0.1, 0.0, 0.0], momentum_limit: vec![2.0; 4] };
+    let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(steps);
+    craft.actuation = Actuation { torque: set, wheels: Some(wheels), ..craft.actuation };
+    craft
+}
+
+/// Without an outside torque `R(JΩ + Σ a_i h_i)` is one vector over all legs and rests: the wheels
+/// carry their momentum from leg to leg.
+#[test]
+fn wheels_carry_their_momentum_from_leg_to_leg() {
+    let craft = on_wheels(50);
+    let stops = vec![
+        stop("A", to([0.6, 0.8, 0.0, 0.0])).held(5.0),
+        stop("B", to([0.6, 0.0, 0.8, 0.0])),
+        stop("C", to([0.5, 0.5, 0.5, 0.5])).held(2.0),
+    ];
+    let sequence = Sequence { craft: craft.clone(), stops, order: Ordering::Given };
+    let path = sequence.plan(&Settings::default(), &mut Silent).unwrap().joined().path;
+    let stored = craft.actuation.stored_momentum();
+    for node in 0..path.time.len() {
+        let momenta = &path.wheel_momentum[4 * node..4 * node + 4];
+        let body =
+            craft.body.inertia.j() * path.angular_velocity[node] + craft.actuation.torque.output(momenta);
+        let whole = lie::rotation_from_quaternion(&path.quaternion[node]) * body;
+        // The plan lands: its discrete motion ends as far from the stop as its steps err.
+        assert!((whole - stored).norm() < 2e-3 * stored.norm(), "{node}: {whole} {stored}");
+    }
+}
+
+/// The motion over the whole has the nodes of all legs in the order of time, one attitude after the
+/// other, and rests in between.
+#[test]
+fn legs_and_rests_are_joined() {
+    let stops = vec![
+        stop("A", to([0.6, 0.8, 0.0, 0.0])).held(3.0),
+        stop("B", to([0.6, 0.0, 0.8, 0.0])),
+        stop("C", to([-0.6, 0.8, 0.0, 0.0])).held(2.0),
+    ];
+    let found = planned(&effort(skew_body(), 30.0, stops, 40));
+    let Joined { path, parts } = found.joined();
+    assert!(path.time.windows(2).all(|pair| pair[1] > pair[0]));
+    assert_eq!((path.time[0], *path.time.last().unwrap()), (0.0, 30.0));
+    assert_eq!(path.torque.len() + 1, path.time.len());
+    let rests: Vec<bool> = parts.iter().map(|part| part.rests).collect();
+    assert_eq!(rests, [false, true, false, false, true]);
+    assert!(parts.windows(2).all(|pair| pair[0].nodes[1] == pair[1].nodes[0]));
+    let turn = |pair: &[[f64; 4]]| pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum::<f64>();
+    for part in parts.iter().filter(|part| part.rests) {
+        let [from, until] = part.nodes;
+        // A leg ends within the tolerance of its stop, and the next one begins at the stop.
+        assert!(turn(&path.quaternion[from..=until]) > 1.0 - 1e-12);
+        assert_eq!(path.torque[from], Vector3::zeros());
+    }
+    assert!(path.quaternion.windows(2).all(|pair| turn(pair) > 0.9));
+}
+
+/// The window closes before a bound of the leg: proved before any leg is planned.
+#[test]
+fn windows_that_no_plan_can_keep_are_proved() {
+    let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(50);
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    craft.actuation.torque = craft.actuation.torque.with_limits(limits).unwrap();
+    let within = |name: &str, until: f64, place: Place| {
+        let mut stop = stop(name, place).held(1.0);
+        stop.visit.window = [0.0, until];
+        stop
+    };
+    let [a, b] = [[0.6, 0.8, 0.0, 0.0], [0.6, -0.8, 0.0, 0.0]].map(to);
+    let plan = |stops: Vec<Stop>, order: Ordering| {
+        Sequence { craft: craft.clone(), stops, order }.plan(&Settings::discrete(), &mut Silent)
+    };
+    let missed = |found: Result<SequencePlan, SequenceError>| match found {
+        Err(SequenceError::Windows { stops, late }) if late > 0.0 => Some(stops),
+        Err(error) => panic!("{error}"),
+        Ok(_) => None,
+    };
+    // A leg takes 3.3 s at least, and one from A to B 4.5 s.
+    for order in [Ordering::Given, Ordering::Free] {
+        assert_eq!(missed(plan(vec![within("A", 3.0, a.clone())], order)), Some("`A`".into()));
+        let both = vec![within("A", 7.0, a.clone()), within("B", 7.0, b.clone())];
+        let named = if order == Ordering::Given { "`B`" } else { "`A` or that of `B`" };
+        assert_eq!(missed(plan(both, order)), Some(named.into()));
+        let wide = vec![within("A", 12.0, a.clone()), within("B", 12.0, b.clone())];
+        let found = plan(wide, order).unwrap();
+        assert_eq!((found.late, found.legs.len()), (0.0, 2));
+    }
+    let aims = vec![within("A", 1.0, pointing([1.0, 0.0, 0.0]))];
+    assert_eq!(missed(plan(aims, Ordering::Given)), Some("`A`".into()));
 }
 
 #[test]

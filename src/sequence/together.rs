@@ -11,8 +11,10 @@
 //! time) goes with stops too. That the unknowns end to first order right makes the cost right to
 //! second order.
 
+use super::carried::carry;
 use super::joint::Joint;
 use super::leg::Leg;
+use crate::Vector3;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
 use crate::optimize::search::{Observer, PlanError};
@@ -56,6 +58,8 @@ pub struct Together<'a> {
     /// The maneuver without its ends.
     pub craft: &'a Problem,
     pub start: State,
+    /// The angular momentum of the craft with its wheels, inertial axes [N·m·s].
+    pub momentum: Vector3,
     pub joints: &'a [Joint],
     pub lasting: Lasting<'a>,
     pub settings: &'a Settings,
@@ -142,6 +146,7 @@ impl Together<'_> {
     ) -> Result<Option<Leg>, PlanError> {
         let end = self.joints[leg].state(self.numbers(unknowns, leg));
         let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.clone() };
+        carry(&mut problem, &self.momentum, None);
         if let Some(duration) = self.lasting(unknowns, leg) {
             if duration.is_nan() || duration <= 0.0 {
                 return Ok(None);
@@ -285,6 +290,10 @@ impl Together<'_> {
             Model { slope: DVector::zeros(count), curvature: DMatrix::zeros(count, count), sizes };
         for (leg, (slope, curvature)) in slopes.iter().zip(curvatures).enumerate() {
             let own = self.own(leg);
+            // A leg between given ends has no unknown, and a matrix of none no eigenvalues.
+            if own.is_empty() {
+                continue;
+            }
             let scale = DMatrix::from_diagonal(&model.sizes.select_rows(&own));
             let eigen = (&scale * curvature * &scale).symmetric_eigen();
             let largest = eigen.eigenvalues.amax();

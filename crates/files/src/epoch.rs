@@ -213,6 +213,11 @@ impl Epoch {
         self.scale
     }
 
+    /// Returns the part of the second that has passed \[s\].
+    pub(crate) fn fraction(&self) -> f64 {
+        self.fraction
+    }
+
     /// Builds the moment `seconds` later.
     pub fn after(&self, seconds: f64) -> Self {
         let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);

@@ -2,11 +2,12 @@
 
 use crate::epoch::Epoch;
 use crate::exchange::{self, AemVersion, Lacking, Record, Tables};
-use crate::export::{ExportError, PlanFile, write_csv, write_jsonl};
+use crate::export::{ExportError, PlanFile, SequenceFile, write_csv, write_jsonl};
 use crate::flown::FeedbackRecord;
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::numerics::figures::error;
+use slewkit::sequence::joined::Joined;
 use slewkit::verify::Verification;
 use std::borrow::Cow;
 use std::io::Write;
@@ -147,6 +148,55 @@ impl Format {
     }
 }
 
+impl Format {
+    /// Writes the plan of a sequence: a segment for each leg and each rest, on one axis of time.
+    /// `craft` has the names and limits of all legs.
+    ///
+    /// # Errors
+    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
+    /// stream.
+    pub fn write_sequence(
+        self,
+        file: &SequenceFile<'_>,
+        craft: &Problem,
+        identity: &Identity,
+        tables: Tables,
+        output: &mut dyn Write,
+    ) -> Result<(), ExportError> {
+        if self == Self::Json {
+            return file.write(output);
+        }
+        let Joined { path, parts } = file.joined();
+        match self {
+            Self::Json => Ok(()),
+            Self::Jsonl => write_jsonl(&path, output),
+            Self::Csv => write_csv(&path, craft, identity, tables.margins, output),
+            Self::Exchange(format) => {
+                let inner = parts.iter().filter(|part| !part.rests).flat_map(|part| {
+                    switches(&file.legs[part.leg]).into_iter().map(|node| part.nodes[0] + node)
+                });
+                let mut breaks: Vec<usize> = parts.iter().skip(1).map(|part| part.nodes[0]).collect();
+                breaks.extend(inner);
+                breaks.sort_unstable();
+                breaks.dedup();
+                let notes = vec![generated(), verified_legs(file)];
+                format.write(&record(craft, identity, &path, breaks, tables, notes, None), output)
+            }
+        }
+    }
+}
+
+/// Returns the comment about the witnesses of all legs.
+fn verified_legs(file: &SequenceFile<'_>) -> String {
+    let passed = |leg: &PlanFile<'_>| leg.verified.as_ref().is_some_and(Verification::passed);
+    if file.legs.iter().all(passed) { "verified: every leg" } else { "not verified" }.into()
+}
+
+/// Returns the comment about the program.
+fn generated() -> String {
+    format!("planned by slewkit {}", env!("CARGO_PKG_VERSION"))
+}
+
 /// Builds the record from which formats of other programs are written.
 fn record<'a>(
     problem: &'a Problem,
@@ -188,7 +238,7 @@ fn switches(file: &PlanFile<'_>) -> Vec<usize> {
 
 /// Returns comments about a plan.
 fn notes(verification: Option<&Verification>) -> Vec<String> {
-    let mut notes = vec![format!("planned by slewkit {}", env!("CARGO_PKG_VERSION"))];
+    let mut notes = vec![generated()];
     notes.push(match verification {
         Some(found) if found.passed() => format!(
             "verified: the motion under the held torque ends within {} rad of the target",
@@ -201,7 +251,7 @@ fn notes(verification: Option<&Verification>) -> Vec<String> {
 
 /// Returns the creation date of messages: now, or the value of `SOURCE_DATE_EPOCH`, for equal
 /// files of equal inputs.
-fn now() -> Epoch {
+pub fn now() -> Epoch {
     let said = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     Epoch::of_unix(said.unwrap_or_else(clock))

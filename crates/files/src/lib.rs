@@ -13,6 +13,7 @@ mod fingerprint;
 pub mod flown;
 pub mod formats;
 pub mod identity;
+pub mod pointing;
 mod rounding;
 pub mod scenery;
 pub mod spec;

@@ -8,11 +8,17 @@ use slewkit_files::export::euler_angles;
 
 /// Returns Euler angles, quaternion, error angle.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
+    let mut all = turning(subject);
+    all.push(error(subject));
+    all
+}
+
+/// Returns Euler angles and quaternion.
+pub(super) fn turning(subject: &Subject) -> Vec<Shown> {
     let trajectory = subject.trajectory();
     vec![
         euler_chart(&trajectory.time, &trajectory.quaternion, subject.sequence),
         quaternion_chart(&trajectory.time, &trajectory.quaternion),
-        error(subject),
     ]
 }
 

@@ -27,6 +27,7 @@ mod hamiltonian;
 mod moving;
 mod page;
 mod results;
+mod sequence;
 mod simulation;
 mod sphere;
 pub mod studies;
@@ -39,6 +40,7 @@ pub use cases_told::told_of_cases;
 pub use comparison::{ComparisonFile, Motion, comparison_page, comparison_pictures};
 pub use page::plan_page;
 pub use results::{Cases, MOST_PICTURED, results_page};
+pub use sequence::{sequence_page, sequence_pictures};
 pub use simulation::{simulation_page, simulation_pictures};
 
 use crate::draw::{Curve, Picture, Shape, thinned};
@@ -79,6 +81,9 @@ pub const KEYS: [&str; 25] = [
     "hamiltonian",
     "convergence",
 ];
+
+/// The names of all pictures that only a sequence has.
+pub const SEQUENCE_KEYS: [&str; 1] = ["timeline"];
 
 /// The names of all pictures that a simulation may have, in their order.
 pub const SIMULATION_KEYS: [&str; 8] =
@@ -206,7 +211,8 @@ impl<'a> Subject<'a> {
     /// the plan holds over its steps. Of minimum time or fuel on equal steps these are the means of
     /// the rows, which alone act: rows may alternate about them.
     fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
-        if !self.problem.objective.switches() {
+        // The motion over a sequence has no costates, and holds its inputs over steps.
+        if !self.problem.objective.switches() && !self.trajectory().costates.is_empty() {
             return line(name, style, self.input_times(), values.into_iter());
         }
         if values.len() == self.trajectory().time.len() {

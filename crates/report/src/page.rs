@@ -9,7 +9,8 @@ use super::summary::{self, Tone};
 use super::tiles::{Tile, tiles};
 use super::words::{Table, proved, tables};
 use super::{
-    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, flight, hamiltonian, pictures,
+    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, SEQUENCE_KEYS, Shown, Subject, flight,
+    hamiltonian, pictures,
 };
 use crate::draw::{Gantt, Ground, Map, Picture, escape};
 use serde_json::Value;
@@ -67,7 +68,8 @@ const SCRIPT: [&str; 6] = [
 ];
 
 /// Headings of the groups of pictures, and the pictures in each.
-const GROUPS: [(&str, &str, &[&str]); 10] = [
+const GROUPS: [(&str, &str, &[&str]); 11] = [
+    ("timeline", "Timeline", &SEQUENCE_KEYS),
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),

@@ -8,6 +8,7 @@ pub mod flown;
 mod found;
 pub(crate) mod inputs;
 mod lines;
+pub mod sequence;
 mod stopped;
 mod target;
 mod verified;

@@ -5,7 +5,8 @@ use serde::Serialize;
 use slewkit::maneuver::{Motion, Objective};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::plan::PeakMemory;
-use slewkit_files::spec::{Diagnostic, Loaded, LoadedSimulation, Spec, escape};
+use slewkit::sequence::Ordering;
+use slewkit_files::spec::{Diagnostic, Loaded, LoadedSequence, LoadedSimulation, Spec, escape};
 
 /// Arguments of `slew check`.
 #[derive(Debug, clap::Args)]
@@ -20,6 +21,7 @@ pub struct Args {
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
         Spec::Maneuver(loaded) => maneuver(&loaded, args, console),
+        Spec::Sequence(loaded) => sequence(&loaded, args, console),
         Spec::Simulation(loaded) => simulation(&loaded, args, console),
     }
 }
@@ -201,6 +203,44 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         dispersion: loaded.dispersion.as_ref().map(|dispersion| dispersion.varied.len()),
         memory_bytes: memory.likely,
         memory_bytes_at_most: memory.most,
+        diagnostics: warnings,
+    })?;
+    Ok(Exit::Solved)
+}
+
+fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
+    let LoadedSequence { sequence, settings, warnings, .. } = loaded;
+    let (verdict, tone) = verdict(warnings);
+    let craft = &sequence.craft;
+    let names: Vec<&str> = sequence.stops.iter().map(|stop| stop.name.as_str()).collect();
+    let order = match sequence.order {
+        Ordering::Given => "in the given order",
+        Ordering::Free => "in the best order",
+        Ordering::FreeBeforeLast => "in the best order before the last one",
+    };
+    let rests: f64 = sequence.stops.iter().map(|stop| stop.visit.settling + stop.visit.hold).sum();
+    let duration = match craft.duration.known() {
+        Some(duration) => format!("{} s in all", significant(duration, 4)),
+        None => format!("{} duration", if craft.objective == Objective::Time { "shortest" } else { "best" }),
+    };
+    let mut lines = vec![
+        summary::headline(console, &craft.name, &verdict, tone),
+        summary::line("sequence", &format!("{}, {order}", counted(names.len(), "stop"))),
+        summary::line("stops", &escape(&listed(&names))),
+        summary::line("duration", &format!("{duration}, {} s at rest", significant(rests, 4))),
+        summary::line("legs", &format!("{}, of {} steps each", craft.objective.name(), craft.steps)),
+    ];
+    let memory = PeakMemory::of(craft, settings);
+    lines.line("memory", memory::told(memory));
+    console.say(&lines.join("\n"));
+    args.report.print(&document! {
+        status: "valid",
+        exit_code: 0,
+        name: &craft.name,
+        steps: craft.steps,
+        duration_s: craft.duration.known(),
+        stops: &names,
+        rests_s: rests,
         diagnostics: warnings,
     })?;
     Ok(Exit::Solved)

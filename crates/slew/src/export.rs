@@ -1,5 +1,6 @@
 //! `slew export`: a plan file in the formats of other programs.
 
+use super::pictured::Kind;
 use super::{
     Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, pictured, spec_file,
 };
@@ -9,7 +10,7 @@ use slewkit_files::exchange::Tables;
 use slewkit_files::export::{ExportError, PlanFile};
 use slewkit_files::formats;
 use slewkit_files::identity::Identity;
-use slewkit_files::spec::Loaded;
+use slewkit_files::spec::{Loaded, LoadedSequence};
 use std::path::PathBuf;
 
 /// Arguments of `slew export`.
@@ -69,7 +70,20 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(Format::value_variants(), &[&args.plan])?;
     let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
     let tables = args.tables.checked(&destination)?;
-    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
+    let input = match pictured::open(&args.plan)? {
+        (Kind::Sequence, input) => {
+            let (file, loaded, exit) = pictured::sequence(&args.plan, input, &args.reading, console)?;
+            let LoadedSequence { sequence, identity, .. } = &loaded;
+            check(&destination, &sequence.craft, identity)?;
+            destination.write(console, |format, output| {
+                let format = format.of_data().unwrap_or(formats::Format::Json);
+                format.write_sequence(&file, &sequence.craft, identity, tables, output)
+            })?;
+            return Ok(exit);
+        }
+        (_, input) => input,
+    };
+    let plan = PlanFile::read(input).map_err(unusable)?;
     let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
     let loaded = spec_file::read_held(held, &args.plan, &args.reading, console)?;
     let (plan, exit) = pictured::settled(plan, &loaded, &args.plan, console);

@@ -39,6 +39,7 @@ mod spec_file;
 mod summary;
 mod table;
 mod texts;
+mod timeline;
 mod verify;
 
 pub(crate) use args::{Common, Notation, Reading, ReportArgs, SpecArgs};
@@ -102,6 +103,8 @@ enum Command {
     Merge(batch::merge::Args),
     /// Tabulate the times, or efforts, of all turns of a spacecraft from rest to rest
     Table(table::Args),
+    /// Read a timeline of pointings, PTR or PRM, and plan the slews between them
+    Timeline(timeline::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
     /// Propagate the bodies of a spec from their start, without optimisation
@@ -145,6 +148,7 @@ impl Command {
             Self::Sky(args) => args.report.common(),
             Self::Verify(args) => args.report.common(),
             Self::Table(args) => args.output.common(),
+            Self::Timeline(args) => args.common(),
             Self::Compare(args) => args.report.common(),
             Self::Convert(args) => args.report.common(),
             Self::Plot(args) => args.common(),
@@ -177,6 +181,7 @@ impl Command {
             Self::MonteCarlo(args) => batch::monte_carlo::run(&args, console),
             Self::Merge(args) => batch::merge::run(&args, console),
             Self::Table(args) => table::run(&args, console),
+            Self::Timeline(args) => timeline::run(&args, console),
             Self::Compare(args) => compare::run(&args, console),
             Self::Simulate(args) => simulate::run(&args, console),
             Self::Convert(args) => convert::run(&args, console),

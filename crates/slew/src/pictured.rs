@@ -4,9 +4,9 @@ use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
 use slewkit::plan::{Plan, Status};
 use slewkit_files::batch::Results;
-use slewkit_files::export::{EULER_SEQUENCES, ExportError, PlanFile};
+use slewkit_files::export::{EULER_SEQUENCES, ExportError, PlanFile, SequenceFile};
 use slewkit_files::flown::MarginsRecord;
-use slewkit_files::spec::{Loaded, escape};
+use slewkit_files::spec::{Loaded, LoadedSequence, escape};
 use slewkit_report::Cases;
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -33,6 +33,8 @@ pub struct Drawing {
 pub enum Kind {
     /// A plan, or nothing that is known.
     Plan,
+    /// The plan of a sequence.
+    Sequence,
     /// A simulation.
     Simulation,
     /// Results of a batch.
@@ -55,6 +57,8 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     // No text in a JSON file holds a bare quote, so these are keys.
     let kind = if text.starts_with("{\"slew_results\":") {
         Kind::Results
+    } else if SequenceFile::begins(text.as_bytes()) {
+        Kind::Sequence
     } else if text.contains("\"compares\":") {
         Kind::Comparison
     } else if text.contains("\"integrator\":") {
@@ -104,6 +108,31 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     }
     let margins = file.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.clone());
     Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
+}
+
+/// Reads the plan of a sequence from `path`, and has the witnesses judge what it claims.
+pub fn sequence(
+    path: &Path,
+    input: impl Read,
+    reading: &Reading,
+    console: &mut Console,
+) -> Result<(SequenceFile<'static>, LoadedSequence, Exit), Failure> {
+    let unusable = |error| Failure::unusable(path, &error);
+    let mut file = SequenceFile::read(input).map_err(unusable)?;
+    let held = file.record.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let loaded = spec_file::read_held_sequence(held, path, reading, console)?;
+    if file.record.status != Status::Solved {
+        return Ok((file, loaded, Exit::Solved));
+    }
+    let judged = file.judge(&loaded, &|| false).map_err(unusable)?;
+    if judged.passed() {
+        return Ok((file, loaded, Exit::Solved));
+    }
+    file.record.status = Status::VerificationFailed;
+    let path = escape(&path.to_string_lossy());
+    let reason = format!("{path} says that it is solved, and the witnesses refuse it");
+    console.error("E0153", &reason, "`slew verify` tells what fails; plan the spec again");
+    Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
 
 /// Returns the file of `path` with the verdict of the witnesses; where they refuse what it claims,

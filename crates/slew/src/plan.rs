@@ -1,5 +1,6 @@
 //! `slew plan`: solves, verifies, reports, writes.
 
+pub mod sequence;
 mod warm;
 
 use super::pictured::EULER;
@@ -14,10 +15,10 @@ use slewkit::feedback::Gains;
 use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
-use slewkit_files::export::{PlanFile, read_guess};
+use slewkit_files::export::{ExportError, PlanFile, read_guess};
 use slewkit_files::flown::{MarginsRecord, gains_alone, is_posed};
 use slewkit_files::formats;
-use slewkit_files::spec::{ClosedLoop, Loaded};
+use slewkit_files::spec::{ClosedLoop, Loaded, Spec};
 use slewkit_report::plan_page;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -84,8 +85,15 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
-    let Loaded { problem, settings, mut identity, closed_loop, files, .. } =
-        spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    let loaded = match spec_file::read_planned(&args.spec.spec, &args.spec.reading, console)? {
+        Spec::Maneuver(loaded) => *loaded,
+        Spec::Sequence(loaded) => {
+            return sequence::run(args, &loaded, (&destination, tables, page.as_ref()), console);
+        }
+        // The reader refuses it.
+        Spec::Simulation(_) => return Err(Failure::Internal("a simulation has no plan".into())),
+    };
+    let Loaded { problem, settings, mut identity, closed_loop, files, .. } = loaded;
     destination.distinct_from(&files)?;
     if let Some(page) = &page {
         files.iter().try_for_each(|file| page.distinct_from(file))?;
@@ -218,6 +226,7 @@ fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
 fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {
     let input = match spec_file::open_plan_or_attitudes(path)? {
         PlanOrAttitudes::Plan(input) => input,
+        PlanOrAttitudes::Sequence(_) => return Err(Failure::unusable(path, &ExportError::Sequence)),
         PlanOrAttitudes::Attitudes(input) => {
             if !problem.is_constrained() {
                 let reason = "attitudes give a path as a guess, which only maneuvers with limits use: this \
@@ -270,8 +279,9 @@ pub struct Watcher<'a>(pub &'a mut Console);
 
 impl Observer for Watcher<'_> {
     fn on_progress(&mut self, progress: &Progress) -> Control {
-        let Progress { rung, start, steps, elapsed, .. } = progress;
-        self.0.progress(|| format!("  {elapsed:.1} s  {rung}, start {start}, {steps} steps"));
+        let Progress { rung, start, steps, elapsed, part, .. } = progress;
+        let part = if part.is_empty() { String::new() } else { format!("{part}: ") };
+        self.0.progress(|| format!("  {part}{elapsed:.1} s  {rung}, start {start}, {steps} steps"));
         if interrupt::requested() { Control::Stop } else { Control::Continue }
     }
 

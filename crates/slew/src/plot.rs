@@ -2,13 +2,13 @@
 //! files.
 
 use super::pictured::{self, Drawing, Kind, Pictured};
-use super::{Common, Console, Exit, Failure, Message, interrupt, summary};
+use super::{Common, Console, Exit, Failure, Message, Reading, interrupt, summary};
 use slewkit_files::export::{FileError, SimulationFile, Target};
 use slewkit_files::spec::escape;
 use slewkit_report::draw::{Picture, panel};
 use slewkit_report::{
-    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, INTEGRATOR_KEYS, KEYS, SIMULATION_KEYS, Shown, Subject,
-    comparison_pictures, pictures, simulation_pictures,
+    CASE_KEYS, COMPARISON_KEYS, ComparisonFile, INTEGRATOR_KEYS, KEYS, SEQUENCE_KEYS, SIMULATION_KEYS, Shown,
+    Subject, comparison_pictures, pictures, sequence_pictures, simulation_pictures,
 };
 use std::path::{Path, PathBuf};
 
@@ -103,7 +103,7 @@ impl Format {
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
     let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
-    for key in KEYS.into_iter().chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(compared) {
+    for key in KEYS.into_iter().chain(SEQUENCE_KEYS).chain(SIMULATION_KEYS).chain(CASE_KEYS).chain(compared) {
         if !keys.contains(&key) {
             keys.push(key);
         }
@@ -186,6 +186,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (Kind::Comparison, input) => {
             let file = ComparisonFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;
             return draw(args, target, &comparison_pictures(&file), console);
+        }
+        (Kind::Sequence, input) => {
+            let reading = Reading { set: Vec::new(), input: None };
+            let (file, loaded, exit) = pictured::sequence(&args.plan, input, &reading, console)?;
+            draw(args, target, &sequence_pictures(&file, &loaded, &args.drawing.euler), console)?;
+            return Ok(exit);
         }
         (Kind::Simulation, input) => {
             let file = SimulationFile::read(input).map_err(|error| Failure::unusable(&args.plan, &error))?;

@@ -1,10 +1,12 @@
 //! `slew report`: a plan or a simulation as one page for a browser.
 
 use super::pictured::{self, Drawing, Kind, Pictured};
-use super::{Common, Console, Exit, Failure, console, interrupt, summary};
+use super::{Common, Console, Exit, Failure, Reading, console, interrupt, summary};
 use slewkit_files::export::{SimulationFile, Target};
 use slewkit_files::spec::Loaded;
-use slewkit_report::{ComparisonFile, comparison_page, plan_page, results_page, simulation_page};
+use slewkit_report::{
+    ComparisonFile, comparison_page, plan_page, results_page, sequence_page, simulation_page,
+};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `slew report`.
@@ -16,6 +18,7 @@ clearance, attitude, costates, convergence, rivals, checks, and the body in moti
 
 slew reads only FILE, which may be:
   a plan             also one without a trajectory: proved infeasible or not converged
+  a sequence         the plan of a spec with stops: timeline, stops, the motion over all legs
   a simulation       motion, energy and momentum
   a comparison       the JSON of `slew compare SPEC --format json`: tables, work and precision of integrators;
                      `slew compare SPEC --report` also shows the motions side by side
@@ -68,6 +71,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
             exit = found;
             plan_page(&problem, &settings, &plan, &identity, (&closed_loop, margins.as_ref()), sequence)
+        }
+        (Kind::Sequence, input) => {
+            let reading = Reading { set: Vec::new(), input: None };
+            let (file, loaded, found) = pictured::sequence(&args.plan, input, &reading, console)?;
+            exit = found;
+            sequence_page(&file, &loaded, sequence)
         }
         (Kind::Simulation, input) => {
             let read = SimulationFile::read(input);

@@ -1,8 +1,8 @@
 //! Reading the spec that a command names.
 
-use super::{Console, Failure, Notation, Reading};
-use slewkit_files::export::PlanFile;
-use slewkit_files::spec::{self, Diagnostic, Format, Loaded, Override, Spec, SpecDocument};
+use super::{Console, Failure, Message, Notation, Reading};
+use slewkit_files::export::{PlanFile, SequenceFile};
+use slewkit_files::spec::{self, Diagnostic, Format, Loaded, LoadedSequence, Override, Spec, SpecDocument};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -18,6 +18,19 @@ pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loa
     };
     tell(&loaded.warnings, console);
     Ok(loaded)
+}
+
+/// Reads the maneuver or the sequence at `path`, or from stdin for `-`, with the overrides, and
+/// prints its warnings.
+pub fn read_planned(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
+    let (overrides, format) = arguments(path, reading)?;
+    let spec = if is_stdin(path) {
+        spec::planned_from_reader(io::stdin().lock(), "stdin", format, &overrides)?
+    } else {
+        spec::read_planned(path, format, &overrides)?
+    };
+    tell(spec.warnings(), console);
+    Ok(spec)
 }
 
 /// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and prints
@@ -44,6 +57,32 @@ pub fn read_held(
     let loaded = held.read(&format!("{}, spec", plan.display()), &overrides)?;
     tell(&loaded.warnings, console);
     Ok(loaded)
+}
+
+/// Builds the failure of a command that takes one maneuver and not a sequence.
+pub fn refuse_stops() -> Failure {
+    let reason = "the spec has stops, and this command takes one maneuver";
+    Failure::Problem(Message::new("E0018", reason, "run `slew plan` on it; or remove the stops"))
+}
+
+/// Reads the spec in the plan of a sequence, with the overrides, and prints its warnings.
+pub fn read_held_sequence(
+    held: &SpecDocument,
+    plan: &Path,
+    reading: &Reading,
+    console: &mut Console,
+) -> Result<LoadedSequence, Failure> {
+    let (overrides, _) = arguments(plan, reading)?;
+    let loaded = held.read_sequence(&format!("{}, spec", plan.display()), &overrides)?;
+    let Some(loaded) = loaded else { return Err(without_stops()) };
+    tell(&loaded.warnings, console);
+    Ok(loaded)
+}
+
+/// Builds the failure of a sequence whose spec has no stops.
+pub fn without_stops() -> Failure {
+    let reason = "the plan is that of a sequence, and the spec has no stops";
+    Failure::Problem(Message::new("E0018", reason, "give the spec of the sequence, with [[stop]]"))
 }
 
 fn tell(warnings: &[Diagnostic], console: &mut Console) {
@@ -80,6 +119,8 @@ pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
 pub enum PlanOrAttitudes {
     /// A plan file.
     Plan(Box<dyn Read>),
+    /// The plan of a sequence.
+    Sequence(Box<dyn Read>),
     /// An AEM or a table.
     Attitudes(Box<dyn Read>),
 }
@@ -88,9 +129,15 @@ pub enum PlanOrAttitudes {
 pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     let mut input = BufReader::new(open_plan(path)?);
     let start = input.fill_buf().map_err(|error| Failure::unreadable(path, &error))?;
-    let is_plan = PlanFile::begins(start);
+    let (is_plan, is_sequence) = (PlanFile::begins(start), SequenceFile::begins(start));
     let input = Box::new(input);
-    Ok(if is_plan { PlanOrAttitudes::Plan(input) } else { PlanOrAttitudes::Attitudes(input) })
+    Ok(if is_sequence {
+        PlanOrAttitudes::Sequence(input)
+    } else if is_plan {
+        PlanOrAttitudes::Plan(input)
+    } else {
+        PlanOrAttitudes::Attitudes(input)
+    })
 }
 
 /// Refuses to read two inputs from stdin.

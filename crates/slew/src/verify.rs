@@ -1,5 +1,7 @@
 //! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
 
+mod sequence;
+
 use super::spec_file::PlanOrAttitudes;
 use super::{
     Console, Exit, Failure, Lines, Message, Reading, ReportArgs, Tone, interrupt, spec_file, summary,
@@ -9,7 +11,7 @@ use slewkit::plan::Status;
 use slewkit::verify::{Check, DEFAULT_ACCURACY_DEG};
 use slewkit_files::exchange::{Attitudes, judge_file, read_attitudes};
 use slewkit_files::export::{ExportError, Judgement, PlanFile};
-use slewkit_files::spec::{Difference, Loaded, escape};
+use slewkit_files::spec::{Difference, Loaded, Spec, escape};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -34,9 +36,19 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
     spec_file::one_stdin(&inputs)?;
     let unusable = |error| Failure::unusable(&args.plan, &error);
-    let given = args.spec.as_deref().map(|path| spec_file::read(path, &args.reading, console)).transpose()?;
-    let input = match spec_file::open_plan_or_attitudes(&args.plan)? {
-        PlanOrAttitudes::Plan(input) => input,
+    let read = |path| spec_file::read_planned(path, &args.reading, console);
+    let given = args.spec.as_deref().map(read).transpose()?;
+    let opened = spec_file::open_plan_or_attitudes(&args.plan)?;
+    if let PlanOrAttitudes::Sequence(input) = opened {
+        return sequence::run(args, given, input, console);
+    }
+    let given = match given {
+        Some(Spec::Maneuver(loaded)) => Some(*loaded),
+        Some(_) => return Err(spec_file::refuse_stops()),
+        None => None,
+    };
+    let input = match opened {
+        PlanOrAttitudes::Plan(input) | PlanOrAttitudes::Sequence(input) => input,
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;

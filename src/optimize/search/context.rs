@@ -24,6 +24,8 @@ pub struct Progress<'a> {
     pub steps: usize,
     /// Seconds since the solve began.
     pub elapsed: f64,
+    /// The part of a sequence that is planned, such as "leg 2 of 5"; empty for one maneuver.
+    pub part: &'a str,
 }
 
 /// Whether to go on.
@@ -139,7 +141,8 @@ impl<'a> Context<'a> {
         if self.stopped.get().is_none() {
             let elapsed = self.began.elapsed();
             let at = self.at.borrow();
-            let progress = Progress { rung: at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64() };
+            let progress =
+                Progress { rung: at.0, start: &at.1, steps: at.2, elapsed: elapsed.as_secs_f64(), part: "" };
             if self.observer.borrow_mut().on_progress(&progress) == Control::Stop {
                 self.stopped.set(Some(Outcome::Interrupted));
             } else if self.settings.time_limit.is_some_and(|limit| elapsed >= limit) {

@@ -42,11 +42,16 @@ impl Visit {
     pub const PASSED: Self =
         Self { settling: 0.0, hold: 0.0, window: [f64::NEG_INFINITY, f64::INFINITY], pinned: false };
 
+    /// The round-off of sums of times, as a part of them: a hold that fills its window is not late.
+    pub const ROUND_OFF: f64 = 1e-12;
+
     /// Returns the end of the hold after an arrival \[s\], and by how much it is late \[s\].
     pub fn after(&self, arrival: f64) -> (f64, f64) {
         let begin = (arrival + self.settling).max(self.window[0]);
         let latest = if self.pinned { self.window[0] } else { self.window[1] - self.hold };
-        (begin + self.hold, (begin - latest).max(0.0))
+        let late = begin - latest;
+        let is_late = late > Self::ROUND_OFF * (begin.abs() + self.hold);
+        (begin + self.hold, if is_late { late } else { 0.0 })
     }
 }
 

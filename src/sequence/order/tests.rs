@@ -61,6 +61,14 @@ fn random_legs(case: u64, count: usize) -> Vec<Vec<f64>> {
     points.iter().map(|a| points.iter().map(|b| leg(a, b)).collect()).collect()
 }
 
+/// A hold as long as its window fits, whatever the digits of the sum: 0.3 − 0.2 is below 0.1.
+#[test]
+fn a_hold_that_fills_its_window_is_not_late() {
+    let visit = Visit { hold: 0.2, window: [0.1, 0.3], ..Visit::PASSED };
+    assert_eq!(visit.after(0.0).1, 0.0);
+    assert!((visit.after(0.15).1 - 0.05).abs() < 1e-12);
+}
+
 #[test]
 fn five_stops_are_visited_in_the_best_of_all_orders() {
     let found = ordered(&rows(&TIMES), &[Visit::PASSED; 5], None);

@@ -20,6 +20,8 @@ mod plan;
 mod report;
 mod report_optimality;
 mod report_studies;
+mod sequences;
 mod simulate;
 mod sky;
 mod streams;
+mod timeline;

@@ -749,6 +749,9 @@ fn an_ephemeris_behind_other_messages_is_read() {
     for open in ["<a>", "<a b=\"/>\">", "<a b='\"/'>"] {
         let deep = format!("{}{}", open.repeat(100_000), "</a>".repeat(100_000));
         let said = read_attitudes(deep.as_bytes(), "file").unwrap_err().0[0].reason.clone();
+        assert!(said.contains("there is no <aem>"), "{said}");
+        let deep = format!("<aem version=\"2.0\">{deep}</aem>");
+        let said = read_attitudes(deep.as_bytes(), "file").unwrap_err().0[0].reason.clone();
         assert!(said.contains("more than 100 deep"), "{said}");
     }
 }

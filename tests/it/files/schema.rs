@@ -45,11 +45,13 @@ fn every_property_is_described_and_known_to_the_reader() {
 fn schema_is_of_draft_2020_12_and_closed() {
     let schema = spec::schema();
     assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
-    let required = [&["format", "body", "start", "end", "maneuver"][..], &["format", "simulation", "bodies"]];
+    let required = [&["format", "body", "start", "maneuver"][..], &["format", "simulation", "bodies"]];
     for (kind, required) in required.into_iter().enumerate() {
         assert_eq!(schema["oneOf"][kind]["additionalProperties"], false);
         assert_eq!(schema["oneOf"][kind]["required"], serde_json::json!(required));
     }
+    // A maneuver has an end, or stops.
+    assert!(schema["oneOf"][0].to_string().contains(r#""required":["stop"]"#), "{}", schema["oneOf"][0]);
 }
 
 #[test]

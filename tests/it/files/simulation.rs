@@ -26,7 +26,7 @@ fn simulation_template_loads_without_a_word() {
 fn simulation(text: &str, set: &[&str]) -> Simulation {
     match super::load_any(text, set) {
         Ok(Spec::Simulation(loaded)) => loaded.simulation,
-        Ok(Spec::Maneuver(_)) => panic!("a maneuver"),
+        Ok(_) => panic!("no simulation"),
         Err(errors) => panic!("{errors}"),
     }
 }

@@ -12,7 +12,7 @@ fn shipped(name: &str) -> Loaded {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("../../problems/{name}.toml"));
     match spec::load(&path, Format::Toml, &[]).unwrap() {
         spec::Spec::Maneuver(loaded) => *loaded,
-        spec::Spec::Simulation(_) => panic!("{name} is a maneuver"),
+        _ => panic!("{name} is a maneuver"),
     }
 }
 

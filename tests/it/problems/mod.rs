@@ -7,5 +7,6 @@ mod course;
 mod found;
 mod maneuvers;
 mod published;
+mod sequences;
 mod simulations;
 mod told;

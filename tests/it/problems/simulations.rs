@@ -27,7 +27,7 @@ fn simulations() -> Vec<(String, LoadedSimulation)> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         match spec::load(&path, Format::Toml, &[]) {
             Ok(Spec::Simulation(loaded)) => Some((name, *loaded)),
-            Ok(Spec::Maneuver(_)) => None,
+            Ok(_) => None,
             Err(errors) => panic!("{errors}"),
         }
     });

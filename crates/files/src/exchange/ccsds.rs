@@ -150,7 +150,7 @@ pub(super) fn write_apm(record: &Record<'_>, output: &mut dyn Write) -> Written 
     }
     writeln!(output, "INERTIA_STOP")?;
     for k in 0..time.len() - 1 {
-        let torque = record.held_torque(k);
+        let torque = record.trajectory.held_torque(k);
         writeln!(output, "\nMAN_START\nMAN_EPOCH_START = {}", epoch.after(time[k]).calendar_text())?;
         writeln!(output, "MAN_DURATION = {} [s]\nMAN_REF_FRAME = {body}", digits(time[k + 1] - time[k]))?;
         for (name, part) in ["MAN_TOR_X", "MAN_TOR_Y", "MAN_TOR_Z"].iter().zip(torque.iter()) {

@@ -220,8 +220,8 @@ fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
     let end = at + tick * (1.0 - WHOLE);
     for step in (first..time.len() - 1).take_while(|step| time[*step] < end) {
         let share = ((at + tick).min(time[step + 1]) - at.max(time[step])) / tick;
-        torque += share * record.held_torque(step);
-        for (input, held) in inputs.iter_mut().zip(record.held_inputs(step)) {
+        torque += share * record.trajectory.held_torque(step);
+        for (input, held) in inputs.iter_mut().zip(record.trajectory.held_inputs(step)) {
             *input += share * held;
         }
     }

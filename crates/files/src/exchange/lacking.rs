@@ -47,6 +47,18 @@ pub enum Lacking {
     /// Inputs.
     #[error("this format needs the torque of each step, and the plan has no torque")]
     Inputs,
+    /// An inertial frame of a pointing file.
+    #[error("a pointing file has inertial targets, and its reference frame is not known to be inertial")]
+    PointingFrame,
+    /// The roll of an observation.
+    #[error("a PTR has whole attitudes, and an observation has a free roll or points at the Sun")]
+    Roll,
+    /// Observations that follow one another.
+    #[error(
+        "the observations do not follow one another with time for a slew, or one has no attitude: its \
+        axes are parallel or no unit vectors"
+    )]
+    Observations,
 }
 
 impl Lacking {
@@ -54,12 +66,16 @@ impl Lacking {
     pub fn code(self) -> &'static str {
         match self {
             Self::Epoch => "E0140",
-            Self::FrameName | Self::InertialFrame | Self::SpiceFrame | Self::StkFrame | Self::StkCenter => {
-                "E0141"
-            }
+            Self::FrameName
+            | Self::InertialFrame
+            | Self::SpiceFrame
+            | Self::StkFrame
+            | Self::StkCenter
+            | Self::PointingFrame => "E0141",
             Self::SpiceId => "E0142",
             Self::Duration | Self::Inputs | Self::Tick => "E0143",
             Self::Parquet => "E0144",
+            Self::Roll | Self::Observations => "E0145",
         }
     }
 
@@ -93,6 +109,9 @@ impl Lacking {
                 single instant"
             }
             Self::Inputs => "give a solved plan",
+            Self::PointingFrame => "write [names] reference_frame = \"J2000\" or \"ICRF\"",
+            Self::Roll => "plan the sequence, which finds the rolls, or write a PRM",
+            Self::Observations => "correct the times and the axes of the observations",
         }
     }
 }

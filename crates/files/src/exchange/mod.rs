@@ -64,7 +64,9 @@ pub use reading::{
     AttitudeTold, Attitudes, Between, Block, EphemerisAxes, Refined, Segment, read_attitude_at,
     read_attitudes, read_ephemeris, read_mean_elements,
 };
+pub(crate) use reading::{Piece, Wrong, elements, whole_text};
 pub use record::{Record, Tables};
+pub(crate) use xml::{Xml, escaped};
 
 use super::export::ExportError;
 use slewkit::maneuver::Problem;

@@ -141,28 +141,6 @@ impl Record<'_> {
         inertial - attitude.tr_mul(&self.problem.environment.frame_rate())
     }
 
-    /// Returns the second row of step `k`: the row at its end for Lie–Verlet; the first row again
-    /// for Lie–Euler, and if a row belongs to a step.
-    fn later_row(&self, k: usize) -> usize {
-        if self.problem.switches() { k } else { k + 1 - self.problem.scheme.first_input() }
-    }
-
-    /// Returns the torque that the plan holds over step `k`, body axes [N·m]: the mean of the two
-    /// rows at its ends for Lie–Verlet, the row at its end for Lie–Euler, the row of the step if
-    /// inputs switch.
-    pub(super) fn held_torque(&self, k: usize) -> Vector3 {
-        let torque = &self.trajectory.torque;
-        let later = self.later_row(k);
-        if later == k { torque[k] } else { 0.5 * (torque[k] + torque[later]) }
-    }
-
-    /// Returns the inputs that the plan holds over step `k`, in the same way.
-    pub(super) fn held_inputs(&self, k: usize) -> Vec<f64> {
-        let later = self.later_row(k);
-        let ends = self.trajectory.inputs(k).iter().zip(self.trajectory.inputs(later));
-        ends.map(|(first, last)| 0.5 * (first + last)).collect()
-    }
-
     /// Returns the smooth pieces of the motion: from node to node, both ends included.
     pub(super) fn pieces(&self) -> impl Iterator<Item = RangeInclusive<usize>> {
         let ends = self.switches.iter().copied().chain([self.nodes() - 1]);

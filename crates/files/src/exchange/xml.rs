@@ -6,20 +6,26 @@ use std::io::{self, Write};
 use std::ops::RangeInclusive;
 
 /// A stream of elements.
-struct Xml<'o> {
-    output: &'o mut dyn Write,
+pub(crate) struct Xml<'o> {
+    /// The stream.
+    pub output: &'o mut dyn Write,
 }
 
 impl Xml<'_> {
-    fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
+    /// Writes a line within `depth` elements.
+    pub(crate) fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
         writeln!(self.output, "{:width$}{text}", "", width = 2 * depth)
     }
 
     /// Writes an element that holds text.
-    fn element(&mut self, depth: usize, name: &str, text: &str) -> io::Result<()> {
-        let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-        self.line(depth, &format!("<{name}>{text}</{name}>"))
+    pub(crate) fn element(&mut self, depth: usize, name: &str, text: &str) -> io::Result<()> {
+        self.line(depth, &format!("<{name}>{}</{name}>", escaped(text)))
     }
+}
+
+/// Returns a text as an element or an attribute holds it.
+pub(crate) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The beginning of the document.

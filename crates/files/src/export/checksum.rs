@@ -45,6 +45,11 @@ impl From<Option<String>> for Seal {
 }
 
 impl Seal {
+    /// Returns the checksum as it was read, or nothing.
+    pub(super) fn text(&self) -> &str {
+        if let Self::Read(text) = self { text } else { "" }
+    }
+
     /// Compares the checksum that was read with the contents `file`; `own` tells whether this
     /// version of the program wrote them all.
     pub(super) fn compared(&self, file: &impl Serialize, own: bool) -> Self {
@@ -73,9 +78,18 @@ impl<'a, T: Serialize> Sealed<'a, T> {
     pub fn new(file: &'a T) -> Result<Self, serde_json::Error> {
         Ok(Self { file, checksum: checksum(file)? })
     }
+
+    /// Returns the checksum.
+    pub fn checksum(&self) -> &str {
+        &self.checksum
+    }
 }
 
-fn checksum(file: &impl Serialize) -> Result<String, serde_json::Error> {
+/// Returns the checksum of everything that a document states.
+///
+/// # Errors
+/// A trajectory that is not finite.
+pub(super) fn checksum(file: &impl Serialize) -> Result<String, serde_json::Error> {
     let mut hash = Fingerprint::of_program();
     file.serialize(&mut serde_json::Serializer::with_formatter(&mut hash, Values::default()))?;
     Ok(hash.text())

@@ -8,11 +8,13 @@ mod checksum;
 mod columns;
 mod file;
 mod judged;
+mod judged_sequence;
 pub(crate) mod nulls;
 mod plan_file;
 mod recorded;
 mod restored;
 mod rows;
+mod sequence_file;
 mod simulation_file;
 mod trajectory;
 mod wide;
@@ -23,9 +25,11 @@ pub use columns::TrajectoryError;
 pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, distinct, remove_temporaries};
 pub use judged::Judgement;
+pub use judged_sequence::SequenceJudgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use recorded::NOT_JUDGED;
 pub use rows::write_jsonl;
+pub use sequence_file::{OrderProof, SequenceFile, SequenceRecord, StopRecord};
 pub use simulation_file::{BodyRows, SimulationFile, SimulationRows};
 pub use trajectory::{TrajectoryDocument, check_trajectory};
 #[cfg(feature = "parquet")]
@@ -65,6 +69,9 @@ pub enum ExportError {
         caller's own"
     )]
     NoSpec,
+    /// The file is the plan of a sequence, and one maneuver is needed.
+    #[error("the plan is that of a sequence, and the plan of one maneuver is needed")]
+    Sequence,
     /// Data that a format of other programs needs are missing.
     #[error(transparent)]
     Lacking(#[from] Lacking),
@@ -83,7 +90,7 @@ impl ExportError {
         match self {
             Self::File(error) => error.code(),
             Self::Lacking(lacking) => lacking.code(),
-            Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Scheme(_) => "E0102",
+            Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Sequence | Self::Scheme(_) => "E0102",
             Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
             Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
             Self::Io(_) => "E0097",
@@ -96,6 +103,7 @@ impl ExportError {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
             Self::Lacking(lacking) => lacking.remedy(),
             Self::NoSpec => "give its spec: `--spec SPEC`",
+            Self::Sequence => "take one leg: `jq '.legs[0]' FILE > leg.json`",
             _ => "give a file that `slew plan SPEC -o FILE` wrote",
         }
     }

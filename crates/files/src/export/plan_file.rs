@@ -284,7 +284,15 @@ impl<'a> PlanFile<'a> {
     /// Returns an error of the stream, of a text that is not a plan, or of arrays that do not fit
     /// together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
-        let mut file: PlanFile<'static> = serde_json::from_reader(without_mark(input)?)?;
+        let mut input = without_mark(input)?;
+        if is_of_sequence(input.fill_buf()?) {
+            return Err(ExportError::Sequence);
+        }
+        PlanFile::checked(serde_json::from_reader(input)?)
+    }
+
+    /// Compares a file that was read with its checksum.
+    pub(super) fn checked(mut file: PlanFile<'static>) -> Result<PlanFile<'static>, ExportError> {
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
@@ -341,6 +349,14 @@ impl<'a> PlanFile<'a> {
     }
 }
 
+/// The first key of the plan of a sequence.
+const SEQUENCE: &[u8] = b"\"sequence_format\":";
+
+/// Returns whether a text with these first bytes is the plan of a sequence.
+pub(super) fn is_of_sequence(text: &[u8]) -> bool {
+    text.windows(SEQUENCE.len()).any(|part| part == SEQUENCE)
+}
+
 /// Reads the guess for another plan from a plan file: its costates, and the poses of its
 /// trajectory.
 ///
@@ -377,13 +393,13 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
 const MOST_BYTES: u64 = 4 << 30;
 
 /// An input that fails where it is longer than any plan: a pipe need not end.
-struct Bounded<R> {
+pub(super) struct Bounded<R> {
     input: R,
     left: u64,
 }
 
 /// Returns the input behind its byte order mark.
-fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
+pub(super) fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
     let mut input = BufReader::new(Bounded::new(input));
     if input.fill_buf()?.starts_with(encoding::MARK) {
         input.consume(encoding::MARK.len());

@@ -23,7 +23,9 @@ pub(super) struct Rows {
 impl Rows {
     pub fn of(trajectory: &Trajectory) -> Self {
         let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
-        let held = inputs + 1 == nodes && trajectory.costates.len() == nodes * costate_width(trajectory);
+        let costates = trajectory.costates.len();
+        // The motion over a sequence has none.
+        let held = inputs + 1 == nodes && (costates == 0 || costates == nodes * costate_width(trajectory));
         Self { nodes, inputs, held }
     }
 

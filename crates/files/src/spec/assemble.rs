@@ -6,7 +6,7 @@ use super::attitude::from_file::Moment;
 use super::boundary::{Boundary, TURN};
 use super::{
     Expect, Report, Section, actuators, any_of, body, constraint, environment, escape, expect, maneuver,
-    names, short, show, sky,
+    names, short, show, sky, stops,
 };
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
@@ -17,6 +17,7 @@ use slewkit::maneuver::{
 use slewkit::maneuver::{Reserve, Unsuited};
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
+use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
@@ -28,6 +29,8 @@ pub(crate) struct Assembled {
     pub expect: Option<Expect>,
     pub identity: Identity,
     pub heavens: Option<sky::Heavens>,
+    /// The stops and their order, if it has any.
+    pub stops: Option<(Vec<Stop>, Ordering)>,
 }
 
 /// Builds the problem; `None` if the report has the reason. Files are relative to `folder`.
@@ -72,6 +75,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         // The end has the spin of its aim.
         end.rate = Some(Vector3::zeros());
     }
+    let has_stops = stops::has_stops(root);
+    let stops = if has_stops { stops::read(root, &mut sky) } else { Some(Vec::new()) };
+    if let (None, true, Some(start)) = (&end, has_stops, &start) {
+        // The end of the last leg is a stop.
+        end = Some(Boundary { rate: Some(Vector3::zeros()), ..start.clone() });
+    }
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
     let expect = root.section("expect").map(expect::of_maneuver);
@@ -80,7 +89,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         environment::Surroundings { section: root.section("environment"), motion, mass, place };
     let environment = surroundings.read(inertia.as_ref());
     if let Some((start, end)) = start.as_ref().zip(end.as_ref()) {
-        surroundings.check_ends(&[start, end]);
+        let ends: &[&Boundary<'_>] = if has_stops && !root.has("end") { &[start] } else { &[start, end] };
+        surroundings.check_ends(ends);
     }
 
     let (start, end) = (start?, end?);
@@ -123,7 +133,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     let (start_state, end_state) = (turning(&start, start_state), turning(&end, end_state));
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
-    if still && !aims && is_same(&start_state, &end_state, &path) {
+    if still && !aims && !has_stops && is_same(&start_state, &end_state, &path) {
         let reason = "the body is already at rest in its end attitude: the plan is zero torque";
         let remedy =
             if end.is_open() { "give [end] an attitude, or a rate" } else { "give [end] another attitude" };
@@ -141,7 +151,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let stored = actuated.as_ref().map_or_else(Vector3::zeros, |all| all.actuation.stored_momentum());
     let nutation = inertia.as_ref().map_or(0.0, |inertia| inertia.nutation(&stored));
     let rate = rate + environment.frame_rate().norm() + nutation;
-    let steps = match duration.known() {
+    let legs = stops.as_ref().map_or(1, |stops| stops.len().max(1));
+    let steps = match duration.known().map(|duration| duration / legs as f64) {
         Some(duration) => maneuver::steps(section, duration, angle, rate)?,
         None => maneuver::steps_of_sought_duration(section, angle)?,
     };
@@ -209,9 +220,49 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
             return None;
         }
     }
+    let stops = match stops? {
+        _ if !has_stops => stops::refuse_order(section).map(|()| None)?,
+        stops => Some(sequence(root, section, &problem, stops, (&end, root.has("end")))?),
+    };
     let scenery = sky.scenery(root);
     let identity = Identity { scenery, ..identity };
-    Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens() })
+    Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens(), stops })
+}
+
+/// Returns the stops of a sequence and their order: [end] is the last one, if it is given.
+fn sequence(
+    root: &Section,
+    maneuver: &Section,
+    craft: &Problem,
+    mut stops: Vec<Stop>,
+    (end, has_end): (&Boundary<'_>, bool),
+) -> Option<(Vec<Stop>, Ordering)> {
+    if has_end {
+        let place = match &craft.end_condition {
+            EndCondition::Aim(aim) => Place::Aim(aim.clone()),
+            EndCondition::State if !end.relative() && craft.end.angular_velocity == Vector3::zeros() => {
+                Place::Attitude(craft.end.attitude)
+            }
+            _ => {
+                let reason = "after stops the body ends at rest in an attitude, or on a target";
+                return end.section.refuse_here(
+                    "E0190",
+                    reason,
+                    "give [end] an attitude or `point`, and no rate",
+                );
+            }
+        };
+        stops.push(Stop::at("end", place));
+    }
+    for key in ["step_s", "path"] {
+        if maneuver.has(key) {
+            let reason = format!("`{key}` is of one maneuver, and this spec has stops");
+            maneuver.error("E0029", key, reason, "remove the key");
+        }
+    }
+    let order = stops::order(maneuver, &mut stops, has_end)?;
+    let sequence = Sequence { craft: craft.clone(), stops, order };
+    stops::check(root, &sequence).then_some((sequence.stops, order))
 }
 
 /// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.

@@ -90,7 +90,7 @@ impl Base {
         match understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Maneuver)? {
             Spec::Maneuver(loaded) => Ok(*loaded),
             // Refused there.
-            Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+            Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
         }
     }
 

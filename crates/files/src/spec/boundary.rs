@@ -8,6 +8,7 @@ use slewkit::maneuver::State;
 use slewkit::{Matrix3, Vector3};
 
 /// `[start]` or `[end]` as written.
+#[derive(Clone)]
 pub(crate) struct Boundary<'a> {
     pub section: &'a Section,
     /// The key that holds the rotation: `attitude` or `rotation_from_start`.

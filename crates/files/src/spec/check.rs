@@ -108,8 +108,11 @@ impl Checker {
         let belongs = |name: &&str| table.key(name).is_some_and(|key| applies(key, selected));
         for (group, sample) in table.one_of.iter().filter(|(group, _)| group.iter().any(belongs)) {
             if group.iter().all(|name| missing(name)) {
-                let reason = format!("{} needs `{}`", table_name(path), group[0]);
-                let fault = ("E0021", opening(node, path), reason, format!("add {sample}"));
+                let first = table.key(group[0]).filter(|_| path.is_empty());
+                let is_table = first.is_some_and(|key| matches!(key.kind, Kind::Table(_)));
+                let name = if is_table { format!("[{}]", group[0]) } else { format!("`{}`", group[0]) };
+                let reason = format!("{} needs {name}", table_name(path));
+                let fault = ("E0021", opening(node, path), reason, added(sample));
                 self.error(fault, &join(path, group[0]));
             }
         }
@@ -163,12 +166,7 @@ impl Checker {
             }
             _ => ("E0021", format!("{} needs `{}`", table_name(path), key.name)),
         };
-        let remedy = if sample.contains('\n') {
-            format!("add, for example:\n{sample}")
-        } else {
-            format!("add {sample}")
-        };
-        self.error((code, opening(node, path), reason, remedy), &join(path, key.name));
+        self.error((code, opening(node, path), reason, added(sample)), &join(path, key.name));
     }
 
     fn value(&mut self, entry: &Entry, key: &'static Key, path: &str) -> Option<Parsed> {
@@ -353,10 +351,16 @@ fn opening(node: &Node, path: &str) -> Span {
     }
 }
 
+/// Returns the remedy for a key that is missing.
+fn added(sample: &str) -> String {
+    if sample.contains('\n') { format!("add, for example:\n{sample}") } else { format!("add {sample}") }
+}
+
 /// Returns a sample with the required keys of the table.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
-    let needed = needed.chain(table.one_of.iter().map(|(_, sample)| *sample)).take(3);
+    let one_of = table.one_of.iter().map(|(_, sample)| *sample).filter(|sample| !sample.contains('\n'));
+    let needed = needed.chain(one_of).take(3);
     let inside: Vec<_> = needed.collect();
     if inside.is_empty() {
         "write a table: { key = value }".into()

@@ -260,6 +260,7 @@ fn json(node: &Node) -> serde_json::Value {
         Value::Array(items) => items.iter().map(json).collect::<Vec<_>>().into(),
         Value::Text(text) => text.as_str().into(),
         Value::Number(number) => number.value.into(),
-        Value::Boolean | Value::Date | Value::Null => serde_json::Value::Null,
+        Value::Boolean(value) => (*value).into(),
+        Value::Date | Value::Null => serde_json::Value::Null,
     }
 }

@@ -113,7 +113,9 @@ impl Diagnostics {
     /// Returns whether a spec could not be read, or a file that is not a spec is wrong; false if
     /// the contents of the spec are wrong.
     pub fn is_io(&self) -> bool {
-        self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152"))
+        self.0.iter().any(|finding| {
+            matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152" | "E0154" | "E0155")
+        })
     }
 
     /// Returns all findings for people, one after the other, with a closing count.

@@ -46,6 +46,8 @@ pub struct Expect {
     pub margin_at_least: Option<f64>,
     /// Names of exactly those limits and constraints that act.
     pub active: Option<Vec<String>>,
+    /// The names of the stops in the order in which they are visited.
+    pub order: Option<Vec<String>>,
     /// Part of the reason why nothing can meet the terminal conditions.
     pub because: Option<String>,
 }
@@ -147,6 +149,7 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
         rivals: section.list("rivals").iter().filter_map(Toleranced::read).collect(),
         margin_at_least: section.number("margin_at_least"),
         active: section.texts("active"),
+        order: section.texts("order"),
         because: section.word("because").map(str::to_string),
     }
 }

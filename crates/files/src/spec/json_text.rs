@@ -71,7 +71,7 @@ fn node(value: ast::Value<'_>, source: &Source, duplicates: &mut Vec<Finding>) -
     let value = match value {
         ast::Value::StringLit(text) => Value::Text(text.value.into_owned()),
         ast::Value::NumberLit(number) => Value::Number(Number::decimal(number.value)),
-        ast::Value::BooleanLit(_) => Value::Boolean,
+        ast::Value::BooleanLit(value) => Value::Boolean(value.value),
         ast::Value::NullKeyword(_) => Value::Null,
         ast::Value::Array(array) => {
             Value::Array(array.elements.into_iter().map(|item| node(item, source, duplicates)).collect())

@@ -61,6 +61,10 @@ pub(crate) enum Kind {
     Faces,
     /// A list of intervals of time \[s\], one after another.
     Intervals,
+    /// An interval of time \[s\].
+    Interval,
+    /// True or false.
+    Flag,
 }
 
 /// The kind of motion that has steps.
@@ -198,6 +202,8 @@ pub(crate) use dispersion::{DISPERSION, MOST_CASES, SPREADS};
 pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
 pub(crate) const MAX_POINTS: usize = 100;
+/// The most stops: all pairs of so many are planned where their order is free.
+pub(crate) const MAX_STOPS: usize = 200;
 pub(crate) const MAX_WHEELS: usize = ActuatorSet::MAX_INPUTS;
 const POINTING: &[&str] = &["keep_out", "keep_in", "on_cone"];
 const BESIDE_CONE: &[&str] = &["keep_out", "keep_in"];
@@ -209,7 +215,12 @@ const GRADIENT: &[&str] = &["gravity_gradient"];
 const CENTRAL: &[&str] = &["central_gravity"];
 
 tables! {
-    pub(crate) static ROOT {
+    pub(crate) static ROOT[
+        one_of: &[(
+            &["end", "stop"],
+            "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]",
+        )],
+    ] {
         /// Address of the JSON Schema, for editors; ignored.
         "$schema": Text(2000);
         /// Version of this format: 1.
@@ -237,9 +248,11 @@ tables! {
         /// State at the beginning.
         "start": Table(&START),
             needed "[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\nangular_velocity_deg_s = [0, 0, 0]";
-        /// State at the end.
-        "end": Table(&END),
-            needed "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]";
+        /// State at the end; with stops the last of them, which stays last.
+        "end": Table(&END);
+        /// The stops of a sequence, which one plan visits in this order, or in the best order with
+        /// maneuver.order = "free".
+        "stop": List(&STOP, MAX_STOPS);
         /// The objective, the duration and the grid.
         "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
         /// The settings of the solver. Default: automatic.
@@ -783,12 +796,45 @@ tables! {
         VELOCITY_KEY;
     }
 
+    static STOP[
+        exclusive: &[
+            &["attitude", "point"],
+            &["window_s", "start_s"],
+            &["passing", "hold_s"],
+            &["passing", "settling_s"],
+            &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"],
+        ],
+        one_of: &[(&["attitude", "point"], ATTITUDE_SAMPLE)],
+    ] {
+        /// The name of the stop, for people and for maneuver.last. Default: its number.
+        "name": Text(200);
+        ATTITUDE_KEY;
+        POINT_KEY;
+        SECOND_KEY;
+        /// The rest before the hold, until vibrations have decayed. Default: 0.
+        "settling_s": Number(q::NOT_NEGATIVE_TIME);
+        /// The time for which the body then rests there. Default: 0.
+        "hold_s": Number(q::NOT_NEGATIVE_TIME);
+        /// The hold begins and ends within this interval: from, until. The body waits until it
+        /// opens. Default: any time.
+        "window_s": Interval;
+        /// The time at which the hold begins.
+        "start_s": Number(q::NOT_NEGATIVE_TIME);
+        /// Whether the body passes without stopping, at the rate of least cost. Default: false.
+        "passing": Flag;
+        /// Bound on the rate at which the body passes. Default: none.
+        "angular_velocity_limit_deg_s": Limit(q::RATE_LIMIT_DEG);
+        /// Bound on the rate at which the body passes. Default: none.
+        "angular_velocity_limit_rad_s": Limit(q::RATE_LIMIT_RAD);
+    }
+
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
         /// The objective: effort, the integral of ½uᵀWu. With limits of the inputs also time, the
         /// duration, which is then not given, or fuel, the integral of Σ price·|u|, or
         /// price·|torque| with torque_norm_limit_n_m. Default: effort.
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
-        /// The duration of a maneuver of least effort or fuel, unless time has a price.
+        /// The duration of a maneuver of least effort or fuel, unless time has a price. With stops:
+        /// of the whole, holds included, which the plan splits among the legs.
         "duration_s": Number(q::DURATION);
         /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the
         /// plan finds the best duration up to it.
@@ -796,7 +842,7 @@ tables! {
         /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
         /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad for each step,
+        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most 0.3 rad for each step,
         /// the nutation under the momentum of wheels included; more if a plan needs them to land,
         /// or to cost at most about 0.1 % above its optimum in continuous time.
         "steps": Steps(StepsOf::Plan);
@@ -804,6 +850,10 @@ tables! {
         "step_s": Number(q::DURATION);
         /// The homotopy class of the rotation. Default: best; as_given with rotation_from_start.
         "path": Choice(&["best", "shortest", "long", "as_given"], &[]);
+        /// The order of the stops: given, or free for the best one. Default: given.
+        "order": Choice(&["given", "free"], &[]);
+        /// The name of the stop that stays last, with order = "free".
+        "last": Text(200);
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
@@ -904,6 +954,8 @@ tables! {
         "margin_at_least": Number(q::MARGIN);
         /// Names of exactly those limits and constraints that act.
         "active": Texts(100);
+        /// The names of the stops in the order in which they are visited.
+        "order": Texts(MAX_STOPS);
         /// Part of the reason why nothing can meet the terminal conditions.
         "because": Text(200);
         /// Costs of other extremals that must be found.

@@ -5,8 +5,8 @@
 //!                                                                       └─▶ Simulation
 //! ```
 //!
-//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads
-//! either kind, [`read`] one that is planned.
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned: a maneuver, or a
+//! sequence if it has `[[stop]]`. [`load`] reads every kind, [`read`] one maneuver.
 //!
 //! The keys state the units; inside the crate everything is SI. All errors of a spec are reported
 //! at once, each with its place, its reason and a remedy. [`schema()`] returns the JSON Schema of
@@ -63,6 +63,7 @@ mod shape;
 mod simulation;
 mod sky;
 mod source;
+mod stops;
 mod suggest;
 mod text;
 mod toml_text;
@@ -96,6 +97,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::mechanics::full_body::{Attractor, Dumbbell};
 use slewkit::propagate::simulate::Simulation;
+use slewkit::sequence::Sequence;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -142,6 +144,23 @@ pub struct Loaded {
     pub warnings: Vec<Diagnostic>,
 }
 
+/// A spec with stops, which can be planned.
+#[derive(Clone, Debug)]
+pub struct LoadedSequence {
+    /// The spacecraft, its start and its stops, in SI units, checked.
+    pub sequence: Sequence,
+    /// The settings of the solver.
+    pub settings: Settings,
+    /// The required result of the plan, if the spec has one.
+    pub expect: Option<Expect>,
+    /// The names and the epoch for files of other programs.
+    pub identity: Identity,
+    /// The files that it names, which no output may replace.
+    pub files: Vec<PathBuf>,
+    /// The warnings, in file order.
+    pub warnings: Vec<Diagnostic>,
+}
+
 /// A spec that can be simulated.
 #[derive(Clone, Debug)]
 pub struct LoadedSimulation {
@@ -180,11 +199,13 @@ pub enum BodyShape {
     Other(Box<Attractor>),
 }
 
-/// A spec of either kind.
+/// A spec of any kind.
 #[derive(Clone, Debug)]
 pub enum Spec {
     /// A maneuver.
     Maneuver(Box<Loaded>),
+    /// A maneuver with stops.
+    Sequence(Box<LoadedSequence>),
     /// A simulation.
     Simulation(Box<LoadedSimulation>),
 }
@@ -194,6 +215,7 @@ impl Spec {
     pub fn warnings(&self) -> &[Diagnostic] {
         match self {
             Self::Maneuver(loaded) => &loaded.warnings,
+            Self::Sequence(loaded) => &loaded.warnings,
             Self::Simulation(loaded) => &loaded.warnings,
         }
     }
@@ -224,6 +246,30 @@ pub fn load_from_reader(
 ) -> Result<Spec, Diagnostics> {
     let bytes = text::from_stream(reader, name, None)?;
     interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
+}
+
+/// Reads the maneuver or the sequence at `path` in the given notation.
+///
+/// # Errors
+/// Returns all errors of the file or its contents; a simulation is an error.
+pub fn read_planned(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
+    let name = path.display().to_string();
+    let bytes = text::from_file(path, &name)?;
+    interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Planned)
+}
+
+/// Reads a maneuver or a sequence from a stream, such as the standard input.
+///
+/// # Errors
+/// Returns the errors of [`read_planned`].
+pub fn planned_from_reader(
+    reader: impl Read,
+    name: &str,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Spec, Diagnostics> {
+    let bytes = text::from_stream(reader, name, None)?;
+    interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Planned)
 }
 
 /// Reads a spec of either kind from text; messages use `name` for it, and files that it names are
@@ -309,8 +355,8 @@ fn maneuver(
 ) -> Result<Loaded, Diagnostics> {
     match interpret(text, name, folder, format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
-        // `interpret` has refused it.
-        Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+        // `interpret` has refused them.
+        Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
     }
 }
 
@@ -322,6 +368,8 @@ fn folder_of(path: &Path) -> &Path {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Any,
+    /// One that is planned: a maneuver or a sequence.
+    Planned,
     Maneuver,
 }
 
@@ -353,10 +401,16 @@ fn understand(
     wanted: Wanted,
 ) -> Result<Spec, Diagnostics> {
     let simulated = is_simulation(root);
-    if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
+    if let Some(key) = simulated.filter(|_| wanted != Wanted::Any) {
         let spot = Spot { span: key.key_span, key: key.key.clone() };
         let reason = format!("`{}` makes this spec a simulation: it has no maneuver", key.key);
         let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
+        return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
+    }
+    if let Some(key) = root.entry("stop").filter(|_| simulated.is_none() && wanted == Wanted::Maneuver) {
+        let spot = Spot { span: key.key_span, key: key.key.clone() };
+        let reason = "`stop` makes this spec a sequence, and one maneuver is needed here";
+        let remedy = "run `slew plan` on it; or remove the stops";
         return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
     }
     let table = if simulated.is_some() { &SIMULATION_ROOT } else { &ROOT };
@@ -377,7 +431,14 @@ fn understand(
         })
     } else {
         assemble::assemble(&section, &stem, folder).map(|assembled| {
-            let assemble::Assembled { mut problem, settings, expect, identity, heavens } = assembled;
+            let assemble::Assembled { mut problem, settings, expect, identity, heavens, stops } = assembled;
+            if let Some((stops, order)) = stops {
+                let sequence = Sequence { craft: problem, stops, order };
+                let files = base::files_named(root, folder);
+                let warnings = Vec::new();
+                let loaded = LoadedSequence { sequence, settings, expect, identity, files, warnings };
+                return Spec::Sequence(Box::new(loaded));
+            }
             let dispersion = dispersion::read(&section, root);
             let closed_loop = closed_loop::read(&section, root, &mut problem);
             let warnings = Vec::new();
@@ -400,6 +461,7 @@ fn understand(
         Some(mut spec) if !failed => {
             match &mut spec {
                 Spec::Maneuver(loaded) => loaded.warnings = list.0,
+                Spec::Sequence(loaded) => loaded.warnings = list.0,
                 Spec::Simulation(loaded) => loaded.warnings = list.0,
             }
             Ok(spec)

@@ -134,6 +134,8 @@ fn kind(kind: Kind) -> Value {
             let corner = json!({ "type": "integer", "minimum": 1, "maximum": MAX_LISTED });
             json!({ "type": "array", "items": list(3, corner), "maxItems": MAX_LISTED })
         }
+        Kind::Interval => list(2, json!({ "type": "number" })),
+        Kind::Flag => json!({ "type": "boolean" }),
         Kind::Intervals => {
             json!({ "type": "array", "items": list(2, any), "maxItems": MAX_INTERVALS })
         }

@@ -99,6 +99,7 @@ pub(crate) enum Parsed {
     Square(Vec<Vec<f64>>),
     Limits(Limits),
     Faces(Vec<[u32; 3]>),
+    Flag(bool),
     /// A table, or the tables of a list.
     Tables(Vec<Section>),
 }
@@ -201,6 +202,8 @@ impl Section {
         /// A square matrix, rows.
         square: Square => Vec<Vec<f64>>;
         texts: Texts => Vec<String>;
+        /// True or false.
+        flag: Flag => bool;
     }
 
     fn given(&self, name: &str) -> Option<&Given> {

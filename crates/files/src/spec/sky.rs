@@ -293,8 +293,9 @@ impl Reading {
             let within = second.number("roll_within_deg").unwrap_or(0.0).to_radians();
             aim = aim.with_roll_towards(axis?, at?, within);
         }
-        let aim =
-            if boundary.word("rate") == Some("zero") { Aim { rate: AimRate::Zero, ..aim } } else { aim };
+        // A stop has no rate of its own.
+        let is_still = boundary.knows("rate") && boundary.word("rate") == Some("zero");
+        let aim = if is_still { Aim { rate: AimRate::Zero, ..aim } } else { aim };
         let spin = spin(boundary, &aim)?;
         Some(aim.spinning(spin))
     }

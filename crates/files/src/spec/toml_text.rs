@@ -75,7 +75,7 @@ impl<'i> Converter<'i> {
             }
             DeValue::Integer(integer) => Value::Number(Number::radix(integer.as_str(), integer.radix())),
             DeValue::Float(float) => Value::Number(Number::decimal(float.as_str())),
-            DeValue::Boolean(_) => Value::Boolean,
+            DeValue::Boolean(value) => Value::Boolean(value),
             DeValue::Datetime(_) => Value::Date,
             DeValue::Array(items) => {
                 Value::Array(items.into_iter().map(|item| self.spanned(item, depth + 1)).collect())

@@ -16,7 +16,7 @@ pub(crate) enum Value {
     Array(Vec<Node>),
     Text(String),
     Number(Number),
-    Boolean,
+    Boolean(bool),
     Date,
     Null,
 }
@@ -84,7 +84,7 @@ impl Value {
             Self::Array(_) => "a list",
             Self::Text(_) => "a string",
             Self::Number(_) => "a number",
-            Self::Boolean => "true or false",
+            Self::Boolean(_) => "true or false",
             Self::Date => "a date",
             Self::Null => "null",
         }

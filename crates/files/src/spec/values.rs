@@ -52,6 +52,8 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
             let pairs = lists::intervals(node)?;
             Parsed::Square(pairs.into_iter().map(Vec::from).collect())
         }
+        Kind::Interval => Parsed::Square(vec![lists::interval(node)?.into()]),
+        Kind::Flag => Parsed::Flag(flag(node)?),
         Kind::Faces => Parsed::Faces(lists::faces(node)?),
         Kind::Quaternion => Parsed::Quaternion(lists::numbers(node, &q::ENTRY, "numbers")?),
         Kind::Matrix => matrix(lists::rows(node, &q::ENTRY)?),
@@ -77,6 +79,14 @@ fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
         _ => format!("write {wanted}"),
     };
     wrong("E0024", node, format!("expected {wanted}, found {}", node.value.kind()), remedy)
+}
+
+/// Returns true or false.
+fn flag(node: &Node) -> Read<bool> {
+    match node.value {
+        Value::Boolean(value) => Ok(value),
+        _ => wrong_type(node, "true or false"),
+    }
 }
 
 /// Returns a number within the range of its quantity.

@@ -16,7 +16,7 @@
 use super::closed_loop::ClosedLoop;
 use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
-use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
+use super::{Diagnostics, Format, Loaded, LoadedSequence, Override, Spec, Wanted, interpret};
 use crate::identity::{Identity, Nozzle};
 use crate::scenery::Scenery;
 use serde::{Deserialize, Serialize, Serializer};
@@ -27,6 +27,8 @@ use slewkit::maneuver::{
 };
 use slewkit::mechanics::direction::Track;
 use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
+use slewkit::sequence::order::Visit;
+use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
 
@@ -62,11 +64,14 @@ impl SpecDocument {
                 spec.table("end", |end| boundary(end, &problem.end, moves, given));
             }
             Some(aim) => {
+                writable(aim)?;
                 spec.table("end", |end| {
                     end.some("position_m", moves.then(|| row(&problem.end.position)));
                     end.some("velocity_m_s", moves.then(|| row(&problem.end.velocity)));
+                    self::aim(end, aim);
+                    end.put("rate", if aim.rate == AimRate::Zero { "zero" } else { "matched" });
+                    end.some("roll_rate_deg_s", (aim.roll_rate != 0.0).then(|| aim.roll_rate.to_degrees()));
                 });
-                self::aim(&mut spec, aim)?;
             }
         }
         let path = match &problem.path {
@@ -111,6 +116,31 @@ impl SpecDocument {
                 of.sets.iter().for_each(|set| item.item("set", |item| item.put("constraints", set.clone())));
             });
         }
+        Ok(Self(Value::Object(spec.keys)))
+    }
+
+    /// Writes a sequence and its settings.
+    ///
+    /// # Errors
+    /// Returns the part without a notation.
+    pub fn of_sequence(sequence: &Sequence, settings: &Settings) -> Result<Self, Unwritable> {
+        let Self(Value::Object(mut keys)) = Self::new(&sequence.craft, settings)? else {
+            return Err(Unwritable("a spec that is no table"));
+        };
+        keys.remove("end");
+        let mut spec = Writing { table: &ROOT, keys };
+        for stop in &sequence.stops {
+            if let Place::Aim(aim) = &stop.place {
+                writable(aim)?;
+            }
+            spec.item("stop", |item| self::stop(item, stop));
+        }
+        spec.table("maneuver", |maneuver| {
+            maneuver.keys.remove("path");
+            maneuver.put("order", if sequence.order == Ordering::Given { "given" } else { "free" });
+            let last = sequence.stops.last().filter(|_| sequence.order == Ordering::FreeBeforeLast);
+            maneuver.some("last", last.map(|stop| stop.name.as_str()));
+        });
         Ok(Self(Value::Object(spec.keys)))
     }
 
@@ -184,8 +214,24 @@ impl SpecDocument {
         match interpret(&self.to_string(), name, folder, Format::Json, overrides, Wanted::Maneuver)? {
             Spec::Maneuver(loaded) => Ok(*loaded),
             // It was refused already.
-            Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
+            Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
         }
+    }
+
+    /// Reads the sequence as from a file that messages call `name`; `None` if it has no stops.
+    ///
+    /// # Errors
+    /// Every error of the spec, in its order, with the warnings among them.
+    pub fn read_sequence(
+        &self,
+        name: &str,
+        overrides: &[Override],
+    ) -> Result<Option<LoadedSequence>, Diagnostics> {
+        let folder = std::path::Path::new("");
+        Ok(match interpret(&self.to_string(), name, folder, Format::Json, overrides, Wanted::Any)? {
+            Spec::Sequence(loaded) => Some(*loaded),
+            Spec::Maneuver(_) | Spec::Simulation(_) => None,
+        })
     }
 
     /// Returns whether a key affects a plan: names and the epoch do not.
@@ -357,7 +403,6 @@ fn symmetric(matrix: &[f64], count: usize) -> Value {
 }
 
 fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool) {
-    let rows_of = |matrix: &Matrix3| <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from);
     if has_attitude {
         table.table("attitude", |attitude| attitude.put("matrix", rows_of(&state.attitude)));
     }
@@ -366,7 +411,8 @@ fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool)
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
 }
 
-fn aim(spec: &mut Writing, aim: &Aim) -> Result<(), Unwritable> {
+/// Refuses targets without a notation.
+fn writable(aim: &Aim) -> Result<(), Unwritable> {
     let targets = match &aim.roll {
         Roll::Free => vec![&aim.at],
         Roll::Towards { at, .. } => vec![&aim.at, at],
@@ -374,22 +420,43 @@ fn aim(spec: &mut Writing, aim: &Aim) -> Result<(), Unwritable> {
     if targets.into_iter().any(|at| matches!(at, Direction::InFrame(_))) {
         return Err(Unwritable("an end on a direction that turns with the reference frame"));
     }
-    spec.table("end", |end| {
-        end.table("point", |point| {
-            point.put("boresight_body", row(&aim.boresight));
-            target(point, &aim.at);
-        });
-        if let Roll::Towards { axis, at, within } = &aim.roll {
-            end.table("second", |second| {
-                second.put("axis_body", row(axis));
-                second.put("roll_within_deg", within.to_degrees());
-                target(second, at);
-            });
-        }
-        end.put("rate", if aim.rate == AimRate::Zero { "zero" } else { "matched" });
-        end.some("roll_rate_deg_s", (aim.roll_rate != 0.0).then(|| aim.roll_rate.to_degrees()));
-    });
     Ok(())
+}
+
+/// Writes the target and the roll of an end or of a stop.
+fn aim(end: &mut Writing, aim: &Aim) {
+    end.table("point", |point| {
+        point.put("boresight_body", row(&aim.boresight));
+        target(point, &aim.at);
+    });
+    if let Roll::Towards { axis, at, within } = &aim.roll {
+        end.table("second", |second| {
+            second.put("axis_body", row(axis));
+            second.put("roll_within_deg", within.to_degrees());
+            target(second, at);
+        });
+    }
+}
+
+fn stop(item: &mut Writing, stop: &Stop) {
+    item.put("name", stop.name.as_str());
+    match &stop.place {
+        Place::Attitude(matrix) => {
+            item.table("attitude", |attitude| attitude.put("matrix", rows_of(matrix)));
+        }
+        Place::Aim(aim) => self::aim(item, aim),
+    }
+    let Visit { settling, hold, window: [from, until], pinned } = stop.visit;
+    item.some("settling_s", (settling > 0.0).then_some(settling));
+    item.some("hold_s", (hold > 0.0).then_some(hold));
+    item.some("start_s", pinned.then_some(from));
+    item.some("window_s", (!pinned && until.is_finite()).then(|| vec![from, until]));
+    item.some("passing", stop.passing.map(|_| true));
+    item.some("angular_velocity_limit_rad_s", stop.passing.filter(|fastest| fastest.is_finite()));
+}
+
+fn rows_of(matrix: &Matrix3) -> Vec<Value> {
+    <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from).to_vec()
 }
 
 /// Writes a target, by coefficients if it moves.

@@ -127,6 +127,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
                 methods(args, *loaded, console)
             }
         }
+        Spec::Sequence(_) => Err(spec_file::refuse_stops()),
         Spec::Simulation(_) if args.objectives => Err(Failure::Usage(
             "--objectives: it needs a spec of a maneuver; this spec is a simulation".into(),
         )),

@@ -86,6 +86,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             }
             motion
         }
+        Spec::Sequence(_) => return Err(spec_file::refuse_stops()),
         Spec::Simulation(loaded) => {
             if args.inputs.is_some() {
                 let reason = "--inputs: the bodies of a simulation spec have no actuators";

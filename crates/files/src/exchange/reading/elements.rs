@@ -47,51 +47,12 @@ impl Open<'_> {
     }
 }
 
-/// The largest depth of nested elements: the crate calls itself for each level.
+/// The largest depth of nested elements: each element is looked for among those around it.
 const DEEPEST: usize = 100;
 
-/// Returns the place at which more elements are open than [`DEEPEST`].
-fn too_deep(text: &str) -> Option<usize> {
-    let (mut open, mut at) = (0_usize, 0);
-    while let Some(found) = text[at..].find('<') {
-        at += found;
-        let rest = &text[at..];
-        let passed_over = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
-        if let Some((_, end)) = passed_over.iter().find(|(start, _)| rest.starts_with(start)) {
-            at += rest.find(end)? + end.len();
-            continue;
-        }
-        // A `>` between quotes is of a value.
-        let mut quote = None;
-        let end = rest.bytes().position(|byte| {
-            match (quote, byte) {
-                (None, b'>') => return true,
-                (None, b'"' | b'\'') => quote = Some(byte),
-                (Some(of), byte) if of == byte => quote = None,
-                _ => {}
-            }
-            false
-        })?;
-        if rest.starts_with("</") {
-            open = open.saturating_sub(1);
-        } else if !rest[..end].ends_with('/') {
-            open += 1;
-            if open > DEEPEST {
-                return Some(at);
-            }
-        }
-        at += end + 1;
-    }
-    None
-}
-
 /// Returns the tree of a text.
-pub(super) fn document(text: &str) -> Result<Document<'_>, Wrong> {
-    if let Some(at) = too_deep(text) {
-        let reason = format!("elements stand within one another more than {DEEPEST} deep");
-        return wrong(at, 1, reason, "close elements where they end: no message is as deep");
-    }
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES };
+pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).or_else(|error| {
         let place = error.pos();
         let start = text.split_inclusive('\n').take(place.row as usize - 1).map(str::len).sum::<usize>();
@@ -122,7 +83,7 @@ pub(super) fn document(text: &str) -> Result<Document<'_>, Wrong> {
 }
 
 /// Returns the name of an element and where it begins.
-pub(super) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
+pub(crate) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     let (at, name) = (node.range().start + 1, node.tag_name().name());
     // A name may have a prefix.
     let source = &node.document().input_text()[at..];
@@ -131,13 +92,13 @@ pub(super) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
 }
 
 /// Returns the value of an attribute of an element.
-pub(super) fn attribute<'t>(node: Node<'t, 't>, name: &str) -> Option<Piece<'t>> {
+pub(crate) fn attribute<'t>(node: Node<'t, 't>, name: &str) -> Option<Piece<'t>> {
     let found = node.attribute_node(name)?;
     Some(Piece { at: found.range_value().start, text: found.value() }.trimmed())
 }
 
 /// Returns the text of an element that has no other elements.
-pub(super) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> {
+pub(crate) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> {
     if node.children().any(|child| child.is_element()) {
         return Ok(None);
     }
@@ -200,6 +161,10 @@ pub(super) fn read<'t, M: Message<'t>>(
             let piece = name(node);
             message.opened(&open, piece, attribute(node, "units"))?;
             if let Some(child) = node.first_element_child() {
+                if open.0.len() > DEEPEST {
+                    let reason = format!("elements stand within one another more than {DEEPEST} deep");
+                    return piece.wrong(reason, "close elements where they end: no message is as deep");
+                }
                 open.0.push(piece);
                 next = Some(child);
                 continue;

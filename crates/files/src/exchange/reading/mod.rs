@@ -7,7 +7,7 @@
 //! stand the limits of its digits, its blocks and its spans.
 
 mod between;
-mod elements;
+pub(crate) mod elements;
 mod ephemeris;
 mod kernel;
 mod keywords;
@@ -216,7 +216,7 @@ fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
 }
 
 /// Returns the text of a file that is to be `what`.
-fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
+pub(crate) fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
     text_of(&whole(input, name)?, name, what)
 }
 
@@ -314,7 +314,7 @@ fn read(text: &str) -> Result<Rows, Wrong> {
 
 /// A fault and its place, bytes of the text.
 #[derive(Debug)]
-struct Wrong {
+pub(crate) struct Wrong {
     span: (usize, usize),
     reason: String,
     remedy: String,
@@ -322,10 +322,15 @@ struct Wrong {
 
 impl Wrong {
     fn finding(self) -> Finding {
+        self.coded("E0151")
+    }
+
+    /// Returns the finding with a code.
+    pub(crate) fn coded(self, code: &'static str) -> Finding {
         let (start, end) = self.span;
         // An empty span at the first byte would point nowhere.
         let span = Span { source: 0, start, end: end.max(start + 1) };
-        Finding::error("E0151", span, self.reason, self.remedy)
+        Finding::error(code, span, self.reason, self.remedy)
     }
 }
 
@@ -340,36 +345,40 @@ fn wrong<T>(
 
 /// A number, and half a unit of the last digit that is printed of it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Number {
-    value: f64,
+pub(crate) struct Number {
+    /// The value.
+    pub value: f64,
     half_unit: f64,
 }
 
 /// A piece of the text and where it begins.
 #[derive(Clone, Copy, Debug)]
-struct Piece<'t> {
-    at: usize,
-    text: &'t str,
+pub(crate) struct Piece<'t> {
+    /// The byte at which it begins.
+    pub at: usize,
+    /// The text.
+    pub text: &'t str,
 }
 
 impl<'t> Piece<'t> {
     /// Returns the piece without blanks at its ends.
-    fn trimmed(self) -> Self {
+    pub(crate) fn trimmed(self) -> Self {
         let lead = self.text.len() - self.text.trim_start().len();
         Self { at: self.at + lead, text: self.text.trim() }
     }
 
     /// Returns whether it is this word, in upper or lower case.
-    fn is(self, word: &str) -> bool {
+    pub(crate) fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
 
-    fn wrong<T>(self, reason: impl Into<String>, remedy: impl Into<String>) -> Result<T, Wrong> {
+    /// Refuses the piece.
+    pub(crate) fn wrong<T>(self, reason: impl Into<String>, remedy: impl Into<String>) -> Result<T, Wrong> {
         wrong(self.at, self.text.len(), reason, remedy)
     }
 
     /// Words between blanks.
-    fn words(self) -> Vec<Self> {
+    pub(crate) fn words(self) -> Vec<Self> {
         let words = self.text.split_ascii_whitespace();
         words
             .map(|word| Self {
@@ -380,7 +389,7 @@ impl<'t> Piece<'t> {
     }
 
     /// Returns a finite number.
-    fn number(self) -> Result<Number, Wrong> {
+    pub(crate) fn number(self) -> Result<Number, Wrong> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
             Ok(_) => self.wrong("this number is not finite", "give finite numbers"),

@@ -227,6 +227,16 @@ pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     }
 }
 
+/// Returns an interval of time.
+pub(super) fn interval(node: &Node) -> Read<[f64; 2]> {
+    let [from, until] = numbers::<2>(node, &ELAPSED, "numbers (from, until)")?;
+    if from > until {
+        let reason = format!("{} s is before {} s: an interval is [from, until]", show(until), show(from));
+        return wrong("E0079", node, reason, "exchange the two numbers");
+    }
+    Ok([from, until])
+}
+
 /// Returns a list of triangles, vertices counted from 1.
 pub(super) fn faces(node: &Node) -> Read<Vec<[u32; 3]>> {
     let corner = |node| Ok(u32::try_from(count(node, 1, MAX_LISTED as i64)?).unwrap_or(u32::MAX));

@@ -1,0 +1,150 @@
+//! The summary of a sequence: its order, a line for each stop, the whole, and what the witnesses
+//! found.
+
+use super::lines::{Lines, TEXT, Tone, clipped, headline, wrapped};
+use slewkit::numerics::figures::{counted, short, significant};
+use slewkit::plan::Status;
+use slewkit::verify::Margin;
+use slewkit_files::export::{OrderProof, PlanFile, SequenceFile, SequenceRecord, StopRecord};
+use slewkit_files::spec::escape;
+
+/// Characters of the name of a stop.
+const NAME: usize = 16;
+
+/// Stops that the summary shows; the file has all.
+const SHOWN: usize = 30;
+
+/// Cones that the summary shows.
+const CONES: usize = 4;
+
+/// Returns the summary of the plan of a sequence: headline and lines.
+pub fn sequence(colour: bool, file: &SequenceFile<'_>) -> Vec<String> {
+    let record = &file.record;
+    let (verdict, tone) = verdict(record.status);
+    let mut lines = vec![headline(colour, &record.name, verdict, tone)];
+    lines.extend(told(file));
+    lines
+}
+
+/// Returns the verdict on a sequence in a few words.
+pub fn verdict(status: Status) -> (&'static str, Tone) {
+    match status {
+        Status::Solved => ("solved and verified", Tone::Good),
+        Status::Infeasible => ("infeasible", Tone::Bad),
+        Status::NotConverged => ("not converged", Tone::Bad),
+        Status::LimitReached => ("limit reached", Tone::Bad),
+        Status::VerificationFailed => ("verification failed", Tone::Bad),
+        Status::Interrupted => ("interrupted", Tone::Note),
+    }
+}
+
+/// Returns the lines of the summary of a sequence below its headline.
+pub fn told(file: &SequenceFile<'_>) -> Vec<String> {
+    let record = &file.record;
+    let mut lines = Vec::new();
+    lines.lines("sequence", wrapped(&order(record), TEXT));
+    lines.lines("whole", wrapped(&whole(file), TEXT));
+    let rows = file.legs.iter().zip(&record.stops).take(SHOWN);
+    let head = [("turn", 8), ("in", 9), ("arrives", 10), ("holds", 10), ("until", 10)];
+    let head: String = head.iter().map(|(word, width)| format!("{word:>width$}")).collect();
+    lines.line("stops", format!("{:<NAME$}{head}", ""));
+    for (leg, stop) in rows {
+        lines.line("", row(leg, stop));
+    }
+    if file.legs.len() > SHOWN {
+        lines.line("", format!("… {} in all; the plan file has them", file.legs.len()));
+    }
+    let mut late: Vec<&StopRecord> = record.stops.iter().filter(|stop| stop.late_s > 0.0).collect();
+    late.sort_by(|a, b| b.late_s.total_cmp(&a.late_s));
+    lines.lines(
+        "late",
+        late.iter().take(3).map(|stop| format!("{}: {} s", escape(&stop.name), short(stop.late_s))),
+    );
+    let failed = file.legs.iter().zip(&record.stops).find(|(leg, _)| leg.status != Status::Solved);
+    if let Some((leg, stop)) = failed {
+        let (word, _) = verdict(leg.status);
+        lines.lines("stopped", wrapped(&format!("at the leg to {}: {word}", escape(&stop.name)), TEXT));
+        let reasons = leg.obstruction.iter().chain(&leg.shortfall);
+        lines.lines("because", reasons.flat_map(|text| wrapped(&escape(text), TEXT)));
+        return lines;
+    }
+    lines.lines("rate", fastest(&file.legs));
+    lines.lines("clearance", clearances(file).iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.lines("arrives", arrives(&file.legs));
+    lines
+}
+
+/// Returns the order and what is known of it.
+fn order(record: &SequenceRecord) -> String {
+    let stops = counted(record.stops.len(), "stop");
+    match record.proof {
+        OrderProof::AllOrders | OrderProof::LowerBound if record.late_s > 0.0 => {
+            format!("{stops}; no order that keeps every window was found")
+        }
+        OrderProof::Given => format!("{stops} in the given order"),
+        OrderProof::AllOrders => format!("{stops} in the best order: no order of these legs is better"),
+        OrderProof::LowerBound => {
+            let gap = 100.0 * record.order_gap.unwrap_or(f64::NAN);
+            format!("{stops}; no order of these legs is better by more than {} %", significant(gap, 2))
+        }
+    }
+}
+
+/// Returns the duration and the cost of the whole.
+fn whole(file: &SequenceFile<'_>) -> String {
+    let record = &file.record;
+    let turning: f64 = record.stops.iter().map(|stop| stop.arrives_s - stop.leg_begins_s).sum();
+    let rests = record.duration_s - turning;
+    let mut text = format!("{} s", short(record.duration_s));
+    if rests > 0.0 {
+        text.push_str(&format!(", of which {} s at rest", short(rests)));
+    }
+    if record.minimize != "time" {
+        text.push_str(&format!("; {} {}, the sum of all legs", record.minimize, significant(record.cost, 6)));
+    }
+    text
+}
+
+/// Returns the line of a stop: how far and how long the body turns to it, and its times.
+fn row(leg: &PlanFile<'_>, stop: &StopRecord) -> String {
+    let name = clipped(&escape(&stop.name), NAME - 1);
+    let turned = format!("{:.1}°", leg.turned_deg);
+    let lasting = format!("{} s", significant(stop.arrives_s - stop.leg_begins_s, 4));
+    let [arrives, holds, until] =
+        [stop.arrives_s, stop.hold_begins_s, stop.leaves_s].map(|time| format!("{time:.2}"));
+    format!("{name:<NAME$}{turned:>8}{lasting:>9}{arrives:>10}{holds:>10}{until:>10}")
+}
+
+/// Returns the least clearance of each cone over all legs, the least one first.
+fn clearances(file: &SequenceFile<'_>) -> Vec<String> {
+    let of_leg = |(leg, stop): (&PlanFile<'_>, &StopRecord)| {
+        let margins = leg.verified.as_ref().map_or(Vec::new(), |found| found.margins.clone());
+        let cones = margins.into_iter().filter(|margin| margin.unit == "deg");
+        cones.map(|margin| (margin, stop.name.clone())).collect::<Vec<_>>()
+    };
+    let mut all: Vec<(Margin, String)> = file.legs.iter().zip(&file.record.stops).flat_map(of_leg).collect();
+    all.sort_by(|(a, _), (b, _)| a.margin.total_cmp(&b.margin));
+    let mut told: Vec<(String, String)> = Vec::new();
+    for (Margin { name, margin, .. }, stop) in all {
+        if !told.iter().any(|(other, _)| *other == name) {
+            let text =
+                format!("{}: {} deg, on the leg to {}", escape(&name), significant(margin, 3), escape(&stop));
+            told.push((name, text));
+        }
+    }
+    told.into_iter().map(|(_, text)| text).take(CONES).collect()
+}
+
+/// Returns the largest rate of all legs.
+fn fastest(legs: &[PlanFile<'_>]) -> Option<String> {
+    let found = legs.iter().filter_map(|leg| leg.verified.as_ref());
+    let rate = found.map(|found| found.peak_rate_rad_s.to_degrees()).reduce(f64::max)?;
+    Some(format!("{} deg/s at most", significant(rate, 3)))
+}
+
+/// Returns the largest deviation of the true motion at the end of a leg.
+fn arrives(legs: &[PlanFile<'_>]) -> Option<String> {
+    let found = legs.iter().filter_map(|leg| leg.verified.as_ref());
+    let off = found.map(|found| found.continuous_attitude_rad.to_degrees()).reduce(f64::max)?;
+    Some(format!("{} deg off at most, in the true motion", significant(off, 2)))
+}

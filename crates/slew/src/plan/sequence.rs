@@ -1,0 +1,73 @@
+//! `slew plan` of a spec with stops.
+
+use super::super::{Console, Destination, Exit, Failure, Message, export, interrupt, report, summary};
+use super::{Args, Watcher};
+use slewkit::plan::Status;
+use slewkit::sequence::SequenceError;
+use slewkit_files::exchange::Tables;
+use slewkit_files::export::{SequenceFile, Target};
+use slewkit_files::formats;
+use slewkit_files::spec::{LoadedSequence, escape};
+use slewkit_report::{sequence_page, summary::sequence};
+
+/// Plans a sequence, and writes what is asked for.
+pub(super) fn run(
+    args: &Args,
+    loaded: &LoadedSequence,
+    (destination, tables, page): (&Destination, Tables, Option<&Target>),
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    let LoadedSequence { sequence: asked, settings, identity, files, .. } = loaded;
+    destination.distinct_from(files)?;
+    if let Some(page) = page {
+        files.iter().try_for_each(|file| page.distinct_from(file))?;
+    }
+    if args.guess.is_some() || args.warm.is_some() {
+        let reason = "--guess and --warm are of one maneuver, and the spec has stops".to_string();
+        return Err(Failure::Usage(reason));
+    }
+    export::check(destination, &asked.craft, identity)?;
+    interrupt::watch();
+    let planned = asked.plan(settings, &mut Watcher(console));
+    let plan = planned.map_err(|error| refusal(&error))?;
+    let file = SequenceFile::new(asked, settings, &plan, identity);
+    let mut lines = sequence::sequence(console.colour, &file);
+    if file.record.status == Status::Solved && args.output.output.is_none() {
+        lines.push(summary::line("next", "-o plan.json writes it, --report plan.html shows it"));
+    }
+    console.say(&lines.join("\n"));
+    interrupt::writing();
+    let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
+    if let Some(format) = format {
+        destination.write(console, |_, output| {
+            format.write_sequence(&file, &asked.craft, identity, tables, output)
+        })?;
+    }
+    if let Some(target) = page {
+        report::write(target, &sequence_page(&file, loaded, super::EULER), console)?;
+    }
+    Ok(match file.record.status {
+        Status::Solved => Exit::Solved,
+        status => Exit::Plan(status),
+    })
+}
+
+/// Builds the failure of a sequence without a plan.
+pub fn refusal(error: &SequenceError) -> Failure {
+    let reason = escape(&error.to_string());
+    if interrupt::requested() {
+        let message = Message::new("E0191", format!("interrupted: {reason}"), "run it again");
+        return Failure::Plan(Status::Interrupted, message);
+    }
+    match error {
+        SequenceError::Windows { .. } => {
+            let remedy = "widen the window, shorten the holds before it, or allow more torque";
+            Failure::Plan(Status::Infeasible, Message::new("E0191", reason, remedy))
+        }
+        SequenceError::NoPlan { .. } => {
+            let remedy = "plan that leg by itself to see why: a spec with its two ends; or allow more time";
+            Failure::Plan(Status::NotConverged, Message::new("E0191", reason, remedy))
+        }
+        _ => Failure::Problem(Message::new("E0190", reason, "change the stops accordingly")),
+    }
+}

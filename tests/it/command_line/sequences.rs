@@ -1,0 +1,171 @@
+//! Specs with stops: `slew plan`, `check`, `verify`, `export`, `report`, `plot`, and what refuses
+//! them.
+
+use super::binary::Folder;
+use std::fs;
+
+/// Two stops of a free body, the second one in a window.
+const STOPS: &str = r#"
+format = 1
+name = "two stops"
+epoch = "2026-11-21T07:00:00 UTC"
+[names]
+reference_frame = "ICRF"
+center = "EARTH"
+spice_id = -42
+[body]
+inertia_kg_m2 = [1, 2, 2.5]
+[actuators]
+torque_limit_n_m = 0.5
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[maneuver]
+minimize = "time"
+order = "free"
+steps = 40
+[[stop]]
+name = "far"
+attitude = { axis = [1, 0, 0], angle_deg = 120 }
+settling_s = 2
+hold_s = 10
+[[stop]]
+name = "near"
+attitude = { axis = [1, 0, 0], angle_deg = 50 }
+hold_s = 5
+window_s = [8, 20]
+"#;
+
+fn planned() -> Folder {
+    let folder = Folder::new();
+    fs::write(folder.path("stops.toml"), STOPS).unwrap();
+    folder.slew(&["plan", "stops.toml", "-q", "-o", "plan.json"]).ends(0);
+    folder
+}
+
+#[test]
+fn stops_are_planned_checked_and_verified() {
+    let folder = planned();
+    folder.slew(&["check", "stops.toml"]).ends(0).tells("2 stops, in the best order");
+    let run = folder.slew(&["plan", "stops.toml", "-o", "again.json", "--report", "page.html"]).ends(0);
+    run.tells("solved and verified").tells("no order of these legs is better").tells("far");
+    let json = folder.json("plan.json");
+    assert_eq!((json["status"].as_str(), json["exit_code"].as_u64()), (Some("solved"), Some(0)));
+    let names: Vec<&str> =
+        json["stops"].as_array().unwrap().iter().map(|stop| stop["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["near", "far"]);
+    let near = &json["stops"][0];
+    // The body waits until the window opens.
+    assert_eq!((near["hold_begins_s"].as_f64(), near["leaves_s"].as_f64()), (Some(8.0), Some(13.0)));
+    assert_eq!(json["stops"][1]["leg_begins_s"].as_f64(), Some(13.0));
+    folder.slew(&["verify", "plan.json"]).ends(0).tells("2 of 2 legs verified");
+    folder.slew(&["verify", "plan.json", "--spec", "stops.toml"]).ends(0).tells("verified");
+    // Equal inputs give equal files but for the time of each solve.
+    let without_times = |name: &str| {
+        let text = folder.read(name);
+        let parts =
+            text.split("\"solve_time_s\": ").map(|part| part.split_once(',').map_or(part, |(_, rest)| rest));
+        parts.collect::<Vec<_>>().concat()
+    };
+    assert_eq!(without_times("plan.json"), without_times("again.json"));
+    assert!(folder.read("page.html").contains("Timeline"));
+    folder.slew(&["report", "plan.json", "-o", "later.html"]).ends(0);
+    assert_eq!(folder.read("page.html"), folder.read("later.html"));
+    folder.slew(&["plot", "plan.json", "-o", "pictures"]).ends(0);
+    assert!(folder.read("pictures/timeline.svg").contains("<svg"));
+}
+
+#[test]
+fn a_leg_of_a_sequence_is_a_plan() {
+    let folder = planned();
+    let legs = folder.json("plan.json")["legs"].clone();
+    fs::write(folder.path("leg.json"), legs[1].to_string()).unwrap();
+    folder.slew(&["verify", "leg.json"]).ends(0).tells("verified");
+    folder.slew(&["export", "leg.json", "-o", "leg.aem"]).ends(0);
+    // It begins when the first hold ends.
+    assert!(
+        folder.read("leg.aem").contains("START_TIME = 2026-11-21T07:00:13.000"),
+        "{}",
+        folder.read("leg.aem")
+    );
+}
+
+#[test]
+fn every_format_has_the_whole() {
+    let folder = planned();
+    for (name, start) in [
+        ("plan.xml", &b"<?xml"[..]),
+        ("plan.apm", b"CCSDS_APM_VERS = 2.0"),
+        ("plan.a", b"stk.v."),
+        ("plan.bc", b"DAF/CK  "),
+        ("plan.npz", b"PK\x03\x04"),
+        ("plan.mat", b"MATLAB 5.0"),
+        ("plan.42", b"0.0000000000000000e0 "),
+        ("plan.jsonl", b"{\"time_s\""),
+    ] {
+        folder.slew(&["export", "plan.json", "-o", name]).ends(0).tells("wrote");
+        assert!(fs::read(folder.path(name)).unwrap().starts_with(start), "{name}");
+    }
+    // A segment for each leg and each rest, and one more where inputs switch.
+    let aem = folder.slew(&["export", "plan.json", "--format", "aem"]).ends(0).stdout;
+    assert!(aem.matches("META_START").count() >= 4);
+    let csv = folder.slew(&["export", "plan.json", "--format", "csv"]).ends(0).stdout;
+    let times: Vec<f64> =
+        csv.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    let end = folder.json("plan.json")["duration_s"].as_f64().unwrap();
+    assert!(times.windows(2).all(|pair| pair[1] > pair[0]) && times.first() == Some(&0.0));
+    assert_eq!(times.last(), Some(&end));
+}
+
+#[test]
+fn a_file_that_was_changed_is_refused() {
+    let folder = planned();
+    let text = folder.read("plan.json");
+    for (key, from, to, told) in [
+        ("a time", "\"leaves_s\":13.0", "\"leaves_s\":12.0", "recorded times of near"),
+        ("a name", "\"name\":\"near\",\"leg", "\"name\":\"other\",\"leg", "is a stop of the spec"),
+        ("the status", "\"late_s\": 0.0", "\"late_s\": 1.0", "recorded checksum"),
+    ] {
+        let changed = text.replace(from, to);
+        let changed = if changed == text {
+            text.replace(&from.replace(':', ": "), &to.replace(':', ": "))
+        } else {
+            changed
+        };
+        assert_ne!(changed, text, "{key}");
+        fs::write(folder.path("changed.json"), changed).unwrap();
+        folder.slew(&["verify", "changed.json"]).ends(7).tells(told);
+        folder.slew(&["report", "changed.json", "-o", "changed.html", "--force"]).ends(7).tells("E0153");
+    }
+    // The plan fulfils no spec with a longer hold.
+    fs::write(folder.path("longer.toml"), STOPS.replace("hold_s = 5", "hold_s = 6")).unwrap();
+    folder.slew(&["verify", "plan.json", "--spec", "longer.toml"]).ends(7).tells("near");
+    fs::write(folder.path("weaker.toml"), STOPS.replace("torque_limit_n_m = 0.5", "torque_limit_n_m = 0.4"))
+        .unwrap();
+    folder.slew(&["verify", "plan.json", "--spec", "weaker.toml"]).ends(7).tells("torque limit");
+}
+
+#[test]
+fn windows_that_cannot_be_kept_are_told() {
+    let folder = planned();
+    let set = |window: &str| {
+        ["plan".to_string(), "stops.toml".into(), "--set".into(), format!("stop.1.window_s={window}")]
+    };
+    let run = |window: &str| folder.slew(&set(window).iter().map(String::as_str).collect::<Vec<_>>());
+    // No turn by 50° takes less than 2.6 s.
+    run("[0, 7]").ends(4).tells("no plan can keep the window of `near`");
+    // What the bound leaves open, the plans miss.
+    run("[0, 7.6]").ends(5).tells("not converged").tells("late");
+    run("[0, 40]").ends(0);
+}
+
+#[test]
+fn commands_of_one_maneuver_refuse_stops() {
+    let folder = planned();
+    for command in [&["simulate"][..], &["compare"], &["table", "-o", "table.npz"], &["sky"]] {
+        folder.slew(&[command, &["stops.toml"]].concat()).ends(3).tells("E0018");
+    }
+    folder.slew(&["fly", "plan.json"]).ends(8).tells("that of a sequence").tells(".legs[0]");
+    folder.slew(&["plan", "spec.toml", "--guess", "plan.json"]).ends(8).tells("that of a sequence");
+    folder.slew(&["plan", "stops.toml", "--guess", "plan.json"]).ends(2).tells("--guess");
+    folder.slew(&["verify", "plan.json", "--spec", "spec.toml"]).ends(3).tells("has no stops");
+}
