@@ -58,7 +58,7 @@ pub fn plan_sequence(
 fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
     let (class, code) = match error {
         SequenceError::Windows { .. } => ("Infeasible", "E0191"),
-        SequenceError::NoPlan { .. } => ("NotSolved", "E0191"),
+        SequenceError::NoPlan { .. } | SequenceError::Stopped => ("NotSolved", "E0191"),
         _ => ("NotSolved", "E0190"),
     };
     failure::coded(py, class, code, &error.to_string(), "change the stops accordingly")
@@ -93,8 +93,8 @@ impl PlannedSequence {
     fn holds(&self) -> Vec<Option<Planned>> {
         let LoadedSequence { settings, identity, .. } = &self.loaded;
         let planned = |hold: &slewkit::sequence::Hold| {
-            let (problem, plan) = (hold.problem.clone(), hold.plan.clone());
-            Planned::of(problem, settings.clone(), identity.clone(), ClosedLoop::default(), plan)
+            let problem = hold.plan.solution.on_grid(&hold.problem);
+            Planned::of(problem, settings.clone(), identity.clone(), ClosedLoop::default(), hold.plan.clone())
         };
         self.plan.legs.iter().map(|leg| leg.hold.as_ref().map(planned)).collect()
     }

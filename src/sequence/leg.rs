@@ -11,13 +11,33 @@
 //! Both ends are in body axes, `R exp(ζ)`. A leg of least time or fuel counts with the cost of its
 //! continuous extremal, which is smooth in its ends, as the cost on a grid is not.
 
+use super::SequenceError;
 use crate::Vector3;
 use crate::maneuver::objective::effort;
-use crate::maneuver::{Outcome, Problem, Settings, Solution, Target};
+use crate::maneuver::{Outcome, Problem, ProblemError, Settings, Solution, Target};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 
 /// The slopes of a cost by the state at an end: by its turn and by its rate, body axes.
 pub type Slopes = [Vector3; 2];
+
+/// Why a leg has no plan, and others need none.
+#[derive(Clone, Debug)]
+pub enum LegError {
+    /// It cannot be attempted.
+    Plan(PlanError),
+    /// The caller, or the time limit, stopped the search.
+    Stopped,
+}
+
+impl LegError {
+    /// Returns the error of a sequence of which this is the leg to some stops.
+    pub fn at(self, stop: impl Into<String>) -> SequenceError {
+        match self {
+            Self::Plan(error) => SequenceError::Leg { stop: stop.into(), error },
+            Self::Stopped => SequenceError::Stopped,
+        }
+    }
+}
 
 /// A leg and its plan.
 #[derive(Clone, Debug)]
@@ -32,23 +52,28 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// Plans a leg, from a neighbour of it if one is known; `None` if no plan is found.
+    /// Plans a leg, from a neighbour of it if one is known; `None` if no plan is found, or if an end
+    /// is in a cone.
     ///
     /// # Errors
-    /// [`PlanError`] if the leg cannot be attempted.
+    /// [`LegError`] if the leg cannot be attempted, or the search was stopped.
     pub fn of(
         problem: Problem,
         settings: &Settings,
         near: Option<&Self>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Self>, PlanError> {
+    ) -> Result<Option<Self>, LegError> {
         let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
         let guess = near.map(|near| Guess::near(&near.solution, &near.problem));
-        let solution = search::solve(&problem, &settings, guess.as_ref(), observer)?;
-        if solution.outcome != Outcome::Converged {
-            return Ok(None);
+        let solution = match search::solve(&problem, &settings, guess.as_ref(), observer) {
+            Err(PlanError::Problem(ProblemError::Violated { .. })) => return Ok(None),
+            found => found.map_err(LegError::Plan)?,
+        };
+        match solution.outcome {
+            Outcome::Converged => Ok(Self::planned(problem, solution)),
+            Outcome::Interrupted | Outcome::TimeLimit => Err(LegError::Stopped),
+            _ => Ok(None),
         }
-        Ok(Self::planned(problem, solution))
     }
 
     /// Returns how long it lasts \[s\].

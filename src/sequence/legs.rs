@@ -3,11 +3,12 @@
 
 use super::carried::{self, carry};
 use super::joint::Joint;
+use super::leg::{Leg, LegError};
 use super::together::{Lasting, Together, Tuning, Whole};
 use super::tracked::{self, Hold};
 use super::{Part, Place, PlannedLeg, Sequence, SequenceError, rolls};
 use crate::maneuver::aim::{Aim, AimRate};
-use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::problem::{Problem, ProblemError, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::Trajectory;
 use crate::optimize::search::Observer;
@@ -32,6 +33,8 @@ pub struct Legs<'a> {
     pub time: f64,
     /// By how much windows are missed \[s\].
     pub late: f64,
+    /// Why there are no more legs, where a search was stopped.
+    pub cut: Option<Status>,
 }
 
 impl<'a> Legs<'a> {
@@ -47,14 +50,22 @@ impl<'a> Legs<'a> {
     ) -> Result<Self, SequenceError> {
         let (count, at) = (stops.len(), sequence.craft.start);
         let planned = Vec::with_capacity(count);
+        let (cost, time, late) = (0.0, 0.0, 0.0);
         let mut legs =
-            Self { sequence, settings, count, at, held: None, planned, cost: 0.0, time: 0.0, late: 0.0 };
+            Self { sequence, settings, count, at, held: None, planned, cost, time, late, cut: None };
         let mut left = stops;
         while !left.is_empty() && !legs.has_failed() {
             let (run, rest) = left.split_at(legs.sharing(left)?);
-            match run {
-                [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer)?,
-                _ => legs.run(run, observer)?,
+            let next = match run {
+                [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer),
+                _ => legs.run(run, observer),
+            };
+            match next {
+                // Finished legs are kept.
+                Err(SequenceError::Stopped) if !legs.planned.is_empty() => {
+                    legs.cut = Some(Status::Interrupted);
+                }
+                next => next?,
             }
             left = rest;
         }
@@ -80,7 +91,7 @@ impl<'a> Legs<'a> {
     }
 
     fn has_failed(&self) -> bool {
-        self.planned.last().is_some_and(|leg| leg.status() != Status::Solved)
+        self.cut.is_some() || self.planned.last().is_some_and(|leg| leg.status() != Status::Solved)
     }
 
     /// Plans the legs of a run that share something, and each of them as [`plan()`] plans it.
@@ -139,6 +150,9 @@ impl<'a> Legs<'a> {
             guess.filter(|_| !problem.objective.switches() && problem.duration.known().is_some());
         let plan = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
         let path = &plan.solution.trajectory;
+        if path.time.is_empty() && matches!(plan.status, Status::Interrupted | Status::LimitReached) {
+            return Err(SequenceError::Stopped);
+        }
         let lasting = path.time.last().copied().unwrap_or(0.0);
         let problem = path.completed(&problem).known_for(lasting);
         let arrival = self.time + lasting;
@@ -221,15 +235,23 @@ impl<'a> Legs<'a> {
             settings,
             tuning: Tuning::default(),
         };
-        let equal = share(&rolls::cheapest(&start, &joints, inertia, power, &[]));
-        let of_turns = rolls::cheapest(&start, &joints, inertia, power, &equal);
+        // Cones that move are judged as they are when the first leg begins.
+        let now = craft.later(self.time).with_duration(f64::MIN_POSITIVE);
+        let allowed = |state: &State| {
+            let there = Problem { end: *state, ..now.clone() };
+            let at_end = |error: ProblemError| matches!(error, ProblemError::Violated { end: "end", .. });
+            !there.violations().any(at_end)
+        };
+        let cheapest = |lasting: &[f64]| rolls::cheapest(&start, &joints, &allowed, (inertia, power), lasting);
+        let equal = share(&cheapest(&[]));
+        let of_turns = cheapest(&equal);
         let observer = &mut Part { observer, part: "all legs together".into() };
         let mut firsts = vec![of_turns];
         if joints.iter().any(|joint| joint.size() > 0) {
             firsts.extend(self.one_by_one(stops, &joints, &equal, observer)?);
         }
         let named = || sequence.named(stops);
-        let told = |error| SequenceError::Leg { stop: named(), error };
+        let told = |error: LegError| error.at(named());
         let mut best: Option<Whole> = None;
         for states in firsts {
             let passed = self.passed(&joints, states, &equal);
@@ -264,11 +286,10 @@ impl<'a> Legs<'a> {
                         problem = problem.with_duration(*duration);
                     }
                     let problem = problem.with_aim_at_end(aim.clone().at_rest());
-                    let told = |error| SequenceError::Leg { stop: stop.name.clone(), error };
-                    let found = plan(&problem, &settings, None, observer).map_err(told)?;
-                    let lasting = found.solution.trajectory.time.last().copied().unwrap_or(0.0);
-                    time = stop.visit.after(time + lasting).0;
-                    let Some(last) = found.solution.trajectory.quaternion.last() else { return Ok(None) };
+                    let leg = Leg::of(problem, &settings, None, observer);
+                    let Some(leg) = leg.map_err(|error| error.at(&stop.name))? else { return Ok(None) };
+                    time = stop.visit.after(time + leg.lasting()).0;
+                    let Some(last) = leg.solution.trajectory.quaternion.last() else { return Ok(None) };
                     let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(last));
                     State::attitude(attitude, Vector3::zeros())
                 }

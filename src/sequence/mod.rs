@@ -158,6 +158,9 @@ pub enum SequenceError {
         /// By how much \[s\].
         late: f64,
     },
+    /// The caller, or the time limit, stopped the search before any leg was planned for good.
+    #[error("the search was stopped before any leg had a plan")]
+    Stopped,
     /// No plan was found for legs that are planned together.
     #[error("no plan was found for the legs to stop `{stop}`")]
     NoPlan {
@@ -225,6 +228,8 @@ pub struct SequencePlan {
     pub end: f64,
     /// By how much windows are missed, in all \[s\].
     pub late: f64,
+    /// Why the legs end before the last stop.
+    pub cut: Option<Status>,
 }
 
 impl SequencePlan {
@@ -232,7 +237,7 @@ impl SequencePlan {
     /// first leg that is not solved, which is the last one that was planned.
     pub fn status(&self) -> Status {
         let failed = self.legs.iter().map(PlannedLeg::status).find(|status| *status != Status::Solved);
-        failed.unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
+        failed.or(self.cut).unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
     }
 
     /// Returns the motion over all legs and the rests between them.
@@ -272,8 +277,8 @@ impl Sequence {
             None => (0..self.stops.len()).collect(),
             Some(order) => order.stops.iter().map(|stop| stop - 1).collect(),
         };
-        let Legs { planned, cost, time, late, .. } = Legs::planned(self, settings, &stops, observer)?;
-        Ok(SequencePlan { legs: planned, order, cost, end: time, late })
+        let Legs { planned, cost, time, late, cut, .. } = Legs::planned(self, settings, &stops, observer)?;
+        Ok(SequencePlan { legs: planned, order, cost, end: time, late, cut })
     }
 
     /// Finds the best order of the stops, by plans of all pairs ([`order`]); stops count from 1. Of effort
@@ -310,11 +315,6 @@ impl Sequence {
         if moving && craft.shortest_pulse().is_some() {
             return Err(SequenceError::Unsupported(
                 "pulses do not hold a body on a target that moves: leave the shortest pulse out",
-            ));
-        }
-        if (moving || craft.is_timed()) && !craft.alternatives.is_empty() {
-            return Err(SequenceError::Unsupported(
-                "constraints that alternate go with stops, targets and cones that do not move",
             ));
         }
         let has_window = |stop: &Stop| stop.visit.window != Visit::PASSED.window;

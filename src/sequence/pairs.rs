@@ -228,8 +228,8 @@ impl<'a> Pairs<'a> {
             let rate = if tracked::moves(stop) { AimRate::Matched } else { AimRate::Zero };
             problem = problem.with_aim_at_end(Aim { rate, ..aim.clone() });
         }
-        let told = |error| SequenceError::Leg { stop: stop.name.clone(), error };
-        let leg = Leg::of(problem.later(begins), settings, None, observer).map_err(told)?;
+        let leg = Leg::of(problem.later(begins), settings, None, observer);
+        let leg = leg.map_err(|error| error.at(&stop.name))?;
         // Of effort c/T³ in a total the fourth roots add up.
         let weight = |leg: Leg| match sequence.craft.objective {
             Objective::Time => leg.cost,

@@ -12,13 +12,14 @@ use crate::maneuver::problem::State;
 /// Rolls of a grid: optima of neighbouring rolls are wider apart (`evidence -- dwells`).
 const ROLLS: usize = 24;
 
-/// Returns the states at the joints for the cheapest rolls of the grid, from a start; `power` is that
-/// of the momentum which a leg costs, and `lasting` what the legs last, as far as they are known.
+/// Returns the states at the joints for the cheapest rolls of the grid, from a start; at each of them
+/// a body is `allowed` to be, if it is at any. `power` is that of the momentum which a leg costs, and
+/// `lasting` what the legs last, as far as they are known.
 pub fn cheapest(
     start: &State,
     joints: &[Joint],
-    inertia: &Matrix3,
-    power: f64,
+    allowed: &dyn Fn(&State) -> bool,
+    (inertia, power): (&Matrix3, f64),
     lasting: &[f64],
 ) -> Vec<State> {
     let mut known: Vec<(f64, Vec<State>)> = vec![(0.0, vec![*start])];
@@ -36,7 +37,11 @@ pub fn cheapest(
             let (cost, way) = priced.min_by(|a, b| a.0.total_cmp(&b.0))?;
             Some((cost, way.iter().copied().chain([state]).collect()))
         };
-        let next: Vec<_> = candidates(joint).into_iter().filter_map(way_to).collect();
+        let mut states = candidates(joint);
+        if states.iter().any(allowed) {
+            states.retain(allowed);
+        }
+        let next: Vec<_> = states.into_iter().filter_map(way_to).collect();
         known = next;
     }
     let best = known.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));

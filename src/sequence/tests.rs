@@ -131,7 +131,7 @@ fn three_rolls_are_found_together() {
         Joint::Roll(aim.ends(0.0, &Matrix3::identity(), &Vector3::zeros()).unwrap())
     });
     let body = skew_body();
-    let first = cheapest(&rest(), &joints, body.inertia.j(), 2.0, &[4.0, 5.0, 4.5]);
+    let first = cheapest(&rest(), &joints, &|_| true, (body.inertia.j(), 2.0), &[4.0, 5.0, 4.5]);
     is_near(of_legs(&body, &joints, &[4.0, 5.0, 4.5], &first), 1.2205766838479164, 1e-8);
 }
 

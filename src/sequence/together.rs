@@ -16,12 +16,12 @@
 
 use super::carried::carry;
 use super::joint::Joint;
-use super::leg::Leg;
+use super::leg::{Leg, LegError};
 use super::order::Visit;
 use crate::Vector3;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
-use crate::optimize::search::{Observer, PlanError};
+use crate::optimize::search::Observer;
 use nalgebra::{DMatrix, DVector};
 
 /// Settings of the Newton method.
@@ -153,7 +153,7 @@ impl Together<'_> {
         (leg, begins): (usize, f64),
         near: Option<&Leg>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Leg>, PlanError> {
+    ) -> Result<Option<Leg>, LegError> {
         let end = self.joints[leg].state(self.numbers(unknowns, leg));
         let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.later(begins) };
         carry(&mut problem, &self.momentum, None);
@@ -172,7 +172,7 @@ impl Together<'_> {
         unknowns: DVector<f64>,
         near: Option<&Whole>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Whole>, PlanError> {
+    ) -> Result<Option<Whole>, LegError> {
         let mut legs = Vec::with_capacity(self.joints.len());
         let (mut begins, mut time) = (Vec::with_capacity(self.joints.len()), self.begins);
         for leg in 0..self.joints.len() {
@@ -210,7 +210,7 @@ impl Together<'_> {
         at: &Whole,
         leg: usize,
         observer: &mut dyn Observer,
-    ) -> Result<DMatrix<f64>, PlanError> {
+    ) -> Result<DMatrix<f64>, LegError> {
         let own = self.own(leg);
         let slope = self.slope(&at.unknowns, leg, &at.legs[leg]);
         let mut curvature = DMatrix::zeros(own.len(), own.len());
@@ -255,8 +255,8 @@ impl Together<'_> {
     /// Improves a whole until nothing is left to gain, or a step leads nowhere.
     ///
     /// # Errors
-    /// [`PlanError`] if a leg cannot be attempted.
-    pub fn improved(&self, mut at: Whole, observer: &mut dyn Observer) -> Result<Whole, PlanError> {
+    /// [`LegError`] if a leg cannot be attempted, or the search was stopped.
+    pub fn improved(&self, mut at: Whole, observer: &mut dyn Observer) -> Result<Whole, LegError> {
         if self.count() == 0 {
             return Ok(at);
         }

@@ -22,6 +22,7 @@ use super::carried::{carry, momentum};
 use super::{Place, Sequence, Stop};
 use crate::lie::{self, cayley_inverse, hat, vee};
 use crate::maneuver::aim::{Aim, AimError, Roll};
+use crate::maneuver::constraint::{Alternatives, Shift, Turns};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{EndCondition, Path, Problem, Scheme, State, Stepping};
@@ -174,10 +175,24 @@ fn followed(craft: &Problem, attitudes: &[Matrix3], settings: &Settings) -> Solu
         solution.terminal.momentum_relative = 0.0;
         solution.cost = verify::effort(craft, &inputs);
         solution.outcome = Outcome::Converged;
+        solution.turns = craft.alternatives.iter().map(|of| clearest(craft, of, &inputs)).collect();
         solution.trajectory = trajectory;
         solution.trajectory.costates = vec![0.0; (craft.steps + 1) * craft.dimension()];
     }
     solution
+}
+
+/// Returns the set of alternatives that leaves a hold the most room; one set holds throughout.
+fn clearest(craft: &Problem, of: &Alternatives, inputs: &[f64]) -> Turns {
+    let lasting = craft.seconds();
+    let turns = |set: usize| Turns { of: of.clone(), shifts: vec![Shift { set, from: 0.0, to: lasting }] };
+    let room = |set: usize| {
+        let margins = verify::margins(&craft.in_turns(&[turns(set)]), inputs).unwrap_or_default();
+        let own = margins.iter().filter(|margin| of.sets[set].contains(&margin.name));
+        own.map(|margin| margin.scaled).fold(f64::INFINITY, f64::min)
+    };
+    let best = (0..of.sets.len()).max_by(|a, b| room(*a).total_cmp(&room(*b)));
+    turns(best.unwrap_or_default())
 }
 
 /// Returns the torques at the nodes, body axes [N·m], by the difference equations.

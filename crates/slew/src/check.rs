@@ -227,7 +227,7 @@ fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Resu
         summary::headline(console, &craft.name, &verdict, tone),
         summary::line("sequence", &format!("{}, {order}", counted(names.len(), "stop"))),
         summary::line("stops", &escape(&listed(&names))),
-        summary::line("duration", &format!("{duration}, {} s at rest", significant(rests, 4))),
+        summary::line("duration", &format!("{duration}, {} s at stops", significant(rests, 4))),
         summary::line("legs", &format!("{}, of {} steps each", craft.objective.name(), craft.steps)),
     ];
     let memory = PeakMemory::of(craft, settings);

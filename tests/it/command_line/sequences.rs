@@ -169,3 +169,86 @@ fn commands_of_one_maneuver_refuse_stops() {
     folder.slew(&["plan", "stops.toml", "--guess", "plan.json"]).ends(2).tells("--guess");
     folder.slew(&["verify", "plan.json", "--spec", "spec.toml"]).ends(3).tells("has no stops");
 }
+
+/// Nadir, which is followed, and a star; one of two star trackers is off the Sun.
+const FOLLOWED: &str = r#"
+format = 1
+name = "a pass"
+epoch = "2026-11-21T07:00:00 UTC"
+[orbit]
+semi_major_axis_m = 7000e3
+eccentricity = 0.001
+inclination_deg = 98
+raan_deg = 40
+argument_of_perigee_deg = 0
+true_anomaly_deg = 30
+[names]
+reference_frame = "ICRF"
+center = "EARTH"
+spice_id = -42
+[body]
+inertia_kg_m2 = [1, 2, 2.5]
+[actuators]
+torque_limit_n_m = 0.5
+[start]
+point = { boresight_body = [0, 0, 1], ra_deg = 60, dec_deg = -30 }
+[maneuver]
+minimize = "time"
+steps = 40
+[[stop]]
+name = "nadir"
+point = { boresight_body = [0, 0, 1], at = "nadir" }
+hold_s = 60
+[[stop]]
+name = "star"
+point = { boresight_body = [0, 0, 1], ra_deg = 60, dec_deg = -30 }
+hold_s = 10
+[[constraint]]
+name = "tracker A"
+kind = "keep_out"
+boresight_body = [1, 0, 0]
+direction = "sun"
+half_angle_deg = 25
+[[constraint]]
+name = "tracker B"
+kind = "keep_out"
+boresight_body = [-1, 0, 0]
+direction = "sun"
+half_angle_deg = 25
+[[any_of]]
+name = "trackers"
+set = [{ constraints = ["tracker A"] }, { constraints = ["tracker B"] }]
+"#;
+
+#[test]
+fn a_target_that_moves_is_followed_and_judged() {
+    let folder = Folder::new();
+    fs::write(folder.path("pass.toml"), FOLLOWED).unwrap();
+    let run = folder.slew(&["plan", "pass.toml", "-o", "plan.json", "--report", "page.html"]).ends(0);
+    run.tells("solved and verified").tells("s at stops");
+    folder.slew(&["verify", "plan.json"]).ends(0).tells("2 of 2 holds verified");
+    folder.slew(&["verify", "plan.json", "--spec", "pass.toml"]).ends(0);
+    folder.slew(&["export", "plan.json", "-o", "plan.aem"]).ends(0);
+    let json = folder.json("plan.json");
+    let hold = &json["holds"][0];
+    assert_eq!(hold["proof"].as_str(), Some("feasible"));
+    // The body turns with its orbit, 0.0617 deg/s, and with it alone.
+    let rates = hold["trajectory"]["angular_velocity_rad_s"].as_array().unwrap();
+    for rate in rates {
+        let size: f64 = rate.as_array().unwrap().iter().map(|part| part.as_f64().unwrap().powi(2)).sum();
+        assert!((size.sqrt().to_degrees() - 0.0617).abs() < 5e-4, "{size}");
+    }
+    // Another target, or a longer hold, is not what the plan has.
+    let other = FOLLOWED.replace("at = \"nadir\"", "at = \"along_track\"");
+    fs::write(folder.path("other.toml"), other).unwrap();
+    folder.slew(&["verify", "plan.json", "--spec", "other.toml"]).ends(7).tells("rad from the target");
+    let longer = FOLLOWED.replace("hold_s = 60", "hold_s = 70");
+    fs::write(folder.path("longer.toml"), longer).unwrap();
+    folder.slew(&["verify", "plan.json", "--spec", "longer.toml"]).ends(7).tells("end of the hold at nadir");
+    // A rate of the hold that is no longer that of its attitudes.
+    let text = fs::read_to_string(folder.path("plan.json")).unwrap();
+    let mut damaged: serde_json::Value = serde_json::from_str(&text).unwrap();
+    damaged["holds"][0]["trajectory"]["angular_velocity_rad_s"][20][1] = 0.01.into();
+    fs::write(folder.path("damaged.json"), damaged.to_string()).unwrap();
+    folder.slew(&["verify", "damaged.json"]).ends(7).tells("hold at nadir");
+}

@@ -193,7 +193,7 @@ pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
         for error in there.violations() {
             let ProblemError::Violated { end: "end", name: constraint, found } = error else { continue };
             let (code, remedy) = constraint::violated(&there, &constraint, "stop");
-            let reason = format!("stop \"{}\" violates \"{}\": {found}", escape(name), escape(&constraint));
+            let reason = format!("stop \"{}\" violates \"{}\": {found}", escape(&name), escape(&constraint));
             section.error(code, key, reason, remedy);
             sound = false;
         }

@@ -77,6 +77,9 @@ pub fn told(file: &SequenceFile<'_>) -> Vec<String> {
 /// Returns the order and what is known of it.
 fn order(record: &SequenceRecord) -> String {
     let stops = counted(record.stops.len(), "stop");
+    if record.status == Status::Interrupted || record.status == Status::LimitReached {
+        return format!("{stops} so far: the search was stopped");
+    }
     match record.proof {
         OrderProof::AllOrders | OrderProof::LowerBound if record.late_s > 0.0 => {
             format!("{stops}; no order that keeps every window was found")
