@@ -168,7 +168,7 @@ impl Objective {
 }
 
 impl Default for Objective {
-    /// Effort, every input of weight 1.
+    /// Returns the effort with weight 1 for every input.
     fn default() -> Self {
         Self::Effort(Weights::default())
     }
@@ -180,7 +180,7 @@ impl From<Weights> for Objective {
     }
 }
 
-/// The blocks of the effort weight `W`, absent: the identity; and what time costs.
+/// The blocks of the effort weight `W` (the identity if absent), and the price of time.
 ///
 /// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques
 /// and [1/N²] for forces, up to the user's unit of cost. The block of a set that the maneuver
@@ -202,9 +202,9 @@ impl Weights {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// Builds the weights with blocks that are the identity left out.
+    /// Returns the weights without the blocks that are the identity.
     pub fn simplified(self) -> Self {
-        // Exactly: what differs by an ulp is another weight.
+        // The comparison is exact: a weight that differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
         Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
@@ -215,7 +215,7 @@ impl Weights {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// Returns the force inputs under their weight, where there are some.
+    /// Returns the force inputs under their weight, if the actuation has forces.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }
@@ -251,8 +251,8 @@ pub enum WeightError {
         /// Number of inputs.
         count: usize,
     },
-    /// The weight is not symmetric positive definite, or so small or large that nothing can be
-    /// computed with it.
+    /// The weight is not symmetric positive definite, or is too small or too large for the
+    /// computation.
     #[error("the effort weight is not symmetric positive definite")]
     Indefinite,
 }

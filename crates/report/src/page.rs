@@ -1,7 +1,7 @@
-//! One HTML file that shows a plan and needs nothing else: no network, no other file.
+//! One self-contained HTML file that shows a plan, without a network or other files.
 //!
-//! Text from a spec is escaped. In the data of the script every `<` is escaped, so that no text
-//! ends a tag. Without a script the page shows the words and the tables.
+//! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text
+//! ends a tag. A browser without scripts shows the words and the tables.
 
 use super::body::body;
 use super::document::document;

@@ -27,7 +27,7 @@ pub enum Exit {
     File,
     /// A simulation left the finite numbers.
     NotFinite,
-    /// A batch is finished, and some of its cases failed.
+    /// The batch is finished, and some of its cases failed.
     CasesFailed,
 }
 
@@ -67,7 +67,7 @@ pub enum Failure {
     Spec(Diagnostics),
     /// A file, or stdin or stdout.
     File(Message),
-    /// The problem or the settings do not hold together, though the spec reads well.
+    /// The problem or the settings contradict each other, although each value of the spec is valid.
     Problem(Message),
     /// The arguments contradict each other.
     Usage(String),

@@ -225,7 +225,7 @@ fn all(
     Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }
 
-/// Opens the file of `--keep`; the cases that it has go to their flights.
+/// Opens the file of `--keep`, and passes its cases to their flights.
 fn kept(
     args: &Args,
     path: &Path,

@@ -70,12 +70,12 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the format of a plan; `None` for text for people.
+    /// Returns the format of a plan; `None` for text.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
 
-    /// Returns the endings of file names for the format. If several formats have one ending, it
+    /// Returns the endings of file names for the format. If several formats share an ending, it
     /// selects the first.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)
@@ -96,7 +96,7 @@ impl Destination {
         Ok(())
     }
 
-    /// Returns the format, where there are data.
+    /// Returns the format, if data are written.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,

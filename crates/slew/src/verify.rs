@@ -152,7 +152,7 @@ fn attitudes(
     Ok(exit)
 }
 
-/// Returns a check in words, with the line of the file that it is of.
+/// Returns a check in words, with its line in the file.
 fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     let Check { name, value, limit, passed } = check;
     let unit = match name.as_str() {

@@ -53,7 +53,7 @@ pub enum Lacking {
     /// The roll of an observation.
     #[error("a PTR has whole attitudes, and an observation has a free roll or points at the Sun")]
     Roll,
-    /// Observations that follow one another.
+    /// Observations overlap, leave no time for a slew, or have no attitude.
     #[error(
         "the observations do not follow one another with time for a slew, or one has no attitude: its \
         axes are parallel or no unit vectors"

@@ -29,7 +29,7 @@ struct Checker {
     report: Report,
 }
 
-/// Returns whether a key means something under this value of the table's selector.
+/// Returns whether a key has a meaning for this value of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
@@ -119,8 +119,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. Without a valid selector it
-    /// reports nothing, because the selector is the error.
+    /// Reports a key that belongs to another value of the selector. It reports nothing if the
+    /// selector is not valid, because then the selector is the error.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -182,7 +182,7 @@ impl Checker {
             Ok(value) => return Some(value),
             Err(faults) => faults,
         };
-        // Three wrong numbers of a list show what is wrong with the others.
+        // Three wrong numbers of a list show the fault of all others.
         for mut fault in faults.into_iter().take(3) {
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);
@@ -202,7 +202,7 @@ impl Checker {
         };
         let numbers = |items: &[Node]| items.iter().all(|item| matches!(item.value, Value::Number(_)));
         if items.len() == 3 && numbers(items) {
-            // Three numbers can mean nothing but a vector.
+            // Three numbers can only mean a vector.
             let vector = Entry { key: "vector".into(), key_span: node.span, node: node.clone() };
             let table = Node { span: node.span, value: Value::Table(vec![vector]) };
             return Ok(Parsed::Tables(vec![self.table(&table, &DIRECTION, path)]));

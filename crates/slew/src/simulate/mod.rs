@@ -48,13 +48,13 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Number of steps; by default that of the spec
+    /// Number of steps; by default the number of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
     /// Steps from one row to the next; by default the output_stride of the spec, or 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub stride: Option<u64>,
-    /// Method; by default that of the spec, or lie_verlet
+    /// Method; by default the method of the spec, or lie_verlet
     #[arg(
         long,
         value_name = "NAME",
@@ -170,7 +170,7 @@ enum Carrier {
 enum Ended {
     /// A number became infinite or NaN: the rows before it are kept.
     NotFinite(Message),
-    /// It cannot be followed.
+    /// The motion cannot be propagated.
     Failed(Failure),
 }
 
@@ -184,7 +184,7 @@ impl Ended {
 }
 
 impl Motion {
-    /// `keeps_energy`: no inputs work.
+    /// Builds the motion of the bodies. `keeps_energy` states that no inputs do work.
     fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
         let layout = Layout {
             name: simulation.name.clone(),
@@ -374,7 +374,8 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and the next check of the clock, which costs as much as a short step.
+/// The progress line, and the step of the next check of the clock: a check costs as much as a short
+/// step.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,

@@ -25,7 +25,7 @@ pub(super) struct Segment {
     pub name: String,
     /// First and last time.
     pub bounds: [f64; 2],
-    /// Structure, reference frame, type, whether there are rates.
+    /// Structure, reference frame, type, and whether the segment has rates.
     pub integers: [i32; 4],
     /// The array.
     pub numbers: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Daf {
     pub kind: &'static str,
     /// The internal name.
     pub name: String,
-    /// Lines for people.
+    /// Lines of comments.
     pub comment: Vec<String>,
     pub segment: Segment,
 }
