@@ -1,10 +1,10 @@
 //! Curves over two axes, with marks, bands and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
-use super::{COLOURS, colour};
 use super::curve::{Curve, Shape};
 use super::legibility;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
+use super::{COLOURS, colour};
 
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
