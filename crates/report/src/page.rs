@@ -377,6 +377,9 @@ fn figures(html: &mut String, shown: &[&Shown]) {
     html.push_str("</div>\n");
 }
 
+/// The number of characters above which a cell of a table is broken into lines.
+const LONG_CELL: usize = 48;
+
 fn write_table(html: &mut String, table: &Table) {
     html.push_str("<div class=\"wide\"><table>\n<thead><tr>");
     for cell in &table.head {
@@ -386,7 +389,8 @@ fn write_table(html: &mut String, table: &Table) {
     for row in &table.rows {
         html.push_str("<tr>");
         for cell in row {
-            let _ = write!(html, "<td>{}</td>", escape(cell));
+            let class = if cell.chars().count() > LONG_CELL { " class=\"text\"" } else { "" };
+            let _ = write!(html, "<td{class}>{}</td>", escape(cell));
         }
         html.push_str("</tr>\n");
     }
