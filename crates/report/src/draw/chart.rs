@@ -215,7 +215,8 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// Characters of a line of a name next to the plot, and of the smaller lines below it.
+/// The largest numbers of characters in a line of a name next to the plot, and in the smaller lines
+/// below it.
 const ROOM: usize = 22;
 const ROOM_SMALL: usize = 27;
 
