@@ -326,7 +326,7 @@ impl Corpus {
         }
     }
 
-    /// Returns a plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
+    /// Reads a plan file as `slew verify` and `--guess` read it, and lets the witnesses judge it.
     fn read_plan(&self, bytes: &[u8]) -> Result<Answer, String> {
         let _ = read_guess(bytes);
         let file = match PlanFile::read(bytes) {

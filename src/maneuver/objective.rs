@@ -46,9 +46,9 @@ pub enum Objective {
 /// The prices of fuel and time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1
-    /// each. All equal where the norm of the torque is limited. None of thrusters that push and
-    /// turn: these have prices of forces.
+    /// `c_j`, one for each torque input, positive, in 1/(N·m·s) up to the user's unit of cost; 1
+    /// each if absent. All are equal if the norm of the torque is limited. Thrusters that push and
+    /// turn have prices of forces instead.
     pub prices: Option<Vec<f64>>,
     /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost;
     /// absent: 1 each.

@@ -61,19 +61,20 @@ pub struct ActuatorSet {
     limits: Limits,
 }
 
-/// Limits of the inputs of one set; absent: none.
+/// Limits of the inputs of one set. An absent limit does not exist.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// `|u_i| ≤` this, one per input [N·m or N].
+    /// The limits of `|u_i|`, one for each input [N·m or N].
     pub size: Option<Vec<f64>>,
-    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`: thrusters. They need a limit of size.
+    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`, as for thrusters. One-sided inputs need
+    /// a limit of size.
     pub one_sided: bool,
     /// The limit of `|B u|` [N·m or N].
     pub norm: Option<f64>,
-    /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
+    /// The limits of `|du_i/dt|`, one for each input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
-    /// The shortest pulse \[s\]: inputs are off or at their limit of size, each time for at least
-    /// so long.
+    /// The shortest pulse \[s\]. Inputs are then off or at their limit of size, each time for at
+    /// least this long.
     pub shortest_pulse: Option<f64>,
 }
 

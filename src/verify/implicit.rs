@@ -22,7 +22,8 @@ use crate::mechanics::body::Inertia;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
-/// Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit of existence.
+/// The largest number of Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit
+/// of existence.
 const MAX_ITERATIONS: usize = 40;
 
 /// The number of terms of the series: the first omitted term is below 1e-19 at `t = 1.7`, beyond

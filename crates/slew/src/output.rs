@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// Output of a command that makes a trajectory.
 #[derive(Debug, clap::Args)]
 pub struct OutputArgs {
-    /// Format of the data, on stdout or in the file of `-o`; by default the ending of the file
-    /// selects it, JSON for stdout
+    /// Format of the data, in the file of `-o`, or on stdout without a file; by default the ending of
+    /// the file selects it, JSON for `-o -`
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// Write the data to FILE, completely or not at all; its ending selects the format. `-` is

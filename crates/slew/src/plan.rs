@@ -269,6 +269,9 @@ pub fn invalid(error: ProblemError) -> Failure {
         ProblemError::StepTooLong { steps, .. } => {
             ("E0120", format!("set `maneuver.steps` to {steps} or more"))
         }
+        ProblemError::Violated { end, .. } => {
+            ("E0121", format!("change the {end}, or the limit or the cone that it violates"))
+        }
         _ => ("E0121", "change the spec accordingly".into()),
     };
     Failure::Problem(Message::new(code, error.to_string(), remedy))

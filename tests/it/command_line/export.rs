@@ -271,6 +271,24 @@ fn the_steps_that_are_named_reach_the_accuracy() {
     }
 }
 
+#[test]
+fn an_export_needs_a_file_or_a_format() {
+    let folder = planned();
+    folder.slew(&["export", "plan.json"]).ends(2).tells("-o plan.aem");
+    folder.slew(&["export", "plan.json", "--format", "csv"]).ends(0);
+}
+
+/// A plan file of an infeasible maneuver has a reason and no motion.
+#[test]
+fn a_file_without_a_motion_is_refused_as_such() {
+    let folder = Folder::new();
+    let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/infeasible_cones.toml");
+    folder.slew(&["plan", infeasible, "-q", "-o", "none.json"]).ends(4);
+    let why = "the solve ended without a plan";
+    folder.slew(&["export", "none.json", "-o", "none.csv"]).ends(8).tells(why).tells("slew report");
+    folder.slew(&["verify", "none.json"]).ends(7).tells(why).tells("slew report");
+}
+
 /// A body that is already where it should be has a plan of one moment, which formats of motions
 /// cannot represent.
 #[test]

@@ -182,7 +182,15 @@ fn what_cannot_be_flown_is_refused() {
         .slew(&[&["fly", "plan.json", "--case", "3", "-o", "x.npz"], &uncertain[..]].concat())
         .ends(2)
         .tells("E0107");
-    folder.slew(&["fly", "spec.toml"]).ends(8);
+    folder.slew(&["fly", "spec.toml"]).ends(8).tells("not a plan file, but a spec");
+    // A changed maneuver: the recorded plan is no plan of it.
+    for set in ["body.inertia_kg_m2=[2, 3, 4]", "maneuver.duration_s=30"] {
+        let args = ["fly", "plan.json", "--cases", "2", "--set", set];
+        folder
+            .slew(&[&args[..], &uncertain[..]].concat())
+            .ends(2)
+            .tells("the plan does not change in flight");
+    }
     folder.slew(&["fly", "plan.json", "-o", "x.aem"]).ends(2);
     // A chance that an end has no room for.
     fs::write(folder.path("near.toml"), FLIES.replace("half_angle_deg = 20", "half_angle_deg = 40.7"))

@@ -449,7 +449,7 @@ fn bodies_that_run_through_each_other_are_told_of() {
     let rest = ["--set", "bodies.0.velocity_m_s=[0,0.02,0]", "--set", "bodies.1.velocity_m_s=[0,-0.02,0]"];
     // The stride steps over the moment.
     let args = [&["simulate", "pair.toml", "--format", "json", "--stride", "400"], &rest[..]].concat();
-    let run = folder.slew(&args).ends(0).tells("W0134").tells("ball came within their sizes at t = ");
+    let run = folder.slew(&args).ends(0).tells("W0134").tells("ball came closer than their sizes at t = ");
     let encounter = &run.json()["encounter"];
     let (time, distance) = (encounter["time_s"].as_f64().unwrap(), encounter["distance_m"].as_f64().unwrap());
     assert!((0.1..4.0).contains(&time) && distance < 0.55, "{encounter}");

@@ -49,8 +49,8 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
-/// About the axis of the rotation the way round that is quicker about another axis takes a quarter
-/// longer.
+/// The other way round is quicker about another axis: a turn about the axis of the rotation takes a
+/// quarter longer.
 #[test]
 fn the_other_way_round_is_quicker_about_an_axis_of_its_own() {
     let over = over_the_best("time_other_axis");

@@ -132,8 +132,8 @@ fn a_cone_in_the_way_needs_time() {
     assert!(proof(&problem.with_constraint(cone(most + 0.05))).is_some(), "{reason}");
 }
 
-/// A boresight to be kept near the zenith of an orbit, and away from a star that the zenith passes:
-/// at that moment there is no attitude. Both ends are fine.
+/// A boresight must stay near the zenith of an orbit, and away from a star that the zenith passes.
+/// No attitude satisfies both at that moment, although both ends do.
 #[test]
 fn cones_that_meet_on_the_way_are_named_both() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 3.0, 4.0)).unwrap(), mass: None };

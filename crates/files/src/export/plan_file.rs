@@ -324,12 +324,15 @@ impl<'a> PlanFile<'a> {
     /// Returns `problem` on the grid of this plan, if the trajectory fits it.
     ///
     /// # Errors
-    /// The arrays that do not fit.
+    /// The arrays that do not fit, or [`ExportError::NoMotion`].
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
         // A plan of least time has no step if the body is already where it should be.
         let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
+        if self.outcome != Outcome::Converged && self.trajectory.0.time.is_empty() {
+            return Err(ExportError::NoMotion);
+        }
         if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
             return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());

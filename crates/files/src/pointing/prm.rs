@@ -290,7 +290,9 @@ fn observation<'t>(
     let target = match (template.orbit, aim) {
         (Some(_), None) => Target::Sun,
         (Some(_), Some(aim)) => {
-            return aim.name().wrong(format!("<target> in a block {SUN}, which has the Sun"), "remove it");
+            return aim
+                .name()
+                .wrong(format!("<target> in a block {SUN}, whose target is the Sun"), "remove it");
         }
         (None, aim) => {
             let aim = block.needed(aim, "target")?;

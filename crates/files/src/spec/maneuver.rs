@@ -39,6 +39,11 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         }
     } else if !priced && !bounded {
         if !section.has("duration_s") {
+            // An unknown key or objective was reported, and may be what frees or states the duration.
+            let misspelt = section.given.iter().any(|given| !section.knows(&given.name));
+            if misspelt || (section.has("minimize") && minimize.is_none()) {
+                return None;
+            }
             let reason = "[maneuver] needs `duration_s`";
             return section.refuse(
                 "E0021",

@@ -1,10 +1,10 @@
 //! Curves over two axes, with marks, bands and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
-use super::colour;
 use super::curve::{Curve, Shape};
 use super::legibility;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
+use super::{COLOURS, colour};
 
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -186,7 +186,8 @@ fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, st
 
 fn stroke(style: usize, width: f64) -> String {
     const DASHES: [&str; 4] = ["", "9 4", "4 3", "11 3 2.5 3"];
-    let dash = match DASHES[style % DASHES.len()] {
+    // The ninth curve has the colour of the first, and its own dash.
+    let dash = match DASHES[(style + style / COLOURS.len()) % DASHES.len()] {
         "" => String::new(),
         dash => format!(" stroke-dasharray=\"{dash}\""),
     };
@@ -214,7 +215,8 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// Characters of a line of a name next to the plot, and of the smaller lines below it.
+/// The largest numbers of characters in a line of a name next to the plot, and in the smaller lines
+/// below it.
 const ROOM: usize = 22;
 const ROOM_SMALL: usize = 27;
 

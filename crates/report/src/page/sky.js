@@ -229,7 +229,7 @@ function sky(figureNode, picture) {
     for (const track of [...picture.tracks].reverse()) {
       const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
       element("path", { d: stretches(track.points).map(curve).join(""), ...stroke,
-        "stroke-dasharray": DASHES[track.style % 4] }, inside);
+        "stroke-dasharray": dash(track.style) }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
     for (const track of picture.tracks) {
@@ -262,7 +262,7 @@ function sky(figureNode, picture) {
     const entry = html("span", node);
     const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
     const stroke = { x1: 0, x2: 28, y1: 5, y2: 5, stroke: colour(track.style), "stroke-width": 2.4 };
-    element("line", { ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, sample);
+    element("line", { ...stroke, "stroke-dasharray": dash(track.style) }, sample);
     entry.appendChild(document.createTextNode(track.name));
   }
   html("span", node, "○ start   ● end");

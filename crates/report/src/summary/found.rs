@@ -246,7 +246,7 @@ fn switched(
             } else if switching.structure == Structure::TruncatedChattering {
                 format!("; a singular arc of {which}, replaced by arcs")
             } else if switching.structure == Structure::Singular {
-                format!("; {which} within the limits, told by the mean")
+                format!("; {which} within the limits, stated by the mean")
             } else {
                 String::new()
             };

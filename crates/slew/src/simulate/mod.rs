@@ -37,7 +37,7 @@ duration; its end has no effect.
 CSV and JSON lines stream for any number of steps. JSON is held in memory first. Ctrl-C ends the motion
 and keeps the rows so far and the last state, also in a file. Errors of conserved quantities, in the
 summary and as `errors` in JSON, are the largest at the rows; larger ones may occur between them. Bodies
-do not collide: a warning reports that two bodies came within their sizes.
+do not collide: a warning reports that two bodies came closer than the sum of their sizes.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -138,7 +138,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(Encounter { time, bodies, distance, .. }) = run.and_then(|run| run.encounter) {
         let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
         let (time, distance) = (significant(time, 4), significant(distance, 4));
-        let reason = format!("{a} and {b} came within their sizes at t = {time} s, {distance} m apart");
+        let reason = format!("{a} and {b} came closer than their sizes at t = {time} s, {distance} m apart");
         let remedy = "bodies do not collide here: use only the motion until then, or shorten the step if long \
          bodies nearly missed";
         console.warn("W0134", &reason, remedy);

@@ -210,7 +210,7 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
     k * Lanes::splat(std::f64::consts::LN_2) + (z + z) + z * w * odd
 }
 
-/// Returns no lane below `bound`; NaN stays.
+/// Raises every lane below `bound` to `bound`; NaN stays NaN.
 #[inline(always)]
 fn at_least(value: Lanes, bound: f64) -> Lanes {
     value.map(|value| if value < bound { bound } else { value })

@@ -51,7 +51,8 @@ impl Daf {
         let begin = (summaries + 1) * RECORD / 8 + 1;
         let end = begin + self.segment.numbers.len() - 1;
         let word = |value: usize| {
-            i32::try_from(value).map_err(|_| io::Error::other("more numbers than such a file can hold"))
+            i32::try_from(value)
+                .map_err(|_| io::Error::other("the motion has more numbers than a C-kernel can hold"))
         };
         let (summary_record, begin, end, free) = (word(summaries)?, word(begin)?, word(end)?, word(end + 1)?);
 

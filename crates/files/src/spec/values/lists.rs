@@ -82,15 +82,13 @@ pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
 
 /// Reads an inertia: three rows, or the diagonal.
 pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
-    let items = match &node.value {
-        Value::Array(items)
-            if !items.is_empty() && !items.iter().any(|item| matches!(item.value, Value::Array(_))) =>
-        {
-            items
-        }
-        _ => return rows(node, quantity),
+    let is_array = |item: &Node| matches!(item.value, Value::Array(_));
+    let count = match &node.value {
+        Value::Array(items) if items.is_empty() || items.iter().any(is_array) => return rows(node, quantity),
+        Value::Array(items) => items.len(),
+        _ => 0,
     };
-    if items.len() == 6 {
+    if count == 6 {
         let reason = "six numbers do not determine the sign convention of the products of inertia";
         let remedy = "write the whole matrix with tensor signs: \
                       [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
