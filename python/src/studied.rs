@@ -37,8 +37,9 @@ pub fn verify(
     let (watch, began) = (Watch::new(progress), Instant::now());
     let (judged, watch) = detached(py, || {
         let watch = RefCell::new(watch);
-        let stop =
-            || watch.borrow_mut().stops("witnesses", "", problem.steps as u64, began.elapsed().as_secs_f64(), "");
+        let stop = || {
+            watch.borrow_mut().stops("witnesses", "", problem.steps as u64, began.elapsed().as_secs_f64(), "")
+        };
         let judged = planned.file().judge(problem, settings, identity, closed_loop, &stop);
         (judged, watch.into_inner())
     })?;

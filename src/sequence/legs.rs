@@ -118,9 +118,7 @@ impl<'a> Legs<'a> {
                 let rate = if tracked::moves(at) { AimRate::Matched } else { AimRate::Zero };
                 leg.with_aim_at_end(Aim { rate, ..aim.clone() })
             }
-            Place::Aim(_) | Place::Attitude(_) => {
-                Problem { end: self.sequence.joint(at)?.state(&[]), ..leg }
-            }
+            Place::Aim(_) | Place::Attitude(_) => Problem { end: self.sequence.joint(at)?.state(&[]), ..leg },
         };
         if let Some(durations) = self.sequence.pinned_from(self.time, &[stop]) {
             leg = leg.with_duration(durations[0]);
@@ -146,8 +144,7 @@ impl<'a> Legs<'a> {
         if craft.chooses_steps {
             (problem.steps, problem.chooses_steps) = (craft.steps, true);
         }
-        let guess =
-            guess.filter(|_| !problem.objective.switches() && problem.duration.known().is_some());
+        let guess = guess.filter(|_| !problem.objective.switches() && problem.duration.known().is_some());
         let plan = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
         let path = &plan.solution.trajectory;
         if path.time.is_empty() && matches!(plan.status, Status::Interrupted | Status::LimitReached) {
@@ -162,9 +159,8 @@ impl<'a> Legs<'a> {
             return Err(SequenceError::Beyond { stop: at.name.clone(), end, known });
         }
         (self.at, self.held) = (problem.end, self.wheels(path));
-        let holds = plan.status == Status::Solved
-            && end > arrival
-            && (tracked::moves(at) || craft.is_timed());
+        let holds =
+            plan.status == Status::Solved && end > arrival && (tracked::moves(at) || craft.is_timed());
         let hold = if holds { Some(self.hold(stop, arrival, end, observer)?) } else { None };
         self.cost += plan.solution.cost;
         let planned =
@@ -242,7 +238,8 @@ impl<'a> Legs<'a> {
             let at_end = |error: ProblemError| matches!(error, ProblemError::Violated { end: "end", .. });
             !there.violations().any(at_end)
         };
-        let cheapest = |lasting: &[f64]| rolls::cheapest(&start, &joints, &allowed, (inertia, power), lasting);
+        let cheapest =
+            |lasting: &[f64]| rolls::cheapest(&start, &joints, &allowed, (inertia, power), lasting);
         let equal = share(&cheapest(&[]));
         let of_turns = cheapest(&equal);
         let observer = &mut Part { observer, part: "all legs together".into() };
@@ -304,9 +301,8 @@ impl<'a> Legs<'a> {
     /// Returns states with the rates of a cubic through them where the body passes, if it is known
     /// how long the legs last.
     fn passed(&self, joints: &[Joint], mut states: Vec<State>, durations: &[f64]) -> Vec<State> {
-        let attitudes: Vec<Matrix3> = std::iter::once(self.at.attitude)
-            .chain(states.iter().map(|state| state.attitude))
-            .collect();
+        let attitudes: Vec<Matrix3> =
+            std::iter::once(self.at.attitude).chain(states.iter().map(|state| state.attitude)).collect();
         for (index, joint) in joints.iter().enumerate() {
             let is_passed = matches!(joint, Joint::Passing { .. } | Joint::PassingRoll { .. });
             if let (true, Some(next), [before, after]) =

@@ -7,9 +7,9 @@ use super::leg::Leg;
 use super::order::Visit;
 use super::rolls::cheapest;
 use super::together::{Lasting, Together, Tuning};
-use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop};
+use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, windows};
 use crate::maneuver::aim::Aim;
-use crate::maneuver::constraint::Direction;
+use crate::maneuver::constraint::{Constraint, Direction, Rule};
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
@@ -368,6 +368,17 @@ fn windows_that_no_plan_can_keep_are_proved() {
     }
     let aims = vec![within("A", 1.0, pointing([1.0, 0.0, 0.0]))];
     assert_eq!(missed(plan(aims, Ordering::Given)), Some("`A`".into()));
+    // A body that begins in motion turns no faster than its rate allows: by 106° in 6.2 s at 0.3 rad/s.
+    let mut moving = craft.clone();
+    moving.start.angular_velocity = Vector3::new(0.0, 0.0, 0.01);
+    moving.constraints.push(Constraint { name: "rate".into(), rule: Rule::RateNorm(0.3) });
+    let sequence = |until: f64| Sequence {
+        craft: moving.clone(),
+        stops: vec![within("A", until, a.clone())],
+        order: Ordering::Given,
+    };
+    assert_eq!(missed(sequence(7.0).plan(&Settings::discrete(), &mut Silent)), Some("`A`".into()));
+    assert!(windows::missed(&sequence(7.2)).is_none());
 }
 
 #[test]

@@ -31,7 +31,8 @@ pub struct Tuning {
     pub steps: usize,
     /// Halvings of a step.
     pub halvings: usize,
-    /// The decrease that a step foresees, relative to the cost, at which nothing is left to gain.
+    /// The decrease that a step foresees or brings, relative to the cost, at which nothing is left to
+    /// gain: less of it follows the round-off of plans within limits, each of which takes its time.
     pub gain: f64,
     /// Differences of the unknowns from which the first curvature comes, as a part of their
     /// sizes: a smaller one is lost in what plans are known to.
@@ -42,7 +43,7 @@ pub struct Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { steps: 40, halvings: 8, gain: 1e-12, difference: 1e-3, flat: 1e-3 }
+        Self { steps: 40, halvings: 8, gain: 1e-9, difference: 1e-3, flat: 1e-3 }
     }
 }
 
@@ -291,7 +292,11 @@ impl Together<'_> {
                 part *= 0.5;
             }
             let Some(next) = better else { break };
+            let gained = at.cost() - next.cost();
             at = next;
+            if gained <= self.tuning.gain * at.cost().abs() {
+                break;
+            }
         }
         Ok(at)
     }

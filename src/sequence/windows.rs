@@ -2,11 +2,13 @@
 //!
 //! Where the body begins and ends at rest, a motion by way of other stops is a motion from the one
 //! to the other too, so the bound of the straight leg holds for it. A given order adds up its legs.
-//! In a free order a stop may come first; and of two stops one comes before the other.
+//! In a free order a stop may come first; and of two stops one comes before the other. A limit of the
+//! rate bounds every leg by its angle, whether the body rests at its ends or not.
 
 use super::leg_bound::LegBound;
 use super::{Ordering, Place, Sequence, carried, tracked};
-use crate::maneuver::constraint::angle_between;
+use crate::lie;
+use crate::maneuver::constraint::{Rule, angle_between};
 use crate::{Matrix3, Vector3};
 
 /// Windows that no plan can keep.
@@ -20,7 +22,7 @@ pub struct Missed {
 
 /// Returns windows that no plan of a sequence can keep; `None` where the bounds prove nothing.
 pub fn missed(sequence: &Sequence) -> Option<Missed> {
-    let bounds = Bounds::of(sequence)?;
+    let bounds = Bounds::of(sequence);
     let visits: Vec<_> = sequence.stops.iter().map(|stop| stop.visit).collect();
     if sequence.order == Ordering::Given {
         let (mut from, mut time) = (None, 0.0);
@@ -47,37 +49,53 @@ pub fn missed(sequence: &Sequence) -> Option<Missed> {
 /// Lower bounds of the legs between stops.
 struct Bounds<'a> {
     sequence: &'a Sequence,
-    legs: LegBound,
+    /// Those from rest to rest; `None` where the body does not begin at rest, or wheels store momentum.
+    legs: Option<LegBound>,
+    /// The limit of the rate [rad/s]; infinite without one.
+    fastest: f64,
 }
 
 impl<'a> Bounds<'a> {
-    /// Returns the bounds; `None` where the body begins with a rate, or its wheels with momentum.
-    fn of(sequence: &'a Sequence) -> Option<Self> {
-        let start = &sequence.craft.start;
-        let rests = start.angular_velocity == Vector3::zeros()
-            && carried::momentum(&sequence.craft) == Vector3::zeros()
-            && sequence.craft.is_free_turn();
-        rests.then(|| Self { sequence, legs: LegBound::new(&sequence.craft) })
+    fn of(sequence: &'a Sequence) -> Self {
+        let craft = &sequence.craft;
+        let rests = craft.start.angular_velocity == Vector3::zeros()
+            && carried::momentum(craft) == Vector3::zeros()
+            && craft.is_free_turn();
+        let fastest = craft.constraints.iter().map(|constraint| match &constraint.rule {
+            Rule::RateNorm(limit) => *limit,
+            Rule::RateAxes(limits) => limits.norm(),
+            Rule::Pointing(_) => f64::INFINITY,
+        });
+        let fastest = fastest.fold(f64::INFINITY, f64::min);
+        Self { sequence, legs: rests.then(|| LegBound::new(craft)), fastest }
     }
 
     /// Returns the least time from the start, or from a stop, to a stop \[s\].
     fn least(&self, from: Option<usize>, to: usize) -> f64 {
         let stops = &self.sequence.stops;
-        // The bounds are from rest to rest.
-        let moves = |stop: usize| stops[stop].passing.is_some() || tracked::moves(&stops[stop]);
+        let moves = |stop: usize| tracked::moves(&stops[stop]);
         if moves(to) || from.is_some_and(moves) {
             return 0.0;
         }
+        let passes = |stop: usize| stops[stop].passing.is_some();
+        let legs = self.legs.as_ref().filter(|_| !passes(to) && !from.is_some_and(passes));
         let given =
             |place: &Place| if let Place::Attitude(attitude) = place { Some(*attitude) } else { None };
         let begins = match from {
             None => Some(self.sequence.craft.start.attitude),
             Some(from) => given(&stops[from].place),
         };
-        match (begins, given(&stops[to].place)) {
-            (Some(begins), Some(ends)) => self.legs.time(&(begins.transpose() * ends)),
-            (begins, ends) => self.legs.time_of_angle(self.least_angle(from, to, begins, ends)),
-        }
+        let (angle, rest) = match (begins, given(&stops[to].place)) {
+            (Some(begins), Some(ends)) => {
+                let turn = begins.transpose() * ends;
+                (lie::log(&turn).norm(), legs.map(|legs| legs.time(&turn)))
+            }
+            (begins, ends) => {
+                let angle = self.least_angle(from, to, begins, ends);
+                (angle, legs.map(|legs| legs.time_of_angle(angle)))
+            }
+        };
+        rest.unwrap_or(0.0).max(angle / self.fastest)
     }
 
     /// Returns an angle \[rad\] that every turn between two places has, of which one leaves the roll

@@ -144,7 +144,12 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let mut turning: Vec<f64> = plan.legs.iter().map(|leg| leg.plan.solution.cost).collect();
     println!("read in {reading:.1} s, planned in {planning:.1} s, verified in {verifying:.1} s");
     println!("{legs} of {stops} legs, {holds} of {} holds pass; {checks} of {all} joins", judged.holds.len());
-    println!("{:.0} s in all, of which {:.0} s turn, median {:.1} s a leg", plan.end, plan.cost, median(&mut turning));
+    println!(
+        "{:.0} s in all, of which {:.0} s turn, median {:.1} s a leg",
+        plan.end,
+        plan.cost,
+        median(&mut turning)
+    );
     let failed = judged.checks.iter().filter(|check| !check.passed);
     failed.for_each(|check| println!("{}: {:.1e}, at most {:.1e}", check.name, check.value, check.limit));
     if judged.passed() && legs == stops { Ok(()) } else { Err("see above".into()) }

@@ -31,7 +31,10 @@ impl Problem {
 
     /// Returns the time \[s\] until which all directions of constraints are known.
     pub(crate) fn known_until(&self) -> f64 {
-        self.cones().flat_map(|cone| &cone.directions).map(Direction::known_until).fold(f64::INFINITY, f64::min)
+        self.cones()
+            .flat_map(|cone| &cone.directions)
+            .map(Direction::known_until)
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn cones(&self) -> impl Iterator<Item = &Pointing> {

@@ -90,11 +90,8 @@ fn a_body_follows_a_target() {
 /// A second axis fixes the roll, and the body turns with both directions.
 #[test]
 fn a_roll_towards_a_direction_is_kept() {
-    let aim = Aim::new(Vector3::z(), target()).with_roll_towards(
-        Vector3::x(),
-        Direction::Fixed(Vector3::y()),
-        0.0,
-    );
+    let aim =
+        Aim::new(Vector3::z(), target()).with_roll_towards(Vector3::x(), Direction::Fixed(Vector3::y()), 0.0);
     let stop = Stop::at("target", Place::Aim(aim)).held(30.0);
     let plan = planned(&craft(), vec![stop.clone()]);
     assert_eq!(plan.status(), Status::Solved);
@@ -110,8 +107,7 @@ fn a_roll_towards_a_direction_is_kept() {
 fn cones_act_in_the_time_of_the_sequence() {
     let cone = |at: Vector3, from: f64| {
         let direction = Direction::Fixed(at.normalize());
-        let mut cone =
-            Pointing::new(Side::KeepOut, vec![Vector3::z()], vec![direction], 20_f64.to_radians());
+        let mut cone = Pointing::new(Side::KeepOut, vec![Vector3::z()], vec![direction], 20_f64.to_radians());
         cone.during = During::intervals([[from, 1000.0]]);
         Constraint { name: "late".into(), rule: Rule::Pointing(cone) }
     };
@@ -144,8 +140,7 @@ fn a_target_that_moves_away_comes_first() {
     let order = |stops: Vec<Stop>| {
         let sequence = Sequence { craft: craft(), stops, order: Ordering::Free };
         let plan = sequence.plan(&Settings::discrete(), &mut Silent).unwrap();
-        let names: Vec<String> =
-            plan.legs.iter().map(|leg| sequence.stops[leg.stop].name.clone()).collect();
+        let names: Vec<String> = plan.legs.iter().map(|leg| sequence.stops[leg.stop].name.clone()).collect();
         (names, plan.end)
     };
     let (first, end) = order(vec![still.clone(), away.clone()]);
@@ -158,9 +153,14 @@ fn a_target_that_moves_away_comes_first() {
 /// limits where the pseudo-inverse leaves them.
 #[test]
 fn inputs_share_a_torque() {
-    let axes = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [
-        0.0, 0.0, -1.0,
-    ]];
+    let axes = [
+        [1.0, 0.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 0.0, -1.0],
+    ];
     let set = |size: f64, one_sided: bool, axes: &[[f64; 3]]| {
         let limits = Limits { size: Some(vec![size; axes.len()]), one_sided, ..Limits::default() };
         let axes = axes.iter().map(|axis| Vector3::from(*axis)).collect();

@@ -220,7 +220,8 @@ impl<'a> SequenceFile<'a> {
         if record.sequence_format != Self::FORMAT {
             return Err(ExportError::Format { found: record.sequence_format });
         }
-        let told: Vec<&str> = legs.iter().chain(holds.iter().flatten()).map(|part| part.seal.text()).collect();
+        let told: Vec<&str> =
+            legs.iter().chain(holds.iter().flatten()).map(|part| part.seal.text()).collect();
         let own = record.generator == PlanFile::GENERATOR && record.spec.is_some();
         let seal = checksum.compared(&(&record, told), own);
         let legs: Vec<_> = legs.into_iter().map(PlanFile::checked).collect::<Result<_, _>>()?;
