@@ -75,8 +75,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let judged = summary::Judged { problem: &problem, identity: &identity, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
     for difference in &differences {
-        let Difference { key, first, second } = difference;
-        lines.line("differs", format!("{key}: {first} in the plan, {second} in the spec"));
+        lines.line("differs", difference.to_string());
     }
     for Difference { key, first, second } in &recorded {
         lines.line("recorded", escape(&format!("{key}: {first} in the file, {second} found")));

@@ -192,6 +192,7 @@ inertia_kg_m2 = [1, 2, 2.5]
 torque_limit_n_m = 0.5
 [start]
 point = { boresight_body = [0, 0, 1], ra_deg = 60, dec_deg = -30 }
+second = { axis_body = [1, 0, 0], vector = [0, 0, 1] }
 [maneuver]
 minimize = "time"
 steps = 40

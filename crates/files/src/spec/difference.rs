@@ -1,7 +1,9 @@
 //! The keys in which two specs differ.
 
+use super::cut;
 use serde::Serialize;
 use serde_json::Value;
+use std::fmt;
 
 /// One key in which two maneuvers differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -12,6 +14,15 @@ pub struct Difference {
     pub first: String,
     /// Value of the key in the second maneuver, as JSON.
     pub second: String,
+}
+
+/// Displays the difference between a plan and the spec that judges it; long lists of numbers are cut.
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        const SHOWN: usize = 60;
+        let [first, second] = [&self.first, &self.second].map(|value| cut(value, SHOWN));
+        write!(f, "{}: {first} in the plan, {second} in the spec", self.key)
+    }
 }
 
 /// The rounding of an angle on another machine, which is not a difference.

@@ -6,7 +6,7 @@ use slewkit::numerics::figures::{counted, scientific, told_apart};
 use slewkit::plan::Status;
 use slewkit::verify::Check;
 use slewkit_files::export::{ExportError, SequenceFile, SequenceJudgement};
-use slewkit_files::spec::{Difference, Spec, escape};
+use slewkit_files::spec::{Spec, escape};
 use std::io::Read;
 
 /// Judges the legs, and what joins them.
@@ -58,8 +58,8 @@ pub(super) fn run(
         lines.lines("failed", failed.map(|check| format!("{part}: {}", told(check))));
         let violated = found.verification.margins.iter().filter(|margin| !margin.holds());
         lines.lines("violated", violated.map(|margin| format!("{part}: {}", escape(&margin.name))));
-        for Difference { key, first, second } in &found.differences {
-            lines.line("differs", format!("{part}: {key}: {first} in the plan, {second} in the spec"));
+        for difference in &found.differences {
+            lines.line("differs", format!("{part}: {difference}"));
         }
     }
     lines.lines("failed", checks.iter().filter(|check| !check.passed).map(told));
