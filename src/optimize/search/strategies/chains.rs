@@ -13,10 +13,8 @@
 //!
 //! For effort the maneuver without limits is solved first, by shooting, for each sense. If the
 //! cheapest of those meets every limit it is the answer. Otherwise each of these paths, and its
-//! detours to either side of every cone that it crosses, is a seed. Limits only make a maneuver
-//! costlier. A sense whose path without limits costs more than what is already found is therefore
-//! not tried, unless wheels store momentum at the start: without it the body would move otherwise.
-//! A guess brings its path as one more seed, the first.
+//! detours to either side of every cone that it crosses, is a seed. A guess brings its path as one
+//! more seed, the first.
 
 use crate::Vector3;
 use crate::lie;
