@@ -123,8 +123,6 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
             .into_iter()
             .fold(0.0, f64::max)
     };
-    // Thrusters that push unequally work even where nothing is to turn.
-    let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
     let duration = least(1e-3, 1e9, |duration| loads(duration) <= level);
     (loads(duration) <= level).then_some(duration)
 }

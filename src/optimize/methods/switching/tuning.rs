@@ -61,9 +61,6 @@ pub(super) mod paths {
     pub const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
     pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
-    /// The least that a level leaves to the motion, where the inputs work without any.
-    pub const ABOVE_IDLE: f64 = 0.25;
-
     /// ε of a first path where the duration is given: so large that fuel hardly counts.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
