@@ -63,14 +63,6 @@ pub(crate) struct SearchRequest {
     pub arcs: bool,
 }
 
-/// Distinct extremals at a small ε.
-pub(super) struct Branches {
-    /// The best first.
-    pub found: Vec<Smoothed>,
-    /// Those of the maneuver backwards that few intervals hold from its own start alone.
-    pub one_way: Vec<Smoothed>,
-}
-
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted,
 /// biases.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
@@ -181,11 +173,10 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
 }
 
 /// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of
-/// the same backwards: what a search of one misses, that of the other finds as a rule. What Newton
-/// does not find of these from here is brought to its limit there.
-pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Branches {
+/// the same backwards: what a search of one misses, that of the other finds as a rule.
+pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Vec<Smoothed> {
     if ask.thoroughness == Thoroughness::Quick {
-        return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
+        return branches_forward(extremal, ask, work);
     }
     let way_back = match ask.path {
         // About one axis in body and space: the same vector at both ends.
@@ -213,14 +204,12 @@ pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) ->
         },
     );
     work.sweeps.set(work.sweeps.get() + swept + swept_back);
-    let mut one_way = Vec::new();
-    for one in backwards {
-        match unbiased(extremal, &Smoothed { path: one.path.reversed(extremal), ..one.clone() }, work) {
-            Some(one) => found.push(one),
-            None => one_way.push(one),
-        }
-    }
-    Branches { found: cheapest_first(extremal, distinct(extremal, found)), one_way }
+    let turned = |one: Smoothed| {
+        let path = one.path.reversed(extremal);
+        unbiased(extremal, &Smoothed { path, ..one }, work)
+    };
+    found.extend(backwards.into_iter().filter_map(turned));
+    cheapest_first(extremal, distinct(extremal, found))
 }
 
 /// Distinct extremals at a small ε of the maneuver alone, the best first.
