@@ -14,16 +14,14 @@
 //! at which branches were compared.
 
 use super::arcs::Arcs;
-use super::branches::directions;
 use super::certificate::{Certified, Runs};
 use super::extremal::Extremal;
 use super::least_gap::with_less_gap;
 use super::pulses::optimum::best_arcs;
-use super::smooth::{Smooth, Smoothed, descend};
+use super::smooth::{Smooth, Smoothed};
 use super::tuning::arcs::MOST_SWITCHES;
-use super::tuning::branches::{ALIKE, ASKEW};
+use super::tuning::branches::ALIKE;
 use super::tuning::limits::*;
-use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
 use super::work::{Work, count};
 use crate::Vector3;
@@ -46,14 +44,6 @@ impl BranchEnd {
     pub(super) fn of(branch: &Smoothed, smooth: Smoothed, mut all: Vec<Certified>, taken: bool) -> Self {
         let arcs = if taken { all.pop() } else { None };
         Self { branch: branch.clone(), smooth, arcs, looser: all }
-    }
-
-    /// Exact arcs of the reversed maneuver as those of `extremal`.
-    pub(super) fn reversed(self, extremal: &Extremal, work: &Work) -> Option<Self> {
-        let arcs = polish(extremal, self.arcs?.arcs.reversed(extremal), work)?;
-        let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
-        let limit = Self::of(&reversed(&self.branch), reversed(&self.smooth), vec![arcs], true);
-        limit.is_exact(extremal).then_some(limit)
     }
 
     /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such
@@ -129,15 +119,6 @@ pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bo
 pub(super) fn is_limit(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     let dearer = if extremal.counts_fuel() { DEARER } else { ALIKE.0 };
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
-}
-
-/// The best extremal at the last ε that biases lead to, for a branch that ends before.
-pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let reached = directions(extremal, &ASKEW).take_while(|_| !work.stopped()).filter_map(|bias| {
-        let reached = descend(extremal, rival, LAST, &bias, work).ok()?;
-        reached.solved(extremal, ON_THE_WAY * LAST, FAR_ITERATIONS, work)
-    });
-    reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
 }
 
 /// Arcs to their switching times, corrected until every sign is right or no correction helps.

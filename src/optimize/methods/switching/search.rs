@@ -8,7 +8,7 @@ use super::eigenaxis;
 use super::extremal::{Bias, Extremal, TorqueLimit};
 use super::fuel::fuel_limit;
 use super::impulses;
-use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined, tipped};
+use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined};
 use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
