@@ -35,7 +35,6 @@ use crate::optimize::search::asked;
 use crate::optimize::search::found::{Found, cheapest_first, same};
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::landed::can_be_flown;
-use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::transfer::transfer;
 use crate::optimize::search::starts::{any_attitude, paths};
 
