@@ -82,11 +82,6 @@ impl BranchEnd {
         self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |found| found.arcs.cost(extremal))
     }
 
-    /// Whether every input is where the maximum principle wants it.
-    pub fn is_exact(&self, extremal: &Extremal) -> bool {
-        self.arcs.as_ref().is_some_and(|arcs| arcs.is_exact(extremal))
-    }
-
     pub fn name(&self) -> &'static str {
         if self.arcs.is_some() { "arcs" } else { "smooth" }
     }
