@@ -220,7 +220,9 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     let each = |bases: &dyn Fn(&Turn) -> Vec<Smoothed>| {
         distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
     };
-    let from = each(&|turn| bases(extremal, turn, all, work));
+    let mut from = each(&|turn| bases(extremal, turn, all, work));
+    let rival = RIVAL_BASE * least(extremal, &from);
+    from.retain(|one| one.cost(extremal) <= rival);
     let found = descended(extremal, ask, &from, work);
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;

@@ -112,6 +112,9 @@ pub(super) mod branches {
     pub const SMALL: f64 = 0.1;
     pub const SMALLEST_ANGLE: f64 = 0.03;
 
+    /// A base that costs more than the best by this is no rival.
+    pub const RIVAL_BASE: f64 = 1.15;
+
     /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a
     /// symmetry has that along axes of the body as a rule, and what lies along them as well tips
     /// nothing.
