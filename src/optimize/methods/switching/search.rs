@@ -113,7 +113,8 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
-    let mut best: Option<Certified> = None;
+    // Newton may go to arcs of a dearer branch; they are better than none.
+    let (mut best, mut of_another): (Option<Certified>, Option<Certified>) = (None, None);
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         _ if fuel => MOST_DESCENTS_FUEL,
@@ -138,7 +139,9 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
             if exact && is_limit(extremal, &found.arcs, &at) {
                 return BranchEnd::of(rival, at, vec![found], true);
             }
-            if best.as_ref().is_none_or(|known| found.gap < known.gap) {
+            if exact && !fuel {
+                of_another.get_or_insert(found);
+            } else if best.as_ref().is_none_or(|known| found.gap < known.gap) {
                 best = Some(found);
             }
         }
@@ -152,7 +155,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if fuel {
         return fuel_limit(extremal, rival, at, best, ask, work);
     }
-    let mut all = Vec::new();
+    let mut all = Vec::from_iter(of_another);
     if let Some(best) = best {
         let small = best.is_small(extremal);
         all.extend(if small { vec![best] } else { refined(extremal, best, work) });
