@@ -49,6 +49,22 @@ impl Arcs {
         self.arcs().iter().map(arc).sum()
     }
 
+    /// Arcs of the reversed maneuver as those of `extremal`.
+    pub fn reversed(&self, extremal: &Extremal) -> Self {
+        let switched = |switch: &Switch| Switch {
+            time: self.duration - switch.time,
+            node: switch.node.reversed(extremal),
+            ..*switch
+        };
+        Self {
+            m: -extremal.end_attitude * self.m,
+            duration: self.duration,
+            first: Node::at_start(extremal, self.end(extremal).e),
+            signs: self.last_signs(),
+            switches: self.switches.iter().rev().map(switched).collect(),
+        }
+    }
+
     /// Returns the node at the end.
     pub fn end(&self, extremal: &Extremal) -> Node {
         let (node, start) = self.switches.last().map_or((self.first, 0.0), |last| (last.node, last.time));
@@ -57,7 +73,7 @@ impl Arcs {
     }
 
     /// Returns the signs of the inputs on the last arc.
-    pub(super) fn last_signs(&self) -> Vec<f64> {
+    fn last_signs(&self) -> Vec<f64> {
         let mut signs = self.signs.clone();
         for switch in &self.switches {
             signs[switch.input] = -signs[switch.input];

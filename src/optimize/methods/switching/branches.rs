@@ -171,11 +171,20 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
     })
 }
 
+/// Distinct extremals at a small ε.
+pub(super) struct Branches {
+    /// The best first.
+    pub found: Vec<Smoothed>,
+    /// Those of the maneuver backwards that few intervals hold from its own start alone.
+    pub one_way: Vec<Smoothed>,
+}
+
 /// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of
-/// the same backwards: what a search of one misses, that of the other finds as a rule.
-pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Vec<Smoothed> {
+/// the same backwards: what a search of one misses, that of the other finds as a rule. What Newton
+/// does not find of these from here is brought to its limit there.
+pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
-        return branches_forward(extremal, ask, work);
+        return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
     }
     let way_back = match ask.path {
         // About one axis in body and space: the same vector at both ends.
@@ -203,12 +212,14 @@ pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) ->
         },
     );
     work.sweeps.set(work.sweeps.get() + swept + swept_back);
-    let turned = |one: Smoothed| {
-        let path = one.path.reversed(extremal);
-        unbiased(extremal, &Smoothed { path, ..one }, work)
-    };
-    found.extend(backwards.into_iter().filter_map(turned));
-    cheapest_first(extremal, distinct(extremal, found))
+    let mut one_way = Vec::new();
+    for one in backwards {
+        match unbiased(extremal, &Smoothed { path: one.path.reversed(extremal), ..one.clone() }, work) {
+            Some(one) => found.push(one),
+            None => one_way.push(one),
+        }
+    }
+    Branches { found: cheapest_first(extremal, distinct(extremal, found)), one_way }
 }
 
 /// Distinct extremals at a small ε of the maneuver alone, the best first.

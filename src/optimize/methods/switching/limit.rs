@@ -46,6 +46,14 @@ impl BranchEnd {
         Self { branch: branch.clone(), smooth, arcs, looser: all }
     }
 
+    /// Exact arcs of the reversed maneuver as those of `extremal`.
+    pub(super) fn reversed(self, extremal: &Extremal, work: &Work) -> Option<Self> {
+        let arcs = polish(extremal, self.arcs?.arcs.reversed(extremal), work)?;
+        let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
+        let exact = arcs.is_exact(extremal);
+        exact.then(|| Self::of(&reversed(&self.branch), reversed(&self.smooth), vec![arcs], true))
+    }
+
     /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such
     /// plan.
     pub fn led(&self, extremal: &Extremal, work: &Work) -> Option<Self> {

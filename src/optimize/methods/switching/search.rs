@@ -2,7 +2,7 @@
 //! taken.
 
 use super::arcs::Arcs;
-use super::branches::{SearchRequest, branches};
+use super::branches::{Branches, SearchRequest, branches};
 use super::certificate::Certified;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, TorqueLimit};
@@ -91,13 +91,19 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
             return found;
         }
     }
-    let rivals = branches(extremal, ask, work);
-    found.branches += rivals.len();
-    let best = rivals.first().map_or(f64::INFINITY, |rival| rival.cost(extremal));
+    let Branches { found: rivals, one_way } = branches(extremal, ask, work);
+    found.branches += rivals.len() + one_way.len();
+    let costs = rivals.iter().chain(&one_way).map(|rival| rival.cost(extremal));
+    let best = costs.fold(f64::INFINITY, f64::min);
     let one_sided = extremal.middle != Vector3::zeros();
     let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
     let near = |rival: &&Smoothed| rival.cost(extremal) <= dearest;
+    // Their arcs are exact, and turned round as such.
     let mut limits = Vec::new();
+    for rival in one_way.iter().filter(near).take_while(|_| !work.stopped()) {
+        let limit = end_game(&extremal.reversed(), rival, ask, work);
+        limits.extend(limit.reversed(extremal, work));
+    }
     for rival in rivals.iter().filter(near).take_while(|_| !work.stopped()) {
         limits.push(end_game(extremal, rival, ask, work));
     }

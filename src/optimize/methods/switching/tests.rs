@@ -1,7 +1,7 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's
 //! optima.
 
-use super::arcs::{Arcs, Switch};
+use super::arcs::Arcs;
 use super::branches::{SearchRequest, branches};
 use super::certificate::{Certified, Runs};
 use super::discretize::of_arcs;
@@ -337,18 +337,7 @@ fn arcs_of_the_reversed_maneuver_are_extremals_of_it() {
     let there = extremal(full_inertia(), laws()[1].clone(), Vector3::new(0.9, -1.2, 0.6), rates);
     let back = there.reversed();
     let Certified { arcs, .. } = shortest(&there);
-    let switched = |switch: &Switch| Switch {
-        time: arcs.duration - switch.time,
-        node: switch.node.reversed(&back),
-        ..*switch
-    };
-    let reversed = Arcs {
-        m: -back.end_attitude * arcs.m,
-        duration: arcs.duration,
-        first: Node::at_start(&back, arcs.end(&back).e),
-        signs: arcs.last_signs(),
-        switches: arcs.switches.iter().rev().map(switched).collect(),
-    };
+    let reversed = arcs.reversed(&back);
     let start = Node::at_start(&back, reversed.first.e);
     assert_eq!((reversed.first.r, reversed.first.pi), (start.r, start.pi));
     let course = Course::of(&back, &reversed.m);
@@ -615,7 +604,7 @@ fn a_saddle_is_told_from_a_minimum() {
     let (mut saddles, mut minima) = (0, 0);
     let work = unstopped();
     for extremal in [whole.lasting(Some(9.0)), whole] {
-        for branch in branches(&extremal, &best(), &work) {
+        for branch in branches(&extremal, &best(), &work).found {
             let mut at = branch;
             let exact = (0..6).find_map(|_| {
                 let read = Arcs::of_pulses(&extremal, &at.path, at.epsilon, 1);
