@@ -33,7 +33,7 @@ use super::smooth::{Path, Smooth, Smoothed, descend};
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
 use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
-use super::tuning::{FAR_ITERATIONS, NOTHING, SAME};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
 use crate::numerics::hermite::hermite;
 use crate::optimize::methods::continuation::{Step, follow};
@@ -136,7 +136,7 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     while !holds(high) && high < largest {
         (low, high) = (high, 2.0 * high);
     }
-    while high - low > SAME * high.max(first) {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if holds(middle) { high = middle } else { low = middle }
     }

@@ -93,7 +93,7 @@ fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
 
 /// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike
 /// whatever its limit.
-fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
+pub(super) fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
         linear: Vector3::zeros(),

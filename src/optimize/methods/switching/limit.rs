@@ -14,14 +14,16 @@
 //! at which branches were compared.
 
 use super::arcs::Arcs;
+use super::branches::directions;
 use super::certificate::{Certified, Runs};
 use super::extremal::Extremal;
 use super::least_gap::with_less_gap;
 use super::pulses::optimum::best_arcs;
-use super::smooth::{Smooth, Smoothed};
+use super::smooth::{Smooth, Smoothed, descend};
 use super::tuning::arcs::MOST_SWITCHES;
-use super::tuning::branches::ALIKE;
+use super::tuning::branches::{ALIKE, ASKEW};
 use super::tuning::limits::*;
+use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
 use super::work::{Work, count};
 use crate::Vector3;
@@ -122,6 +124,15 @@ pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bo
 pub(super) fn is_limit(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     let dearer = if extremal.counts_fuel() { DEARER } else { ALIKE.0 };
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
+}
+
+/// The best extremal at the last ε that biases lead to, for a branch that ends before.
+pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Option<Smoothed> {
+    let reached = directions(extremal, &ASKEW).take_while(|_| !work.stopped()).filter_map(|bias| {
+        let reached = descend(extremal, rival, LAST, &bias, work).ok()?;
+        reached.solved(extremal, ON_THE_WAY * LAST, FAR_ITERATIONS, work)
+    });
+    reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
 }
 
 /// Arcs to their switching times, corrected until every sign is right or no correction helps.

@@ -8,7 +8,7 @@ use super::eigenaxis;
 use super::extremal::{Bias, Extremal, TorqueLimit};
 use super::fuel::fuel_limit;
 use super::impulses;
-use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined};
+use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
@@ -170,7 +170,10 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if all.last().is_some_and(|best| best.is_small(extremal) && is_limit(extremal, &best.arcs, &at)) {
         return BranchEnd::of(rival, at, all, true);
     }
-    let (Ok(smooth) | Err(smooth)) = descend(extremal, &at, LAST, &Bias::default(), work);
+    let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
+        Ok(end) => end,
+        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
+    };
     let smooth = match &extremal.law {
         TorqueLimit::Norm(_) => turning(extremal, smooth, work),
         TorqueLimit::Inputs(_) => settle(extremal, smooth, SMALLEST, work),

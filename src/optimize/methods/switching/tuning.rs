@@ -67,6 +67,9 @@ pub(super) mod paths {
     /// Under a limit of the norm the costate over ε that gives a torque is sought up to this size.
     pub const LARGEST_COSTATE: f64 = 32.0;
 
+    /// How often a bracket is halved.
+    pub const HALVINGS: usize = 40;
+
     /// Residual of a smoothed extremal that another one starts from.
     pub const RELAXED: f64 = 1e-3;
 
