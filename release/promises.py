@@ -63,7 +63,8 @@ def options(program):
     for name in commands(program):
         found.append(f"slew {name}")
         text = said(program, name, "--help")
-        found += [f"slew {name} {option}" for option in re.findall(r"^ +(?:-\w, )?(--[a-z][a-z-]*)", text, re.MULTILINE)]
+        named = re.findall(r"^ +(?:-\w, )?(--[a-z][a-z-]*)", text, re.MULTILINE)
+        found += [f"slew {name} {option}" for option in named]
     return sorted(set(found))
 
 

@@ -1,10 +1,10 @@
 //! A plan with data for its flight: gains, covariances, and chances of limits.
 //!
 //! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
-//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
-//! of a rate, of the torque of each input and of its rate of change. The margin depends on the
-//! plan, and the plan on the margin. Both are iterated, each plan starting from the last one,
-//! until they agree.
+//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains. The room is a margin of a cone, or
+//! a reserve of a rate, of the torque of each input, or of its rate of change. The margin depends
+//! on the plan, and the plan on the margin. Both are iterated, each plan starting from the last
+//! one, until they agree.
 //!
 //! This is the chance at an instant, to first order. The chance of exceeding a limit at any time
 //! of the motion is larger. It is not a sum over instants, because their errors are correlated:
@@ -87,7 +87,7 @@ pub enum NotKnown {
         every: String,
         /// Number of steps.
         steps: usize,
-        /// The duration of these steps.
+        /// The duration of all steps together.
         duration: String,
     },
 }
@@ -189,9 +189,10 @@ pub struct Kept<'a> {
 /// The time to which a chance refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
-    /// At the node with the largest chance, to first order.
+    /// The chance at the node with the largest chance, to first order.
     Instant,
-    /// At any time of the motion, also between the nodes, counted in flights with this plant.
+    /// The chance at any time of the motion, also between the nodes, counted in flights with this
+    /// plant.
     Motion(Plant),
 }
 
@@ -199,14 +200,14 @@ impl Over {
     /// The least chance of a motion that can be counted.
     pub const LEAST: f64 = 1e-4;
 
-    /// Number of flown cases that are expected to violate a constraint. With this number the chance
-    /// is known to a tenth.
+    /// Number of flown cases that are expected to violate a constraint. This number gives the
+    /// chance to a tenth.
     const VIOLATING: f64 = 100.0;
 
     /// The least number of violations that the flights of long plans should count.
     const FEWEST: f64 = 20.0;
 
-    /// Steps that are flown for a plan: some seconds.
+    /// The number of steps that are flown for a plan: some seconds.
     const STEPS: f64 = 2e7;
 
     /// Returns the number of flights that count a chance along a plan of this many steps.
@@ -255,7 +256,7 @@ pub enum NotKept {
     /// No limit has this name.
     #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
-    /// More of a limit is to be left than there is.
+    /// The requested reserve of a limit exceeds the limit.
     #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]
     Reserve {
         /// Name of the limit.
@@ -266,7 +267,7 @@ pub enum NotKept {
         bound: String,
         /// The required reserve.
         needed: String,
-        /// The unit of both.
+        /// The unit of the reserve and of the limit.
         unit: &'static str,
     },
 }
@@ -279,12 +280,12 @@ const MOST_PLANS: usize = 24;
 /// their margins is kept.
 const TURNS: usize = 12;
 
-/// Plans a maneuver with chance constraints; also returns the maneuver with the margins that
-/// these need.
+/// Plans a maneuver with chance constraints. Also returns the maneuver with the margins that the
+/// chances need.
 ///
 /// # Errors
-/// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or
-/// more of a limit is needed than there is.
+/// [`NotKept`]: the errors of [`plan::plan`], an end that is too near to a limit for its chance, or
+/// a chance that needs more than the whole limit.
 pub fn plan(
     problem: &Problem,
     settings: &Settings,
@@ -341,7 +342,8 @@ pub fn plan(
             limit.check(&craft, &wanted)?;
             limit.hold(&mut with, &craft, &wanted);
         }
-        // The limits hardly move: the plan of the last ones leads to that of the next.
+        // The limits hardly change: the plan for the last limits leads to the plan for the next
+        // ones.
         let guess = Guess::of(&found.solution, &with).alone();
         found = plan::plan(&with, settings, Some(&guess), observer)?;
         margins.plans += 1;

@@ -9,7 +9,7 @@
 //! Without default features it pays for solving and verifying only. Files (TOML, JSON, temporary
 //! files), argmin, threads and the command line are features, each of which builds alone
 //! (`.ci/run`). serde, serde_json and thiserror remain: the cone solver needs them, and does not
-//! compile without its own default features. Results do not depend on features: sums have one
+//! compile without its own default features. Results do not depend on features: sums have the same
 //! order on one thread and on many.
 
 pub use crate::feedback::replan::{Left, NotReplanned, Replanner};
@@ -37,7 +37,8 @@ pub enum Status {
     /// No extremal was found, which proves nothing. [`Solution::shortfall`] and
     /// [`Solution::longer`] name possible remedies.
     NotConverged,
-    /// The time limit came first: before a solution, or before the witnesses had judged it.
+    /// The time limit ended the plan before a solution was found, or before the witnesses had
+    /// judged it.
     LimitReached,
     /// Solved, but a witness disagrees.
     VerificationFailed,
@@ -101,7 +102,7 @@ impl Status {
 pub struct Plan {
     /// The solution, converged or the best iterate.
     pub solution: Solution,
-    /// The witnesses' findings; `None` when there was no converged solution to judge.
+    /// The witnesses' findings; `None` if no converged solution was found.
     pub verification: Option<Verification>,
     /// The status of the plan.
     pub status: Status,
@@ -117,11 +118,11 @@ impl Plan {
 
 /// Plans a maneuver: every sense and winding, the fallback sequence for hard cases, verification.
 ///
-/// `guess` is one more start beside the search: its costates for the shooting, its path for the
+/// `guess` is an additional start of the search: its costates for the shooting, its path for the
 /// other methods. The result is the cheapest plan; the others are its rivals. A guess that is
 /// [`Guess::alone`] replaces the search if it leads to a plan. `observer` receives the progress
-/// between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give
-/// equal outputs, to the last bit, unless a time limit or the observer ends the solve.
+/// between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal
+/// outputs, to the last bit, unless a time limit or the observer ends the solve.
 ///
 /// The discretisation and its discrete necessary conditions come from Lee, Leok and McClamroch,
 /// *Optimal Attitude Control of a Rigid Body using Geometrically Exact Computations on SO(3)*,
@@ -160,7 +161,7 @@ pub fn plan(
     Ok(judged(problem, settings, solution, began, observer))
 }
 
-/// A plan that was begun from another one.
+/// A plan that was found from another plan.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WarmPlan {
@@ -176,7 +177,7 @@ pub struct WarmPlan {
 /// The reason for which replanning failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReplanError {
-    /// The plan cannot be begun from, or not there.
+    /// Replanning from the plan is impossible, or impossible at this time.
     #[error(transparent)]
     Unfit(#[from] NotReplanned),
     /// The rest of the maneuver cannot be planned.

@@ -1,4 +1,4 @@
-//! What the unit tests share: reference files and random numbers.
+//! Helpers that the unit tests share: reference files and random numbers.
 
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::objective::{Objective, Weights};
@@ -30,7 +30,7 @@ pub fn matrix<const R: usize, const C: usize>(value: &Value) -> SMatrix<f64, R, 
 pub struct Random(pub u64);
 
 impl Random {
-    /// Uniform in [−1, 1).
+    /// Returns a number, uniform in [−1, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -123,9 +123,9 @@ pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     Grid::of_lengths(scheme, &lengths).unwrap().with_duration(1.0)
 }
 
-/// Returns the same maneuver with limits that are `part` of what the extremal from `costate` would
-/// demand: on the norm of the torque and on each force input, or the other way round. Inputs that
-/// are limited one by one get the diagonal of their weight.
+/// Returns the same maneuver with limits that are `part` of the largest inputs of the extremal from
+/// `costate`. Either the norm of the torque and each force input are limited, or each torque input
+/// and the norm of the force. Inputs that are limited one by one get the diagonal of their weight.
 pub fn limited<const N: usize>(
     problem: &Problem,
     costate: &SVector<f64, N>,

@@ -1,7 +1,7 @@
-//! The inner loops allocate nothing, counted by the allocator itself.
+//! The inner loops do not allocate: the allocator itself counts.
 
-// The crate forbids unsafe code. This test is a crate of its own, and a counting allocator is an
-// `unsafe impl`: both methods pass their arguments on to the system's allocator as they are.
+// The crate forbids unsafe code. This test is a separate crate, because a counting allocator is an
+// `unsafe impl`: both methods pass their arguments to the system's allocator unchanged.
 
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::objective::Objective;
@@ -125,7 +125,7 @@ fn forces_allocate_nothing() {
 }
 
 /// A step of every method, for one body and for two, with and without inputs. The references of
-/// another crate allocate and say so.
+/// another crate allocate, and the counter shows it.
 #[test]
 fn steps_of_the_integrators_allocate_nothing() {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();

@@ -24,7 +24,7 @@ fn scattered(index: usize) -> Vector3 {
     Vector3::from_fn(|axis, _| 2.0 * (index as f64 * [0.819, 0.671, 0.549][axis]).fract() - 1.0)
 }
 
-/// Bodies on a lattice, far enough apart.
+/// Returns poses of bodies on a lattice, far enough apart.
 fn poses(bodies: usize) -> Vec<Pose> {
     let place = |k: usize| Vector3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64);
     let pose = |k| Pose { position: 4.0 * place(k), attitude: lie::exp(&(2.0 * scattered(k + 7))) };
@@ -77,7 +77,7 @@ fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
 #[divan::bench(args = CLOUDS, max_time = 2)]
 fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
     let attractors = vec![cloud(points); bodies];
-    // A point has no inertia of its own: a small ball replaces it.
+    // A point has no inertia: a small ball replaces it.
     let inertia = slewkit::mechanics::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
     let rigid = attractors.iter().map(|body| Body { inertia: inertia.clone(), mass: Some(body.mass()) });
     let (rigid, gravity) = (rigid.collect(), MutualGravity::new(1.0, attractors).unwrap());

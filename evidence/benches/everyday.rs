@@ -6,14 +6,14 @@
 //! ```
 //!
 //! It plans COUNT (100) maneuvers of each kind (`time`, `rate`, `cone`, `effort`) by the law of
-//! `evidence::everyday`, one after the other, with default settings, each within SECONDS of wall
-//! time if given. Times are processor times of all threads of a plan, if the system reports them,
-//! and wall times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan:
-//! kind, seed, number, verdict, cost, seconds.
+//! `evidence::everyday`, in sequence, with default settings, each within SECONDS of wall time if
+//! given. Times are processor times of all threads of a plan, if the system reports them, and wall
+//! times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan: kind,
+//! seed, number, verdict, cost, seconds.
 //!
-//! Beside the plans it times the interior point by itself, cold, from the path about the fixed axis:
-//! the median of its iterations to round-off, and of the wall time of an iteration divided by the
-//! steps.
+//! In addition to the plans it times the interior point by itself, cold, from the path about the
+//! fixed axis: the median of its iterations to round-off, and the median wall time of an iteration
+//! divided by the steps.
 //!
 //! If `--bench` is missing (as when `cargo test` calls it), one maneuver of least effort is
 //! planned.
@@ -132,7 +132,7 @@ fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Solves of which the fastest counts.
+/// The number of solves, of which the fastest counts.
 const RUNS: usize = 5;
 
 /// Returns the iterations of the interior point from its one start, and the microseconds of an

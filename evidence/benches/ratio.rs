@@ -1,11 +1,11 @@
 //! A cold-start solve against one bare propagation of as many steps, side by side in one process.
 //!
 //! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12.
-//! Both use the library's own step. They run in turns, and the ratio is the median over the
-//! pairs, so that a drifting clock affects both. Then the whole default plan of another body
-//! follows: best homotopy class, second order, all witnesses, in turns with the plan that does
-//! not land. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls
-//! it) only the smallest grid runs, once.
+//! Both use the library's own step. They run in turns, and the ratio is the median over the pairs,
+//! so that a drifting clock affects both. Then the whole default plan of another body is timed,
+//! with best homotopy class, second order and all witnesses, in alternation with a plan that does
+//! not land. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls it)
+//! only the smallest grid runs, once.
 
 use evidence::measured;
 use slewkit::maneuver::{Outcome, Problem, Settings, Solution, State};
@@ -66,8 +66,8 @@ fn main() {
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
 }
 
-/// The plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from rest
-/// to rest.
+/// Times the plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from
+/// rest to rest.
 fn whole_plans(benching: bool) {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
     let turn = Vector3::new(1.0, 2.0, 3.0).normalize() * 120.0_f64.to_radians();

@@ -3,7 +3,7 @@
 //!
 //! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest,
 //! so that every attitude and rate is a formula. Frames of the orbit, time systems, Euler angles
-//! and quaternions are written by formulas of their own.
+//! and quaternions are written by independent formulas.
 
 mod written;
 
@@ -74,7 +74,7 @@ pub struct Style {
     pub first_version: bool,
     /// Whether A is the body.
     pub body_is_a: bool,
-    /// For version 1.0: whether attitudes map from A to B; for 2.0 they always do.
+    /// Whether attitudes map from A to B, in version 1.0. In version 2.0 they always do.
     pub a_to_b: bool,
     pub scalar_first: bool,
     pub reference: &'static str,
@@ -98,7 +98,7 @@ pub struct Style {
     pub blocks: Vec<usize>,
     /// Whether it begins with the row after that instead.
     pub apart: bool,
-    /// Every which row has its quaternion turned round.
+    /// The period, in rows, with which quaternions change their sign.
     pub flips: usize,
     pub quote: char,
     pub prefix: &'static str,
@@ -120,8 +120,8 @@ pub enum Notation {
     Table,
 }
 
-/// Names of the inertial frames of ICRF to a hundredth of a degree, and of the orbit with their
-/// axes, rows in ours.
+/// The names of inertial frames that equal ICRF to a hundredth of a degree, and the names of
+/// orbital frames with their axes, as rows in our frame.
 const INERTIAL: [&str; 5] = ["ICRF", "GCRF", "EME2000", "J2000", "ICRF3"];
 const ORBIT: [(&str, [[f64; 3]; 3]); 5] = [
     ("LVLH", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),

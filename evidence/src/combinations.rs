@@ -1,5 +1,4 @@
-//! Combinations of ends, inputs, limits and objectives: a small spec of each, and what becomes of
-//! it.
+//! Combinations of ends, inputs, limits and objectives: a small spec of each, and its result.
 //!
 //! `docs/combinations.md` has a table with a cell for each. Tests compare the cells that are
 //! refused with the reader of specs, and some of those that are planned with the planner.
@@ -40,7 +39,7 @@ const WHEELS: &str = "[[actuators.wheel]]\naxis_body = [1, 0, 0]\ntorque_limit_n
 
 const RATES: &str = "torque_rate_limit_n_m_per_s = 0.1\n";
 
-/// The inputs. Limited torque rates and pulses are those of limited torques about three axes.
+/// The inputs. Limited torque rates and pulses are combined with limited torques about three axes.
 pub const INPUTS: [Part; 8] = [
     ("torque", ""),
     ("limited torques", AXES),
@@ -78,7 +77,7 @@ pub struct Combination {
     pub input: &'static str,
 }
 
-/// What becomes of a combination.
+/// The result of a combination: a plan, or the reason why it is refused.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Became {
     /// A plan that is solved and verified, in this wall time \[s\].
@@ -156,7 +155,7 @@ impl Combination {
     }
 }
 
-/// Four couples of thrusters, which reach every torque.
+/// Writes four couples of thrusters, which reach every torque.
 fn thrusters() -> String {
     let places = [
         ([0.5, 0.0, 0.4], [0, 1, 0]),

@@ -19,7 +19,7 @@ pub enum Damage {
     Time,
     /// A component of a quaternion is changed, or a quaternion in the middle is negated.
     Attitude,
-    /// All attitudes, or all rates, are those of one node.
+    /// All attitudes, or all rates, are replaced by the values of one node.
     Constant,
     /// A component of a rate is changed.
     Rate,
@@ -39,7 +39,7 @@ pub enum Damage {
     Spec,
 }
 
-/// All ways.
+/// All kinds of damage.
 pub const DAMAGES: [Damage; 12] = [
     Damage::Torque,
     Damage::Time,
@@ -132,7 +132,7 @@ impl Files {
     }
 }
 
-/// Damages a file and describes the damage; `None` if the file has nothing of the kind.
+/// Damages a file and describes the damage; `None` if the file has no such value.
 fn harm(file: &mut Value, damage: Damage, random: &mut Random) -> Option<String> {
     match damage {
         Damage::Torque => {
@@ -297,14 +297,14 @@ pub struct Called {
 }
 
 impl Called {
-    /// Returns whether any of them calls the file verified.
+    /// Returns whether any command calls the file verified.
     pub fn verified(self) -> bool {
         self.verify || self.report || self.export
     }
 }
 
-/// Returns what `slew verify`, `slew report` and `slew export` call a file; nothing if they refuse
-/// to read it.
+/// Returns the verdicts of `slew verify`, `slew report` and `slew export` on a file; empty if they
+/// refuse to read it.
 pub fn called(file: &Value) -> Called {
     let read = || -> Option<Called> {
         let bytes = serde_json::to_vec(file).ok()?;

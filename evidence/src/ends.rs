@@ -1,24 +1,24 @@
-//! Random maneuvers to ends that leave something free, and between motions, within limits.
+//! Random maneuvers within limits, to ends that leave a roll or an attitude free, and between given
+//! states of motion.
 //!
 //! The law. A bus of mean moment 40 kg·m², its principal moments as in [`crate::everyday`], with
 //! four wheels of 0.1 N·m and 2 N·m·s about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), turns from rest by θ
 //! uniform in 25 … 150°, on 100 steps. The unit of time is t = √(θ 40 kg·m²/0.16 N·m), and effort
 //! and fuel are minimised in 2.2 t times a number uniform in 1.3 … 2.
 //!
-//! Ends: a boresight at rest on a fixed direction with its roll free, or within 40° of a second
-//! direction; on a direction that moves at up to 0.1 θ/t, at rest or with its rate; and rest in any
-//! attitude, from rates of up to 0.02 rad/s about each axis.
+//! Ends: a boresight at rest on a fixed direction, with its roll free or within 40° of a second
+//! direction. A boresight on a direction that moves at up to 0.1 θ/t, at rest or with the rate of
+//! the direction. Rest in any attitude, from rates of up to 0.02 rad/s about each axis.
 //!
-//! Inputs: the wheels; four couples of one-sided thrusters of 0.1 N at 1 m; the wheels with each
-//! rate at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20°, and at
-//! most 0.3 θ, beside the way; and the wheels with three trackers, of which two must see past a
-//! cone of 25° about the Sun.
+//! Inputs: the wheels alone. Four couples of one-sided thrusters of 0.1 N at 1 m. The wheels with
+//! each rate at most θ/t times a number uniform in 0.5 … 0.8. The wheels past a cone of 8 … 20°,
+//! and at most 0.3 θ, near the way. The wheels with three trackers, two of which must stay outside
+//! of a cone of 25° about the Sun.
 //!
-//! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to
-//! its limit, between states of rest; the same torque without that limit, from and to spins about
-//! random axes, which turn the body by up to five turns in the time that it takes to stop each, on
-//! as many steps as it takes to land; and
-//! wheels that store up to half of their momentum at the start.
+//! Motions: a torque of 0.16 N·m about each axis that needs 0.1 … 0.4 t to change from zero to its
+//! limit, between states of rest. The same torque without a limit of its rate, from and to spins
+//! about random axes, on as many steps as a landed plan needs; the body makes up to five turns
+//! while a spin is stopped. Wheels that store up to half of their momentum at the start.
 
 use crate::Random;
 use slewkit::maneuver::{
@@ -44,7 +44,7 @@ const TORQUE: f64 = 0.1;
 const MOMENTUM: f64 = 2.0;
 const TOGETHER: f64 = 1.6 * TORQUE;
 
-/// What all cases of a bus share.
+/// The properties that all cases of a bus share.
 struct Drawn {
     random: Random,
     inertia: Inertia,
@@ -90,7 +90,7 @@ fn thrusters() -> Actuation {
     let (positions, directions) = couples.concat().into_iter().unzip();
     let limits = Limits { size: Some(vec![TORQUE; 12]), one_sided: true, ..Limits::default() };
     let thrusters = Actuation::of_thrusters(positions, directions, limits).expect("twelve thrusters");
-    // The body turns, and goes nowhere.
+    // The body turns, and does not translate.
     Actuation::torques(thrusters.torque)
 }
 
@@ -107,7 +107,7 @@ fn keep_out(name: &str, boresight: Vector3, direction: Vector3, half_angle: f64)
     Constraint { name: name.into(), rule: Rule::Pointing(pointing) }
 }
 
-/// Returns a maneuver to an end that leaves something free.
+/// Returns a maneuver to an end with a free roll or a free attitude.
 pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem {
     let seed = 67 + ENDS.iter().position(|known| *known == end).unwrap_or(0) as u64;
     let mut drawn = Drawn::of(seed, number);
@@ -147,7 +147,7 @@ pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem
             problem.with_constraint(Constraint { name: "rates".into(), rule: Rule::RateAxes(limit) })
         }
         "cone" => {
-            // The end of a short way is not in it.
+            // The cone past a small turn is smaller, so that it contains neither end of the turn.
             let half = half.to_radians().min(0.3 * drawn.angle);
             let passed = lie::exp(&(turn * 0.5)) * boresight;
             let beside = (side - passed * passed.dot(&side)).normalize() * (0.6 * half).tan();
@@ -155,8 +155,8 @@ pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem
         }
         "two of three trackers" => {
             let names: Vec<String> = (1..=3).map(|number| format!("tracker {number}")).collect();
-            // A constraint belongs to one set: each tracker is named once for each pair that it is
-            // in.
+            // A constraint belongs to one set: each tracker has one constraint for each pair that
+            // contains it.
             let pairs = [[0, 1], [1, 2], [2, 0]];
             let mut sets = Vec::new();
             for pair in pairs {

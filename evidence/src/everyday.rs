@@ -14,9 +14,9 @@
 //!   1.2 … 2.
 //!
 //! One, two or three cones are drawn for one uniform boresight, of half angles α uniform in 8 …
-//! 25°. Each is about a direction that lies tan(α·u), u uniform in 0.2 … 1.1, beside the boresight
-//! at a part, uniform in 25 … 75 %, of the turn about its axis. A cone that contains an end of the
-//! turn, or is nearer to it than 2°, is left out.
+//! 25°. The axis of each cone is tan(α·u), u uniform in 0.2 … 1.1, away from the boresight at a
+//! part, uniform in 25 … 75 %, of the turn about its axis. A cone that contains an end of the turn,
+//! or is nearer to it than 2°, is left out.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Duration, Objective, Pointing, Problem, Rule, Side, State};

@@ -210,8 +210,8 @@ fn slew(random: &mut Random) -> (Problem, f64) {
     (Problem::attitude(body(inertia), State::at_rest(Matrix3::identity()), end, 1.0), angle)
 }
 
-/// Returns every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis
-/// would take: a plan without limits demands more in most cases, and few have none.
+/// Returns torque limits of 70–120 % of the peak that a turn of the mean inertia about a fixed axis
+/// needs. A plan without limits exceeds them in most cases, and few cases have no plan.
 fn box_limits(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let limits = Limits { size: Some(vec![random.within(0.7, 1.2) * 6.0 * angle; 3]), ..Limits::default() };
@@ -241,8 +241,8 @@ fn cones(random: &mut Random) -> Problem {
     problem
 }
 
-/// Three wheels that spin at the start, and may store twice what the turn of the mean inertia
-/// takes.
+/// Returns a maneuver with three wheels that spin at the start, and can store twice the momentum
+/// that the turn of the mean inertia needs.
 fn wheels(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let most = 3.0 * angle;

@@ -1,6 +1,6 @@
 //! Propagates the held inputs of a plan by plain equations of motion: Euler's equations in a
-//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses the
-//! field of the maneuver and the outputs of its inputs from the library, and nothing else.
+//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses only
+//! the field of the maneuver and the outputs of its inputs from the library.
 
 use slewkit::maneuver::{Direction, Motion, Problem, Rule, Scheme, Side, Trajectory};
 use slewkit::mechanics::environment::Pose;
@@ -30,7 +30,7 @@ pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
     flown(problem, trajectory).map(|flown| flown.attitude)
 }
 
-/// Flies a plan; `None` where finer steps do not settle its end.
+/// Flies a plan; `None` if finer steps do not settle its end.
 pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
     let (mut parts, mut before) = (PARTS.0, end(problem, trajectory, PARTS.0));
     while parts < PARTS.1 {
@@ -76,8 +76,8 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f6
     }
     let mut worst = f64::NEG_INFINITY;
     for step in 0..trajectory.time.len() - 1 {
-        // Inputs that switch are held over steps of their own; Lie–Euler kicks at the end of a
-        // step, and has no row before that; Lie–Verlet half at either end.
+        // Inputs that switch are held over their own steps; Lie–Euler kicks at the end of a step,
+        // and has no row before that; Lie–Verlet half at either end.
         let inputs: Vec<f64> = if problem.switches() || problem.scheme == Scheme::LieEuler {
             trajectory.inputs(step).to_vec()
         } else {
@@ -139,7 +139,7 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
     problem.constraints.iter().map(|constraint| of(&constraint.rule)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` of wheels, `ẋ = γ/m`, `γ̇ = F`.
+/// Returns `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` for wheels, `ẋ = γ/m`, `γ̇ = F`.
 fn slope(problem: &Problem, inputs: &[f64], y: &Numbers) -> Numbers {
     let vector = |index: usize| Vector3::from_column_slice(&y[4 + 3 * index..7 + 3 * index]);
     let (momentum, of_wheels, position, linear) = (vector(0), vector(1), vector(2), vector(3));

@@ -1,6 +1,6 @@
 //! Hostile inputs of every kind that the program reads: good ones, mutated.
 //!
-//! A reader must read what it is given or refuse it: with a place, a reason and a remedy, without a
+//! A reader must accept its input or refuse it, with a place, a reason and a remedy, without a
 //! panic, and soon.
 
 use crate::Random;
@@ -109,7 +109,7 @@ const KEYS: &[&str] = &[
     "gravity.gravitational_constant_m3_kg_s2",
 ];
 
-/// Returns `text` with up to three changes; `donor` gives lines of its own.
+/// Returns `text` with up to three changes; `donor` is the source of other lines.
 pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..random.below(4) {
@@ -180,7 +180,7 @@ pub const READERS: [Reader; 7] = [
     Reader::Attitudes,
 ];
 
-/// Good inputs of every kind: what the repository ships, and what the program writes.
+/// Good inputs of every kind: files of the repository, and files that the program writes.
 pub struct Corpus {
     /// The reader, whether the input is valid, and the text.
     seeds: Vec<(Reader, bool, String)>,
@@ -229,7 +229,7 @@ impl Corpus {
                     Some("obj") => Reader::Obj,
                     _ => continue,
                 };
-                // Those that are no text are wrong in their own way, which no mutation improves.
+                // Inputs that are not text are already wrong, so they are not changed.
                 if let Ok(text) = fs::read_to_string(&path) {
                     seeds.push((reader, !folder.starts_with(&bad), text));
                 }
@@ -258,7 +258,7 @@ impl Corpus {
             format.write(&file, &problem, &identity, Tables::default(), &mut bytes)?;
             let text = String::from_utf8(bytes)?;
             if reader == Reader::PlanFile {
-                // The spec that it holds is one in JSON.
+                // The spec in it is a spec in JSON.
                 let document: serde_json::Value = serde_json::from_str(&text)?;
                 seeds.push((Reader::Json, true, serde_json::to_string_pretty(&document["spec"])?));
             }
@@ -326,7 +326,7 @@ impl Corpus {
         }
     }
 
-    /// Returns a plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
+    /// Reads a plan file as `slew verify` and `--guess` read it, and lets the witnesses judge it.
     fn read_plan(&self, bytes: &[u8]) -> Result<Answer, String> {
         let _ = read_guess(bytes);
         let file = match PlanFile::read(bytes) {

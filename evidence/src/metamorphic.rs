@@ -38,13 +38,13 @@ impl Planned {
     }
 }
 
-/// Another maneuver, and what its cost is to be.
+/// Another maneuver, and its expected cost.
 pub struct Related {
     problem: Problem,
     /// The factor on the cost of the first plan.
     factor: f64,
-    /// Whether the cost is at most that, if the first is solved; otherwise it is exactly that,
-    /// with an equal status.
+    /// Whether the expected cost is an upper bound, if the first maneuver is solved. Otherwise the
+    /// cost must equal it, with an equal status.
     at_most: bool,
 }
 
@@ -108,8 +108,8 @@ fn inexact(plan: &Plan) -> f64 {
 /// The law does not apply to this maneuver.
 pub struct NotApplicable;
 
-/// Returns the maneuver backwards, in three mirrors and in permuted axes, as far as it has these
-/// images: all have one cost.
+/// Returns the symmetric maneuvers that exist: time-reversed, in three mirrors and in permuted
+/// axes. All have the same cost.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -134,7 +134,7 @@ struct View {
     time: f64,
     cost: f64,
     /// The map from the old reference axes to the new ones: a rotation, or a reflection if `body`
-    /// is one too.
+    /// is a reflection.
     reference: Matrix3,
     /// The map of body axes.
     body: Matrix3,
@@ -327,7 +327,7 @@ fn other_body_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body: rotation(random), ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// x → y → z → x, or two axes exchanged and the third reversed.
+/// Permutes the body axes: x → y → z → x, or two axes exchanged and the third reversed.
 fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     let body = match random.below(2) {
         0 => Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
@@ -336,21 +336,21 @@ fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// The plane of the mirror contains the orbit's radius and velocity.
+/// Reflects the maneuver in a plane that contains the orbit's radius and velocity.
 fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// Backwards in time, as [`reversed`] has it. Nor is a limit of what the continuous motion misses:
-/// torques that are held over the steps after their nodes miss by another amount backwards.
+/// Backwards in time, as [`reversed`] has it. The limit of the continuous miss does not transform
+/// either: torques that are held over the steps after their nodes miss by another amount backwards.
 fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
     let judged = planned.settings.continuous_tolerance.is_some();
     if judged { None } else { same(reversed(&planned.problem)?, 1.0) }
 }
 
-/// Exchanges the ends and reverses rates. A reversed orbit is one seen from the other side of its
-/// plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
+/// Exchanges the ends and reverses rates. A reversed orbit is the orbit seen from the other side of
+/// its plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
 fn reversed(problem: &Problem) -> Option<Problem> {
     if problem.scheme == Scheme::LieEuler || problem.actuation.wheels.is_some() {
         return None;
@@ -431,15 +431,16 @@ fn is_still(problem: &Problem) -> bool {
     still.iter().all(|rate| *rate == Vector3::zeros())
 }
 
-/// Returns a free body that rests at both ends and has no wheels that spin: it knows no scale of
-/// time.
+/// Returns a free body that rests at both ends and has no wheels that spin: its motion has no scale
+/// of time.
 fn is_free_slew(problem: &Problem) -> bool {
     let free = matches!(problem.environment.describe(), Description::Free);
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()
 }
 
-/// For slews from rest to rest the short way is the shortest rotation. The long way is the
-/// cheapest of its sense, and a given long rotation selects the nearest to it, so the two differ.
+/// Requests the short way as a rotation. For slews from rest to rest the short way is the shortest
+/// rotation. The long way is the cheapest plan of its homotopy class, and a given long rotation
+/// selects the nearest one, so these two differ.
 fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let turn = lie::minus(&problem.end.attitude, &problem.start.attitude);

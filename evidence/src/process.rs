@@ -19,8 +19,8 @@ pub fn own_cpu_seconds() -> f64 {
     cpu_seconds("self").unwrap_or(f64::NAN)
 }
 
-/// Returns the most memory that was resident at any time \[bytes\], of the process `self` or a
-/// number; `None` as above.
+/// Returns the peak of the resident memory \[bytes\] of a process, given as `self` or by its
+/// number; `None` if it has ended, or if the system does not report it.
 pub struct Watch {
     clock: Instant,
     cpu: f64,

@@ -14,7 +14,7 @@ impl Random {
         Self(seed)
     }
 
-    /// Builds the stream of a case among those of a seed.
+    /// Builds the stream of random numbers of one case of a seed.
     pub fn of_case(seed: u64, index: usize) -> Self {
         let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();
@@ -85,8 +85,8 @@ impl Random {
         }
     }
 
-    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than
-    /// [`Self::direction`].
+    /// Returns a direction, uniform on the unit sphere, of three normal numbers. It uses another
+    /// stream than [`Self::direction`].
     pub fn normal_direction(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }

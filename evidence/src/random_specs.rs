@@ -13,13 +13,13 @@ use kinds::*;
 
 /// A maneuver as the planner reads it.
 pub struct RandomSpec {
-    /// Its kind, as a file name.
+    /// The kind of the spec, as a file name.
     pub kind: &'static str,
     /// The spec in TOML.
     pub text: String,
 }
 
-/// A kind of maneuver, and what writes one.
+/// A kind of maneuver, and the function that writes one.
 type Kind = (&'static str, fn(&mut Draft));
 
 /// The kinds, in turn.

@@ -31,7 +31,7 @@ pub fn vector(value: &Value) -> Vector3 {
     Vector3::from_column_slice(&numbers(value))
 }
 
-/// `R` rows of `C` numbers.
+/// Reads `R` rows of `C` numbers.
 pub fn matrix<const R: usize, const C: usize>(value: &Value) -> nalgebra::SMatrix<f64, R, C> {
     let rows: Vec<f64> = list(value).iter().flat_map(numbers).collect();
     nalgebra::SMatrix::from_row_slice(&rows)
@@ -54,8 +54,7 @@ pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
 }
 
-/// Returns the largest difference between the elements of two matrices; NaN if there is one in
-/// either.
+/// Returns the largest difference between the elements of two matrices; NaN if either has one.
 pub fn difference<const R: usize, const C: usize>(
     a: &nalgebra::SMatrix<f64, R, C>,
     b: &nalgebra::SMatrix<f64, R, C>,

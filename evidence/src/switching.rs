@@ -78,7 +78,7 @@ pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let log_uniform = |random: &mut Random, low: f64, high: f64| low * (high / low).powf(random.unit());
     let ratio =
         if kind == Kind::Unequal { log_uniform(&mut random, 5.0, 100.0) } else { random.within(1.0, 5.0) };
-    // Moments that a body can have: the largest is at most the sum of the others.
+    // Returns moments that a body can have: the largest is at most the sum of the others.
     let (small, large) = (1.0, ratio);
     let middle = random.within((large - small).max(small), large);
     let mut moments = [small, middle, large];

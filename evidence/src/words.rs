@@ -1,4 +1,4 @@
-//! The words after the name of a command, and what is wrong with them.
+//! The arguments of a command, read one by one, and the errors that describe a wrong one.
 
 use std::error::Error;
 use std::fmt;
@@ -16,7 +16,7 @@ impl Misuse {
         Self(what.into())
     }
 
-    /// Creates the error for a word that is none of the known ones.
+    /// Creates the error for an unknown word.
     pub fn of(what: &str, word: &str, known: &[impl AsRef<str>]) -> Self {
         let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
         Self(format!("`{word}` is no {what}; known are {}", known.join(", ")))
@@ -45,7 +45,7 @@ impl Words {
         self.0.next()
     }
 
-    /// Takes the next word if it is this one, and says whether it is.
+    /// Takes the next word if it equals `word`, and returns whether it does.
     pub fn next_is(&mut self, word: &str) -> bool {
         self.0.next_if(|next| next == word).is_some()
     }

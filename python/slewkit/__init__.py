@@ -14,10 +14,10 @@ independently verified.
     })
     print(plan.cost, plan.torque[0], plan.rotation()[-1].as_rotvec())
 
-Units are SI and radians, and stand in the keys of specs. Attitudes map body to reference
-components; quaternions are those of SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given.
-Angular velocities, torques and inertias are in body axes; positions, velocities and forces in
-reference axes. Results are the same bits as those of the program ``slew``.
+Units are SI and radians; the keys of specs state them. Attitudes map body to reference components;
+quaternions have the order of SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given. Angular
+velocities, torques and inertias are in body axes; positions, velocities and forces in reference
+axes. Results equal the results of the program ``slew``, bit by bit.
 """
 
 from ._commands import (

@@ -51,10 +51,10 @@ def plan(
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
     :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
     a file of attitudes, or costates; the search begins from it too, and returns the cheapest plan.
-    With ``guess_alone`` nothing else is searched if the costates of the guess lead to a plan:
-    quicker, but a cheaper plan may exist.
-    ``overrides`` sets keys of the spec: ``{"maneuver.duration_s": 90}``. Other threads run
-    meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in its attribute ``plan``.
+    With ``guess_alone`` no other start is searched if the costates of the guess lead to a plan:
+    quicker, but a cheaper plan may exist. ``overrides`` sets keys of the spec:
+    ``{"maneuver.duration_s": 90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt,
+    with the best iterate in its attribute ``plan``.
 
     Returns a plan that is solved and verified, and raises otherwise: :class:`SpecError`,
     :class:`FileError`, :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`,
@@ -152,7 +152,7 @@ def verify(
     """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its
     own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
 
-    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must
+    The path may also name an AEM or a table of attitudes, with the ``spec`` that the attitudes must
     fulfil. Ends, duration, cones and rates are then judged, and ``found`` has ``checks``,
     ``violations`` in words and ``peak_torque_n_m``.
 

@@ -87,13 +87,13 @@ def closed_loop(
     progress: ProgressFunction | None = None,
 ) -> Flights:
     """Flies a plan ``runs`` times by a craft that differs from the model as ``[uncertainty]`` and
-    ``[plant]`` of its spec state. The numbers are those of ``slew fly``: with its gains, or in open
-    loop with ``gains=False``.
+    ``[plant]`` of its spec state. The numbers equal the results of ``slew fly``: with its gains, or
+    in open loop with ``gains=False``.
 
     ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of
     its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
-    number of ``threads``, by default that of the machine, does not change the result. Other threads
-    run meanwhile.
+    number of ``threads``, by default the number of processors, does not change the result. Other
+    threads run meanwhile.
 
     Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains;
     :class:`SpecError`; :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted`

@@ -31,9 +31,9 @@ class Plan:
     unless the environment turns it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of
     inputs (``input``, ``torque``, ``force``) have ``N + 1`` rows for Lie–Verlet. They have ``N``
     rows for Lie–Euler and for inputs that switch, held over steps; ``input_time`` has the time from
-    which each row acts. ``held_input`` has what acts over each step in every case. Arrays are made
-    on first use, and belong to the caller: a change of an array does not change what the plan saves
-    or reports.
+    which each row acts. ``held_input`` has the inputs that act over each step in every case. Arrays
+    are made on first use, and belong to the caller: a change of an array does not change what the
+    plan saves or reports.
 
     :func:`slewkit.plan` and :func:`slewkit.load` make plans. It can be pickled.
     """
@@ -409,11 +409,11 @@ class Plan:
     ) -> None:
         """Writes a file, completely or not at all, in the format of its ending or in the named
         format: those of ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``,
-        ``.mat``. ``tick`` is that of ``.flight``, s; ``margins`` is that of :meth:`to_dataframe`, for
-        ``.csv``.
+        ``.mat``. ``tick`` is the tick of ``.flight``, s; ``margins`` is the argument of
+        :meth:`to_dataframe`, for ``.csv``.
 
-        Raises :class:`FileError` if it exists and ``overwrite`` is not given, :class:`SpecError` if
-        the spec lacks data of the format, such as an epoch."""
+        Raises :class:`FileError` if the file exists and ``overwrite`` is not given,
+        :class:`SpecError` if the spec lacks data of the format, such as an epoch."""
         self._planned.save(os.fspath(path), format, tick, margins, overwrite)
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
@@ -434,7 +434,7 @@ class Plan:
 
     def pictures(self, *, euler: str = "zyx") -> dict[str, str]:
         """Returns the pictures that ``slew plot`` draws of the plan, each as an SVG file: ``sky``,
-        ``inputs``, ``rates`` and so on. ``euler`` is that of :meth:`report`."""
+        ``inputs``, ``rates`` and so on. ``euler`` is the argument of :meth:`report`."""
         return dict(self._planned.pictures(euler))
 
     def panel(

@@ -135,11 +135,11 @@ def simulate(
 
     A maneuver is propagated from its start over its duration, under ``inputs`` held throughout
     (forces before torques), by default none. ``steps``, ``stride`` (steps from one row to the next)
-    and ``integrator`` (``"lie_verlet"``, ``"verner98"`` and so on) replace those of the spec.
+    and ``integrator`` (``"lie_verlet"``, ``"verner98"`` and so on) replace the values of the spec.
 
-    Raises :class:`SpecError`, :class:`FileError`, :class:`Interrupted` where the progress function
-    says stop, :class:`NotFinite`; of the last two ``simulation`` holds the rows so far. Ctrl-C
-    raises KeyboardInterrupt, with the rows so far in its attribute ``simulation``.
+    Raises :class:`SpecError`, :class:`FileError`, :class:`Interrupted` if the progress function
+    stops it, :class:`NotFinite`. The attribute ``simulation`` of the last two has the rows so far.
+    Ctrl-C raises KeyboardInterrupt, with the rows so far in its attribute ``simulation``.
     """
     if isinstance(spec, Problem):
         given: Any = maneuver_of(spec, overrides)

@@ -26,16 +26,16 @@ class SlewTable:
         seconds = table(q1, q2)
         matrix = table.matrix(attitudes)        # n × n
 
-    Attitudes map body to reference components. Quaternions are those of SciPy, ``[x, y, z, w]``,
-    unless ``scalar_first`` is given, of any nonzero length; a SciPy ``Rotation`` is an attitude too.
-    The values are those of turns alone: add :attr:`settling_s` where the pointing must settle. NaN
-    comes out where NaN goes in.
+    Attitudes map body to reference components. Quaternions of any nonzero length have the order of
+    SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given; a SciPy ``Rotation`` is an attitude
+    too. The values are for turns alone: add :attr:`settling_s` where the pointing
+    must settle. The value of an attitude with NaN is NaN.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Reads the file ``path``.
 
-        Raises :class:`slewkit.FileError` where it is no table.
+        Raises :class:`slewkit.FileError` if the file is not a table.
         """
         self._table = _slewkit.Table(os.fspath(path))
         self._facts: dict[str, Any] = self._table.facts()

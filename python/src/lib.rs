@@ -6,26 +6,26 @@
 //!
 //! # Where does the Python package stand?
 //!
-//! The package is above everything, as the program is: `python/` is a crate of its own in the
-//! workspace, and uses public items of the other crates only. Plain `cargo` commands leave it
-//! out, because nothing else needs Python to be compiled; `.ci/run` names it. It links the
-//! library with the default features. Code that the program and the package share is in the
-//! library: formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a
-//! plan file (`files/export/judged`).
+//! The package is above everything, as the program is: `python/` is a separate crate of the
+//! workspace, and uses only public items of the other crates. Plain `cargo` commands omit it,
+//! because no other crate needs Python to be compiled; `.ci/run` names it. It links the library
+//! with the default features. Code that the program and the package share is in the library:
+//! formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a plan file
+//! (`files/export/judged`).
 //!
-//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock,
-//! and passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions
-//! are Python, where a user reads them and where SciPy, pandas and matplotlib are. Arrays are
-//! made on first use, and are writable: SciPy's compiled functions need writable arrays. A panic
-//! would be an exception, `InternalError`.
+//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock, and
+//! passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions are
+//! written in Python, where a user reads them and where SciPy, pandas and matplotlib are available.
+//! Arrays are made on first use, and are writable: SciPy's compiled functions need writable arrays.
+//! A panic would be an exception, `InternalError`.
 //!
 //! # How does the wheel bring the program?
 //!
 //! `slewkit_cli::run` takes arguments, returns an exit code, and is all that `main` of the binary
-//! calls. The compiled part of the package, which contains the library anyway, exposes it, and
-//! the entry point `slew` of the wheel calls it. The wheel therefore needs no second binary.
-//! Before the program starts, the entry point returns Ctrl-C to the system, because Python would
-//! only record it.
+//! calls. The compiled part of the package, which contains the library anyway, exposes it, and the
+//! entry point `slew` of the wheel calls it. The wheel therefore needs no second binary. The entry
+//! point returns Ctrl-C to the system before the program starts, because Python would only record
+//! it.
 //!
 //! # Why does a dictionary become TOML text?
 //!

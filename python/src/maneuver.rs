@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// The name of a dictionary in messages.
 const DICTIONARY: &str = "dict";
 
-/// The name of a maneuver whose dictionary has none.
+/// The name of a maneuver whose dictionary has no name.
 const UNNAMED: &str = "maneuver";
 
 /// Keys set from outside, with their values.
@@ -109,7 +109,7 @@ impl Maneuver {
         self.loaded.problem.steps
     }
 
-    /// Inertia, body axes, rows [kg·m²].
+    /// Returns the inertia, body axes, by rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
         // Symmetric: rows are columns.

@@ -41,8 +41,8 @@ pub struct Planned {
 }
 
 /// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
-/// costates; with `guess_alone` nothing else is searched if it leads to a plan. `progress` is
-/// called with stage, start, steps and seconds. Also returns an exception that was raised
+/// costates; with `guess_alone` no other start is searched if the guess leads to a plan. `progress`
+/// is called with stage, start, steps and seconds. Also returns an exception that was raised
 /// meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, guess = None, guess_alone = false, progress = None))]
@@ -124,7 +124,7 @@ impl Suggestion<'_> {
     }
 }
 
-/// Reads a plan file from its bytes; `name` is what messages call it.
+/// Reads a plan file from its bytes; `name` is its name in messages.
 #[pyfunction]
 pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> {
     let read = || -> Result<_, Failed> {
@@ -228,7 +228,7 @@ impl Planned {
         self.plan.solution.cost
     }
 
-    /// Returns the duration in seconds; NaN where time is minimised and no plan was found.
+    /// Returns the duration in seconds; NaN if time is minimised and no plan was found.
     #[getter]
     fn duration(&self) -> f64 {
         self.plan.solution.duration(&self.problem)
@@ -252,14 +252,15 @@ impl Planned {
         self.wall_time
     }
 
-    /// Node of the first row of inputs, and whether a row belongs to the step that begins there.
+    /// Returns the node of the first row of inputs, and whether a row belongs to the step that
+    /// begins at its node.
     #[getter]
     fn first_input(&self) -> (usize, bool) {
         let held = self.problem.switches();
         (if held { 0 } else { self.problem.scheme.first_input() }, held)
     }
 
-    /// Returns whether the body moves as well as turns.
+    /// Returns whether the body translates in addition to its rotation.
     #[getter]
     fn moves(&self) -> bool {
         self.problem.motion == Motion::RigidBody
@@ -278,7 +279,7 @@ impl Planned {
         Some((step.len(), step.first()?.len()))
     }
 
-    /// Inertia, body axes, rows [kg·m²].
+    /// Returns the inertia, body axes, by rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
         // Symmetric: rows are columns.
@@ -333,8 +334,8 @@ impl Planned {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Returns the names and deviations of the parameters that are uncertain; `None` where the spec
-    /// has nothing that is.
+    /// Returns the names and deviations of the uncertain parameters; `None` if the spec states no
+    /// uncertainty.
     #[getter]
     fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
         let of = self.closed_loop.uncertainty.as_ref()?;
@@ -363,8 +364,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, completely or not at all, in the named format or in that of its
-    /// ending.
+    /// Writes the plan to a file, completely or not at all, in the named format or in the format of
+    /// its ending.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,

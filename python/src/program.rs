@@ -1,4 +1,4 @@
-//! The program `slew`, for people who have the package and no Rust.
+//! The program `slew`, for users of the package without Rust.
 
 use pyo3::prelude::*;
 use std::ffi::OsString;

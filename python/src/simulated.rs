@@ -129,7 +129,7 @@ impl Motion {
     }
 }
 
-/// The values of the caller that replace those of the spec.
+/// The values of the caller that replace values of the spec.
 struct Asked {
     steps: Option<u64>,
     stride: Option<u64>,

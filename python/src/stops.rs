@@ -73,7 +73,7 @@ impl PlannedSequence {
 
 #[pymethods]
 impl PlannedSequence {
-    /// Returns what the file states beside its legs, as JSON.
+    /// Returns the contents of the file other than its legs, as JSON.
     fn record_json(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || serde_json::to_string(&self.file().record))?
             .map_err(|error| failure::export(py, &error.into(), "plan"))

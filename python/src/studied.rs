@@ -44,7 +44,7 @@ pub fn verify(
     })?;
     let judged = judged.map_err(|error| match error {
         // A plan whose arrays do not fit the maneuver has failed.
-        ExportError::Trajectory(error) => {
+        error @ (ExportError::Trajectory(_) | ExportError::NoMotion) => {
             let remedy = "give the spec of the plan";
             failure::coded(py, "VerificationFailed", "E0103", &error.to_string(), remedy)
         }

@@ -10,8 +10,8 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// A depth beyond that of any spec. Deeper parts are cut off, and the reader reports that the
-/// spec is nested too deeply. A dictionary may contain itself.
+/// A depth of nesting that no spec reaches. Deeper parts are cut off, and the reader reports that
+/// the spec is nested too deeply. A dictionary may contain itself.
 const DEEPEST: usize = 40;
 
 /// Returns the spec as TOML.
@@ -24,7 +24,7 @@ pub fn to_toml(spec: &Bound<'_, PyMapping>) -> PyResult<String> {
     Ok(text)
 }
 
-/// One value, as in an override.
+/// Writes one value, as in an override.
 pub fn value_text(value: &Bound<'_, PyAny>) -> PyResult<String> {
     let mut text = String::new();
     inline(&mut text, value, "", 0)?;
@@ -45,7 +45,8 @@ fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Items<'py>> {
     mapping.items()?.iter().map(pair).collect()
 }
 
-/// NumPy's arrays and numbers as Python's, a SciPy `Rotation` as the table of its quaternion.
+/// Converts NumPy's arrays and numbers to Python's, and a SciPy `Rotation` to the table of its
+/// quaternion.
 fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     let own = value.is_instance_of::<PyFloat>()
         || value.is_instance_of::<PyInt>()
@@ -111,7 +112,7 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// A bare key where it may be one.
+/// Appends a key, bare if it may be bare.
 fn key(text: &mut String, name: &str) {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(bare) {
@@ -121,7 +122,7 @@ fn key(text: &mut String, name: &str) {
     }
 }
 
-/// A basic string of TOML.
+/// Appends a basic string of TOML.
 fn quoted(text: &mut String, content: &str) {
     text.push('"');
     for c in content.chars() {

@@ -19,10 +19,10 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// `progress` is called with the progress of the work, at once and then repeatedly; a return
-    /// value of `False` stops the work.
+    /// Builds a watch that calls `progress` with the progress of the work, at once and then
+    /// repeatedly. A return value of `False` stops the work.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
-        // Without a progress function, work of a few milliseconds is not interrupted.
+        // Work of a few milliseconds is not interrupted if no progress function is given.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };
         Self { progress, looked, raised: None, stopped: false }
     }
@@ -39,7 +39,7 @@ impl Watch {
                 py.check_signals()?;
                 let Some(progress) = &self.progress else { return Ok(false) };
                 let answer = progress.bind(py).call1((stage, start, steps, elapsed))?;
-                // Only False itself: a function that returns nothing goes on.
+                // Only `False` itself stops the work: a function that returns nothing continues it.
                 Ok(answer.is(&*pyo3::types::PyBool::new(py, false)))
             });
             self.stopped = match asked {

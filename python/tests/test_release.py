@@ -79,7 +79,8 @@ class Found:
 
 
 def test_a_licence_that_may_not_be_linked_stops_a_release():
-    reasons = dependencies.refused([Found("GPL-3.0-only"), Found("GPL-3.0-only OR MIT"), Found("MIT AND GPL-3.0"), Found("")])
+    licences = ["GPL-3.0-only", "GPL-3.0-only OR MIT", "MIT AND GPL-3.0", ""]
+    reasons = dependencies.refused([Found(licence) for licence in licences])
     assert reasons == [
         "tied 1.0.0 is under GPL-3.0-only, which ALLOWED lacks",
         "tied 1.0.0 is under MIT AND GPL-3.0, which ALLOWED lacks",

@@ -7,20 +7,20 @@ use crate::maneuver::Problem;
 use crate::uncertainty::Uncertainty;
 use crate::uncertainty::chance::{Quantity, normal_quantile};
 
-/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by
-/// other cases.
+/// Seed of the flights that are counted. It differs from the seed of `slew fly`, which therefore
+/// judges the margin by other cases.
 const SEED: u64 = 0x6368_616e_6365;
 
-/// Margins that were counted and differ by less than this part of a deviation are one: it changes a
+/// Counted margins that differ by less than this part of a deviation count as equal: it changes a
 /// chance by some hundredths.
 const SAME_COUNTED: f64 = 0.01;
 
-/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less
-/// than a thousandth.
+/// Reserves that differ by less than this part of a deviation count as equal: it changes a chance
+/// by less than a thousandth.
 const SAME_RESERVE: f64 = 1e-4;
 
-/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a
-/// cone.
+/// Margins of cones that differ by less count as equal \[rad\]: a hundredth of the error that
+/// witnesses allow at a cone.
 const SAME_MARGIN: f64 = 1e-8;
 
 /// Limits that share a chance.
@@ -28,7 +28,7 @@ pub(super) struct Group {
     pub limits: Vec<Limit>,
     at_most: f64,
     over: Over,
-    /// The number of deviations that each keeps.
+    /// The number of deviations that each limit keeps.
     z: f64,
     pub counted: Option<Proportion>,
 }
@@ -36,12 +36,13 @@ pub(super) struct Group {
 /// The part of a limit that a chance needs, at least the requested one.
 pub(super) struct Needed {
     pub margins: Vec<f64>,
-    /// Margins that differ by less are one.
+    /// Margins that differ by less count as equal.
     same: Vec<f64>,
 }
 
 impl Needed {
-    /// Returns whether these are the margins that are held, or where they only grow no more.
+    /// Returns whether these margins equal the held ones; with `grown`, whether none of them is
+    /// larger than the held one.
     pub fn is(&self, held: &[f64], grown: bool) -> bool {
         let parts = self.margins.iter().zip(held).zip(&self.same);
         parts.into_iter().all(|((needed, held), same)| {
@@ -54,7 +55,7 @@ impl Needed {
 impl Group {
     pub fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
         let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
-        // Of a motion where flights begin to count from.
+        // The number of deviations with which the flights begin, if the chance is over the motion.
         let z = normal_quantile(1.0 - kept.at_most);
         let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
         Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
@@ -91,11 +92,11 @@ pub(super) struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// Cases that are held at once.
+    /// The number of cases in memory at once.
     const CHUNK: usize = 8192;
 
-    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how
-    /// many deviations its limits are to keep.
+    /// Counts, for each chance of a motion, the part of the flights that exceed a limit, and sets
+    /// the number of deviations that its limits must keep.
     pub fn count(&self, groups: &mut [Group]) {
         for group in groups {
             let Over::Motion(plant) = group.over else { continue };
@@ -142,8 +143,8 @@ impl Flights<'_> {
     }
 }
 
-/// Returns the room that is left in standard deviations. Where nothing is uncertain a plan keeps
-/// its limits.
+/// Returns the room that is left in standard deviations. A plan keeps its limits if nothing is
+/// uncertain.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

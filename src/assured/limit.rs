@@ -150,7 +150,7 @@ impl Limit {
         })
     }
 
-    /// Returns the reserve that a plan of `problem` holds, for people.
+    /// Returns the reserve that a plan of `problem` holds, in displayed units.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),
@@ -180,7 +180,7 @@ impl Limit {
         match self.which {
             Which::Inputs(_, first) => flown.input_room[first..first + bounds.len()].to_vec(),
             Which::Constraint(_) => {
-                // Flights tell the room of rates as a part of the limit.
+                // Flights report the room of rates as a part of the limit.
                 let unit = |bound: &f64| if bound.is_finite() { *bound } else { 1.0 };
                 flown.room[first..].iter().zip(&bounds).map(|(room, bound)| room * unit(bound)).collect()
             }

@@ -59,8 +59,8 @@ fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     }
 }
 
-/// Margin and cost of cl04: there torques act at nodes, half a step later than ours that are held,
-/// whose loop is a little tighter.
+/// Margin and cost of cl04. There torques act at nodes, half a step later than our held torques, so
+/// our loop is a little tighter.
 #[test]
 fn a_chance_takes_the_margin_of_the_reference() {
     let (file, problem, uncertainty) = maneuver();
@@ -156,8 +156,8 @@ fn limited() -> (Problem, Uncertainty) {
     (problem, uncertainty)
 }
 
-/// Chances of limits at their worst instants: every part that acts keeps its own, and flights have
-/// it there.
+/// Chances of limits at their worst instants: every active part keeps its chance, and flights
+/// confirm it.
 #[test]
 fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
     let (problem, uncertainty) = limited();
@@ -198,7 +198,7 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
             active += usize::from(worst.chance > 0.98 * asked);
             let beyond = flown.iter().filter(|case| case.as_ref().unwrap()[index][part]).count();
             let found = Proportion::new(beyond as u64, 20_000);
-            // The interval of 95 %, and what is not linear.
+            // The interval of 95 %, and the nonlinear part.
             assert!(
                 found.low < 1.25 * worst.chance && found.high > worst.chance / 1.25,
                 "{} {part}: {found:?} for {worst:?}",

@@ -24,25 +24,25 @@ pub struct Campaign<'a> {
     pub(super) uncertainty: &'a Uncertainty,
     plant: Plant,
     draws: Draws<'a>,
-    /// Threads that share the cases; those there are where none is given.
+    /// The number of threads that share the cases; `None` for all available threads.
     threads: Option<usize>,
     /// The actuators and the constraints of the craft: with the full limits, and without margins.
     actuators: ActuatorSet,
     constraints: Vec<Constraint>,
     /// The converged nominal motion.
     nominal: Flight<'a>,
-    /// Ticks a step of the plan.
+    /// The number of ticks in a step of the plan.
     ticks: usize,
-    /// Commands without feedback, with the time from which each acts: those given before the
-    /// start, then those of the steps.
+    /// Commands without feedback, with the time from which each acts: first the commands given
+    /// before the start, then the commands of the steps.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
 
-/// Ticks of the plant in a step of the plan, at most.
+/// The largest number of ticks of the plant in a step of the plan.
 const MOST_TICKS: usize = 1000;
 
 impl<'a> Campaign<'a> {
-    /// Most cases of a run.
+    /// The largest number of cases of a run.
     pub const MOST_CASES: u64 = 1_000_000;
 
     /// Builds flights of a maneuver and the motion near its plan (torques held); without gains
@@ -80,7 +80,7 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Records the room to these constraints instead of those of the maneuver.
+    /// Records the room to these constraints instead of the constraints of the maneuver.
     pub(crate) fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
         Self { constraints, ..self }
     }
@@ -115,8 +115,8 @@ impl<'a> Campaign<'a> {
         self.each(first, count, |case| self.fly(case))
     }
 
-    /// Flies the cases `first … first + count` step by step, on several threads; of each what `of`
-    /// makes of it.
+    /// Flies the cases `first … first + count` step by step, on several threads. Returns the result
+    /// of `of` for each case.
     pub fn trace_all<R: Clone + Send>(
         &self,
         first: u64,
@@ -132,7 +132,7 @@ impl<'a> Campaign<'a> {
         count: usize,
         of: impl Fn(u64) -> Result<R, Lost> + Send + Sync,
     ) -> Vec<Result<R, Lost>> {
-        /// Cases a thread takes at once: a case takes about 50 µs.
+        /// The number of cases that a thread takes at once: a case needs about 50 µs.
         const BATCH: usize = 16;
         let cases: Vec<u64> = (0..count as u64).map(|case| first + case).collect();
         let mut results: Vec<Result<R, Lost>> = vec![Err(Lost); count];
@@ -147,7 +147,8 @@ impl<'a> Campaign<'a> {
         Ok(Flown { rejected, parameters, ..flown })
     }
 
-    /// Flies a craft of these parameters that begins at `beside`, `[ζ; δΩ]`.
+    /// Flies a craft with these parameters from a start that differs from the plan by `beside`,
+    /// `[ζ; δΩ]`.
     pub(super) fn run(
         &self,
         parameters: &[f64],
@@ -199,7 +200,7 @@ impl<'a> Campaign<'a> {
                 let (mut now, end) = (time + index as f64 * tick, time + (index + 1) as f64 * tick);
                 let noise = self.draws.torque * Vector3::from_fn(|_, _| torques.normal()) / tick.sqrt();
                 while now < end - SAME_TIME * tick {
-                    // A command whose time comes within the tick acts from then on.
+                    // A command whose time is within the tick acts from that time on.
                     let (wanted, until) = line.at(now + SAME_TIME * tick);
                     let until = until.min(end);
                     let part = until - now;

@@ -71,10 +71,10 @@ impl DelayLine {
     }
 }
 
-/// The limits of the inputs, and what commands leave of each.
+/// The limits of the inputs, and the room that commands leave to each limit.
 ///
-/// Sizes and norm are cut; how fast a command changes is counted and not cut, because a held
-/// command jumps.
+/// Sizes and norm are cut to their limits. The rate of a command is recorded and not cut, because a
+/// held command jumps.
 pub(super) struct Limited<'a> {
     set: &'a ActuatorSet,
     /// The capacity of the actuators, as a multiple of the limits of the plan.
@@ -97,7 +97,8 @@ impl<'a> Limited<'a> {
         Self { set, authority, before: None, room: vec![f64::INFINITY; count] }
     }
 
-    /// Cuts a command to sizes and norm; whether it was beyond any.
+    /// Cuts a command to the limits of sizes and norm. Returns whether the command exceeded a
+    /// limit.
     pub fn cut(&self, inputs: &mut [f64]) -> bool {
         let limits = self.set.limits();
         let mut cut = false;

@@ -1,7 +1,7 @@
 //! The draws of each case, and the square roots of the covariances that are drawn at every step.
 //!
-//! Every quantity has a stream of random numbers of its own, from the seed, the case and its
-//! purpose: a new sensor does not shift the numbers of another.
+//! Every quantity has its own stream of random numbers, from the seed, the case and its purpose: a
+//! new sensor does not change the numbers of another.
 
 use super::Lost;
 use crate::Matrix3;

@@ -1,5 +1,4 @@
-//! The plan's inputs as they are to be commanded: as they stand, or ahead of a lag and a delay that
-//! are known.
+//! The commands of a plan: its inputs unchanged, or corrected for a known lag and a known delay.
 //!
 //! A command is then the mean of the plan's inputs while it acts, a delay after it is given, and
 //! compensates the lag. With `v` the output of the actuators before, and `m` the mean of

@@ -1,5 +1,5 @@
-//! A plan flown: the true craft under the plan's torques and its gains, with all that it differs
-//! by.
+//! Flights of a plan: the motion of the true craft, which differs from the planned one, under the
+//! plan's torques and gains.
 //!
 //! The plant is not the planner's step: it is the continuous motion of a craft of another inertia,
 //! under torques held over a tick (`flight`). A step of the loop:
@@ -31,7 +31,7 @@ use crate::{Matrix3, Vector3};
 /// plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// Time constant of their lag \[s\].
+    /// The time constant of the lag of the actuators \[s\].
     pub lag: f64,
     /// Time from a command to its effect \[s\].
     pub delay: f64,
@@ -73,7 +73,7 @@ pub struct Flown {
     pub parameters: Vec<f64>,
 }
 
-/// One step of a case, for people.
+/// One step of a case, for tables and pictures.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Moment {
@@ -85,7 +85,7 @@ pub struct Moment {
     pub angular_velocity: Vector3,
     /// `[ζ; δΩ]` relative to the plan, rad and rad/s.
     pub beside: Vector6,
-    /// Inputs that were commanded in the step that begins here, SI; none at the end.
+    /// Inputs that were commanded in the step that begins here, SI; empty at the end.
     pub commanded: Vec<f64>,
 }
 

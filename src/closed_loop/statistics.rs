@@ -56,8 +56,9 @@ pub struct Sampled {
     pub mean: Vector6,
     /// The covariance of `[ζ; δΩ]`.
     pub covariance: Matrix6,
-    /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the
-    /// directions that have one: 1 where the motion is linear enough.
+    /// The least and the largest eigenvalue of the sampled covariance relative to the linear
+    /// covariance, in the directions that have a covariance. Both are near 1 if the motion is
+    /// linear enough.
     pub eigenvalues: Option<[f64; 2]>,
     /// The proportion inside of the ellipsoid that holds 99.73 % by the linear covariance.
     pub inside: Proportion,
@@ -107,7 +108,7 @@ impl Sampled {
             cases: ends.len(),
             mean,
             covariance,
-            // With few cases some eigenvalues are zero, or negative by round-off.
+            // Some eigenvalues are zero, or negative by round-off, if there are few cases.
             eigenvalues: ratios.map(|ratios| [ratios.min().max(0.0), ratios.max()]),
             inside: Proportion::new(inside as u64, ends.len() as u64),
         }

@@ -180,8 +180,8 @@ fn sampled_covariances_are_the_linear_ones() {
     }
 }
 
-/// Every error at a bound of its own, small enough to be linear: no motion leaves the ellipsoids,
-/// and one source alone fills its own.
+/// No motion leaves the ellipsoids if every error is at its own bound, small enough to be linear.
+/// One source alone fills its own ellipsoid.
 #[test]
 fn bounded_errors_stay_within_their_ellipsoid() {
     use crate::uncertainty::Bounded;
@@ -277,7 +277,7 @@ fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
     let uncertainty = Uncertainty { parameters: moments.collect(), ..Uncertainty::default() };
     let campaign = Campaign::new(&problem, &linear, None, &uncertainty, Plant::default(), 3);
     let rejected: u32 = campaign.fly_all(0, 500).into_iter().map(|flown| flown.unwrap().rejected).sum();
-    // Half of the draws are impossible: one more draw for each case on average.
+    // Half of the draws are impossible, so each case needs one more draw on average.
     assert!((400..620).contains(&rejected), "{rejected}");
 }
 
@@ -438,8 +438,8 @@ fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
         let a = Matrix2::new(1.0, h, 0.0, 1.0);
         let b = Vector2::new(h * h / 2.0, h) / j;
         let square = |of: [f64; 2]| Matrix2::new(of[0] * of[0], 0.0, 0.0, of[1] * of[1]);
-        // State and the correction that is held, as one: covariance of both, and what a constant
-        // torque makes of them.
+        // The state and the held correction as one vector: their joint covariance, and their
+        // response to a constant torque.
         let (mut p, mut s) = (square(start), Vector2::zeros());
         let (mut held, mut with_held, mut s_held) = (0.0, Vector2::zeros(), 0.0);
         for k in 0..steps {

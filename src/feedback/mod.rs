@@ -57,7 +57,7 @@ pub enum Kind {
         /// part improves the rate at the end, and costs torque due to noise.
         freeze: f64,
     },
-    /// The regulator of these weights.
+    /// The regulator with these weights.
     Tvlqr(Option<RegulatorWeights>),
     /// Switching times corrected once, at the start, and then the regulator with these weights
     /// near the resulting motion.
@@ -85,8 +85,8 @@ impl RegulatorWeights {
     /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
 
-    /// Returns the weights under which a torque that turns the body by a radian in the duration
-    /// costs what being a radian off does.
+    /// Returns the weights for which an error of a radian costs as much as the torque that turns
+    /// the body by a radian in the duration.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
         // In the solver's units the torque weight applies to all four; the weight of the force
         // applies to position and velocity.
@@ -126,13 +126,13 @@ pub enum NoGains {
     /// neighbour of the start.
     #[error("the inputs that are not at their limits along the plan cannot correct every error of its start")]
     Unreachable,
-    /// The arcs of the plan are not those that a start moves.
+    /// The arcs of the plan do not have lengths that a start can change.
     #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
-    /// Weights of attitude and rate, of a body that translates.
+    /// Weights of attitude and rate alone, for a body that translates.
     #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
     Weights,
-    /// Covariances of a motion whose switches are moved at the start.
+    /// Covariances are requested for a motion whose switches are moved at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
     /// The motion near the plan is unknown.
@@ -153,11 +153,11 @@ pub struct Gains {
     pub timing: Timing,
     /// Number of inputs m.
     pub inputs: usize,
-    /// The first step whose gains repeat those of the step before it, held to the end; the number
-    /// of steps if none does.
+    /// The first step whose gains repeat the gains of the step before it, held to the end; the
+    /// number of steps if no gains repeat.
     pub frozen_from: usize,
-    /// Steps from one measurement to the next; a correction is held over them. The rows of these
-    /// steps are one.
+    /// Steps from one measurement to the next; a correction is held over them. These steps have
+    /// equal rows.
     pub every: usize,
     /// The number n of components of `z`: 6; 9 for neighbouring gains of wheels, `[ζ; δΠ; δμ]`
     /// with the momentum of the wheels, body axes; 12 for bodies that translate,
@@ -174,7 +174,7 @@ pub struct Gains {
 
 impl Gains {
     /// Designs the regulator of default weights along a plan of `problem`, for the true motion
-    /// under the inputs of the plan, held over its steps: an error of a radian weighs as much as
+    /// under the inputs of the plan, held over its steps. An error of a radian weighs as much as
     /// the torque that turns the body by a radian in the duration.
     ///
     /// # Errors
@@ -186,7 +186,8 @@ impl Gains {
 
     /// Designs the gains of the neighbouring extremal along a plan of `problem`, for the true
     /// motion under the inputs of the plan, held over its steps: the craft follows the cheapest
-    /// motion from where it is. The gains of the last steps are those of the step before.
+    /// motion from its present state. The gains of the last steps repeat the gains of the step
+    /// before.
     ///
     /// # Errors
     /// [`NoGains`]: also for plans whose inputs switch, or are at their limits for too long.
@@ -297,7 +298,7 @@ impl Gains {
         Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }
     }
 
-    /// `K_k`, row-major.
+    /// Returns `K_k`, row-major.
     pub fn row(&self, step: usize) -> &[f64] {
         let width = self.inputs * self.states;
         &self.rows[step * width..(step + 1) * width]
@@ -311,8 +312,8 @@ impl Gains {
             .map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
     }
 
-    /// `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, of N = 9 with what
-    /// wheels store.
+    /// Returns `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, with N = 9 if
+    /// `z` includes the momentum of wheels.
     pub(crate) fn torque<const N: usize>(&self, plan: &LinearPlan, step: usize) -> SMatrix<f64, 3, N> {
         let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
@@ -325,7 +326,7 @@ impl Gains {
     }
 }
 
-/// `K` of a step, SI, row-major, from its dual.
+/// Returns `K` of a step, SI, row-major, from its dual.
 fn si_row<const N: usize, const C: usize>(
     to_inputs: &DMatrix<f64>,
     dual: &SMatrix<f64, C, N>,
@@ -353,7 +354,7 @@ fn si_rows<'a, const N: usize, const C: usize>(
     if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
 }
 
-/// Returns the free part of the end states of a plan with torques, and the costates there:
+/// Returns the free part of the end states of a plan with torques, and the costates at the end:
 /// `Z_N = −K₋⁻¹ Q/2` if half a kick follows.
 fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     let mut z = Matrix6::zeros();
@@ -366,15 +367,16 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     Ok((z, Matrix6::identity()))
 }
 
-/// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled:
-/// 6×6, `z` physical.
+/// Returns `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`,
+/// scaled: 6×6, `z` physical.
 ///
 /// ```text
-/// G = A_kᵀ P_k + H_k ,     δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,     K₊ = [[I, 0], [w ∂M/∂R, I]] ,     Q/2 = [0, 0; 0, w S]
+/// G = A_kᵀ P_k + H_k ,             δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,
+/// K₊ = [[I, 0], [w ∂M/∂R, I]] ,    Q/2 = [0, 0; 0, w S]
 /// ```
 ///
-/// with the weight `w` of the half kick that opens it, 0 if the maneuver has none. It is NaN if
-/// `I + G Q/2` is singular.
+/// with the weight `w` of the half kick at the start of the motion, 0 if the maneuver has no half
+/// kick. It is NaN if `I + G Q/2` is singular.
 fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
     let step = &plan.steps()[node];
     let g = step.stage.a.transpose() * to_go + step.stage.h;

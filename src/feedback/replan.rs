@@ -2,7 +2,8 @@
 //! neighbouring start and solved.
 //!
 //! ```text
-//! guess     λ_{k−1} = λ*_{k−1} + D_k z ,     z = [log(R*_kᵀ R); Π − Π*_k] ,     D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,  G_k = A_kᵀ P_k + H_k
+//! guess     λ_{k−1} = λ*_{k−1} + D_k z ,        z = [log(R*_kᵀ R); Π − Π*_k] ,
+//!           D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,      G_k = A_kᵀ P_k + H_k
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!
@@ -12,8 +13,8 @@
 //! decides is computed once.
 //!
 //! Between nodes, at `t`, the plan is interpolated, and the remaining time is divided into equal
-//! steps whose length is nearest to that of the plan. The end keeps its time, and each of n steps
-//! differs from the plan's by at most 1/2n of it.
+//! steps whose length is nearest to the length of the plan's steps. The end keeps its time, and
+//! each of n steps differs from the plan's by at most 1/2n of it.
 //!
 //! A plan that lands has a discrete target near its end. Here each moment has its own target,
 //! which the plan's inputs reach from the true motion at that time. A start on the plan has the
@@ -40,7 +41,8 @@ use crate::optimize::{Obstacle, shooting_obstacle};
 use std::fmt;
 use thiserror::Error;
 
-/// Newton steps after which a start has left the basin of the plan: from within it three do.
+/// The number of Newton steps after which a start counts as outside the basin of the plan: inside
+/// it three suffice.
 const MOST_STEPS: usize = 8;
 /// The largest ratio of the errors after and before a step: within the basin a step leaves the
 /// square of the error.
@@ -63,7 +65,7 @@ const SAME: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
-    /// The plan has positions besides attitudes.
+    /// The plan has positions in addition to attitudes.
     #[error("the body translates: replanning supports attitudes alone")]
     Translation,
     /// The inputs of the plan switch, or its duration was free.
@@ -82,7 +84,7 @@ pub enum NotReplanned {
     /// maneuver.
     #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
-    /// It is the plan of something else.
+    /// The plan belongs to another maneuver.
     #[error("it belongs to a maneuver with {0}")]
     Other(&'static str),
     /// A time before the plan or within its last two steps.
@@ -108,10 +110,10 @@ pub enum Left {
         outcome: Outcome,
         /// The steps that Newton took.
         steps: usize,
-        /// The terminal error that it left, scaled; NaN where no sweep came to its end.
+        /// The terminal error that it left, scaled; NaN if no sweep reached its end.
         residual: f64,
     },
-    /// It converged to an extremal that costs more than a neighbour can.
+    /// Newton converged to an extremal that costs more than a neighbour can.
     Dearer {
         /// Cost of the extremal.
         cost: f64,
@@ -142,13 +144,13 @@ impl fmt::Display for Left {
 pub struct Moment {
     /// Time \[s\].
     pub time: f64,
-    /// Steps that are left, two at least.
+    /// The number of remaining steps, at least two.
     pub steps: usize,
     /// The rest of the duration \[s\].
     pub duration: f64,
     /// The node at or before it.
     node: usize,
-    /// Part of the step since.
+    /// The part of the step that has passed since then.
     share: f64,
 }
 
@@ -160,7 +162,7 @@ pub struct Replanned {
     pub newton_steps: usize,
     /// Scaled terminal error of the guess.
     pub guess_error: f64,
-    /// Scaled terminal error that is left.
+    /// The remaining scaled terminal error.
     pub residual: f64,
     /// Cost from that moment to the end, in the unit of the plan's.
     pub cost: f64,
@@ -178,7 +180,7 @@ pub struct Replanner {
     tolerance: f64,
     /// Whether costates are corrected: not where inputs are at their limits too long for gains.
     corrects: bool,
-    /// Whether it is the true motion that ends at the end.
+    /// Whether the true motion, and not the discrete one, reaches the end.
     lands: bool,
 }
 
@@ -294,8 +296,8 @@ impl Replanner {
         Ok(Moment { time: node as f64 * step, steps: left, duration, node, share: 0.0 })
     }
 
-    /// Returns the moment of a time \[s\]: the moment of a node if the time equals that of a node
-    /// to round-off.
+    /// Returns the moment of a time \[s\]: a node, if the time equals the time of the node to
+    /// round-off.
     ///
     /// # Errors
     /// [`NotReplanned::Time`] before the plan begins, or where fewer than two steps are left.
@@ -336,11 +338,11 @@ impl Replanner {
 
     /// Replans from `start` at `moment`, to `end` or to the end of the plan. The second order is
     /// not tested. For a plan that lands, the target is reached by its own inputs
-    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes, and
-    /// nothing that grows with the plan.
+    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes; its memory
+    /// does not grow with the plan.
     ///
     /// # Errors
-    /// [`Left`] where the neighbour of the plan is not found: then a search is due.
+    /// [`Left`] if the neighbour of the plan is not found; the maneuver then needs a search.
     pub fn replan(&self, start: &State, moment: &Moment, end: Option<&State>) -> Result<Replanned, Left> {
         let dynamics = &self.bvp.dynamics;
         let from = self.beginning(moment);
@@ -392,7 +394,7 @@ impl Replanner {
     /// steps.
     ///
     /// # Errors
-    /// [`NotReplanned::Other`] with what differs.
+    /// [`NotReplanned::Other`] with the quantity that differs.
     pub fn fits(&self, problem: &Problem) -> Result<(), NotReplanned> {
         let own = &self.problem;
         let (j, other) = (own.body.inertia.j(), problem.body.inertia.j());
@@ -440,7 +442,8 @@ impl Replanner {
         swept.map(|_| reached).map_err(failed)
     }
 
-    /// `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled: that at a node weighs as at a start.
+    /// Returns `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled. The first node of each sum has the
+    /// weight of a start.
     fn costs_to_go(&self, nodes: &[Node]) -> Vec<f64> {
         let (dynamics, grid) = (&self.bvp.dynamics, &self.bvp.dynamics.grid);
         let begins = grid.kick(0);
@@ -491,12 +494,11 @@ struct Solved {
     newton_steps: usize,
 }
 
-/// Newton from a guess in its basin: every step whole, and every error less than half of the one
-/// before.
+/// Runs Newton from a guess in its basin: every step is a full step, and must at least halve the
+/// error.
 ///
-/// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If that nearly meets the
-/// tolerance, its sweep omits the derivatives, which take longer: the present factor suffices for
-/// the rest.
+/// The next error after `e₀, e₁` is about `e₁ (e₁/e₀)²`. If that nearly meets the tolerance, its
+/// sweep omits the derivatives, which take longer: the present factor suffices for the rest.
 fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Result<Solved, Left> {
     let failed = |outcome, steps, residual| Left::NotConverged { outcome, steps, residual };
     let (mut end, psi) =
@@ -524,7 +526,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
         let ratio = end.residual() / residual;
         residual = end.residual();
         next = residual * ratio * ratio;
-        // Written so that what is not a number is no progress.
+        // The comparison counts NaN as no progress.
         if !(ratio <= PROGRESS || residual <= tolerance) {
             return Err(failed(Outcome::Stalled, newton_steps + 1, residual));
         }

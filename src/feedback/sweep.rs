@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, SMatrix};
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// Part of the largest singular value of `Z` below which a direction is one that no input reaches.
+/// Part of the largest singular value of `Z`; no input reaches a direction whose singular value is
+/// smaller.
 const UNREACHED: f64 = 1e-11;
 
 /// The result of a sweep: the duals `(h + U S)⁻¹(V + BᵀP)` of each step, from which inputs follow
@@ -17,8 +18,8 @@ pub(super) struct Swept<const N: usize, const C: usize> {
     pub frozen_from: usize,
 }
 
-/// Computes the corrections of least cost among those that lead to the end. `end` is
-/// `(Z_N, Λ_{N−1})`: the free part of the states at the end, and the costates there.
+/// Computes the cheapest corrections that lead to the end. `end` is `(Z_N, Λ_{N−1})`: the free part
+/// of the states and the costates at the end.
 pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! The neighbour of a plan of arcs has these arcs with other lengths
-//! (`optimize::methods::switching::moved` has the equations). From the corrected start the motion
-//! misses the end by the square of `z`, and the duration is that of the neighbouring optimum.
-//! After the first switches too few lengths remain for six errors. A plan is therefore corrected
-//! once, at its start, and a regulator with reserved torque follows the corrected motion.
+//! (`optimize::methods::switching::moved` has the equations). The motion from the corrected start
+//! misses the end by the square of `z`, and its duration equals the duration of the neighbouring
+//! optimum. Too few lengths remain for six errors after the first switches. A plan is therefore
+//! corrected once, at its start, and a regulator with reserved torque follows the corrected motion.
 //!
 //! If an error would make an arc shorter than zero, the optimal plan has other arcs, which no
 //! derivative gives ([`Reversed`]): plan again.
@@ -74,7 +74,7 @@ pub struct Reversed {
 /// The reason for which a plan is not corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotCorrected {
-    /// Other arcs are needed.
+    /// The corrected plan needs other arcs.
     #[error(transparent)]
     Reversed(#[from] Reversed),
     /// The plan is not the plan of the gains, or its motion cannot be propagated.
@@ -84,12 +84,12 @@ pub enum NotCorrected {
 
 impl SwitchingGains {
     /// Designs gains for the arcs of `plan`, a trajectory of `problem` on its own grid. These are
-    /// the flown arcs; their switches differ from those of the continuous extremal by the square
-    /// of the step.
+    /// the flown arcs; their switches differ from the switches of the continuous extremal by the
+    /// square of the step.
     ///
     /// # Errors
-    /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
-    /// or too alike to correct six errors.
+    /// [`NoGains::Arcs`] if the inputs of the plan do not stay at limits or off, if something else
+    /// limits them, or if its arcs are too few or too alike to correct six errors.
     pub fn along(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
         Self::suits(problem)?;
         let arcs = arcs(problem, plan)?;
@@ -141,7 +141,7 @@ impl SwitchingGains {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
 
-    /// Returns the lengths of the arcs from there \[s\].
+    /// Returns the lengths of the arcs from a start \[s\].
     ///
     /// # Errors
     /// Returns [`Reversed`] if an arc would be shorter than zero.
@@ -164,7 +164,7 @@ impl SwitchingGains {
         })
     }
 
-    /// `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
+    /// Returns `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
     pub fn beside(problem: &Problem, plan: &Trajectory, start: &State) -> Option<Vector6> {
         let planned = lie::rotation_from_quaternion(plan.quaternion.first()?);
         let turn = lie::minus(&start.attitude, &planned);
@@ -173,8 +173,8 @@ impl SwitchingGains {
         Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
     }
 
-    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its
-    /// steps, and the true motion from there at the nodes.
+    /// Returns the plan corrected for the start of `problem`: its arcs with new lengths and the
+    /// same numbers of steps, and the true motion from that start at the nodes.
     ///
     /// # Errors
     /// [`NotCorrected`].

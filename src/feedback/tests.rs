@@ -53,7 +53,7 @@ fn gains_are_those_of_the_references() {
     }
 }
 
-/// `∂z_N/∂z_0`, or `∂z_N/∂λ_{−1}`, by the recursion forward.
+/// Returns `∂z_N/∂z_0`, or `∂z_N/∂λ_{−1}`, by the forward recursion.
 fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
     let momenta = |block: Matrix3, weight: f64| {
         let mut out = Matrix6::zeros();
@@ -247,7 +247,7 @@ pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
             UniformGravity::new(1.0, 0.4, -Vector3::z(), Vector3::new(0.3, 0.1, -0.6)).unwrap(),
         ),
         4 => {
-            // Limits at nine tenths of what the plan without them gives most.
+            // Limits of nine tenths of the largest inputs of the plan without limits.
             let free = planned(&problem);
             let most = (0..free.torque.len())
                 .flat_map(|row| free.inputs(row).to_vec())
@@ -284,8 +284,8 @@ fn neighbouring_gains_land_to_second_order() {
     }
 }
 
-/// The same with a sign of the gains turned, or the gains of the next step: slope 1, so that the
-/// law can fail.
+/// A wrong sign of the gains, or the gains of the next step, give slope 1, so that the law can
+/// fail.
 #[test]
 fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     let mut random = Random(7);
@@ -357,10 +357,10 @@ fn the_held_model_is_the_derivative_of_the_true_motion() {
     }
 }
 
-/// The gains of the first step beside the true motion are the change of the mean torque of that
-/// step by which plans from neighbouring starts differ, to second order in the step: in a field,
-/// and with torques in axes that turn against the body. Costates that are taken half a kick beyond
-/// the nodes leave an error of first order.
+/// The mean torque of the first step differs between plans from neighbouring starts. The gains of
+/// this step for the true motion equal that difference, to second order in the step, in a field and
+/// with torques in axes that turn against the body. Costates that are taken half a kick beyond the
+/// nodes leave an error of first order.
 #[test]
 fn gains_in_fields_are_of_second_order() {
     use crate::flight::Flight;

@@ -9,13 +9,14 @@ use crate::{Matrix3, Vector3, lie};
 pub(crate) struct Excess<'a> {
     constraints: &'a [Constraint],
     frame_rate: Vector3,
-    /// For each constraint, \[rad\] of a cone, a part of the limit of a rate; negative: there is
-    /// room.
+    /// The worst violation of each constraint: \[rad\] for a cone, a part of the limit for a rate;
+    /// negative if it holds with room.
     pub worst: Vec<f64>,
 }
 
 impl<'a> Excess<'a> {
-    /// Pieces of a step between which the motion is taken for a rotation about one axis.
+    /// The number of pieces of a step; the motion on each piece is treated as a rotation about one
+    /// axis.
     pub const PIECES: usize = 8;
 
     /// Builds the check for the constraints of a maneuver; `None` without constraints.

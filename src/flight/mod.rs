@@ -1,5 +1,5 @@
-//! The true motion under the inputs of a plan, held over each step. The planner lands its plans
-//! by it.
+//! The true motion under the inputs of a plan, held over each step. The planner lands its plans on
+//! this motion.
 //!
 //! ```text
 //! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
@@ -12,12 +12,12 @@
 //! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a
 //! step `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors
 //! (`numerics/tableau`). The witnesses judge by other flows (`verify::continuous`,
-//! `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
+//! `verify::symplectic`). This module and the witnesses share no code.
 //!
 //! A part turns and nutates by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a
-//! turn of a few radians (a test holds that). Momentum in wheels makes a body nutate that hardly
-//! turns. Fields may change faster than the body turns: where there is one,
-//! parts are halved until two runs agree ([`Flight::settle`]).
+//! turn of a few radians (a test checks this). Momentum in wheels makes even a body nutate that
+//! hardly turns. Fields may change faster than the body turns: if the body is in a field, parts are
+//! halved until two runs agree ([`Flight::settle`]).
 
 mod limits;
 
@@ -35,7 +35,7 @@ use crate::{Matrix3, Vector3, lie};
 pub(crate) struct Held {
     pub force: Vector3,
     pub torque: Vector3,
-    /// A torque that no actuator gives, body axes [N·m]: wheels do not store its reaction.
+    /// A torque that no actuator produces, body axes [N·m]: wheels do not store its reaction.
     pub outside: Vector3,
 }
 
@@ -74,7 +74,7 @@ pub(crate) struct Flight<'a> {
     force_frame: AxisFrame,
     frame_rate: Option<Vector3>,
     start: Body,
-    /// Parts of every step at least.
+    /// The least number of parts of every step.
     parts: usize,
 }
 
@@ -90,7 +90,7 @@ impl<'a> Flight<'a> {
     /// The scaled difference below which two ends belong to one motion.
     const SETTLED: f64 = 1e-10;
 
-    /// Most parts of a step.
+    /// The largest number of parts of a step.
     const MOST_PARTS: usize = 256;
 
     /// Starts a flight at the start of `problem`.
@@ -151,7 +151,8 @@ impl<'a> Flight<'a> {
             .collect()
     }
 
-    /// Takes as many parts of a step as the field needs, for `steps` like those that will be flown.
+    /// Chooses the number of parts of a step that the field needs, from `steps` like the steps that
+    /// will be flown.
     pub fn settle(&mut self, steps: &[(Held, f64)]) {
         if !self.posed {
             return;
@@ -185,7 +186,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Returns a plan with the true motion at its nodes in place of the discrete one, and torques
-    /// and forces in the axes of that; `None` where it cannot be followed.
+    /// and forces in the axes of that; `None` if it cannot be followed.
     pub fn recorded(problem: &Problem, plan: &Trajectory) -> Option<Trajectory> {
         let steps = Self::of_plan(problem, plan);
         let mut flight = Flight::new(problem);
@@ -245,7 +246,7 @@ impl<'a> Flight<'a> {
         finite.then_some(state)
     }
 
-    /// Carries a body over a step from `time`, in `least` parts at least; `None` where it turns
+    /// Carries a body over a step from `time`, in `least` parts at least; `None` if it turns
     /// more than can be followed.
     pub fn carry(
         &self,
@@ -318,7 +319,7 @@ impl<'a> Flight<'a> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// A part of a step.
+    /// Advances the body over a part of a step.
     #[inline(always)]
     fn advance<const POSED: bool, const S: usize>(
         &self,
@@ -405,7 +406,7 @@ impl Held {
     }
 }
 
-/// `h Σ a_j k_j` over the first `count` stages.
+/// Returns `h Σ a_j k_j` over the first `count` stages.
 #[inline(always)]
 fn weighted<const POSED: bool, const S: usize>(
     weights: &[f64; S],

@@ -1,5 +1,5 @@
-//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter
-//! and shorter parts.
+//! Evidence for the flow: comparison with the flow of the witness, which shares no code with it,
+//! and slopes of the error over shorter and shorter parts.
 
 use super::*;
 use crate::maneuver::problem::Problem;
@@ -19,7 +19,7 @@ fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)
     outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()
 }
 
-/// Returns the distance from where the witness ends.
+/// Returns the distance from the end of the witness's flow.
 fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
     let mut flight = Flight::new(problem);
     flight.settle(steps);
@@ -56,8 +56,8 @@ fn the_flow_is_that_of_the_witness() {
     }
 }
 
-/// The momentum of wheels makes a body nutate ten times as fast as it turns, and the flow is that
-/// of the witness all the same. The rate of the nutation is that of the linear equations.
+/// The flow agrees with the flow of the witness even if the momentum of wheels makes a body nutate
+/// ten times as fast as it turns. The rate of the nutation agrees with the linear equations.
 #[test]
 fn a_body_that_nutates_is_followed() {
     let mut random = Random(43);

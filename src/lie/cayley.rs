@@ -21,7 +21,7 @@ pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
     skew_polynomial(a, a, f)
 }
 
-/// Returns Cayley vector of a rotation, `v/w` of its quaternion, the inverse of [`cayley`].
+/// Returns the Cayley vector of a rotation, `v/w` of its quaternion, the inverse of [`cayley`].
 ///
 /// Same as `vee(F − Fᵀ)/(1 + tr F)`, which cancels near a half turn. Not finite at a half turn.
 pub fn cayley_inverse(rotation: &Matrix3) -> Vector3 {

@@ -30,7 +30,7 @@ pub struct Cubic {
 }
 
 impl Cubic {
-    /// Through two rows `h` apart.
+    /// Builds the cubic through two rows `h` apart.
     pub fn between(first: &Row, second: &Row, h: f64) -> Self {
         let turn = lie::minus(&second.attitude, &first.attitude);
         let (start, end) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));
@@ -43,8 +43,8 @@ impl Cubic {
         (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
     }
 
-    /// Returns the largest slope in `s` that it can have: the coefficients of Bernstein of the
-    /// slope bound it. No angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
+    /// Returns a bound on the slope in `s`, from the Bernstein coefficients of the slope. No
+    /// angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
         [*start, start + curve, start + 2.0 * curve + 3.0 * bend]

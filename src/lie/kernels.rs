@@ -13,7 +13,8 @@
 /// Series below, closed form above. `C'` still loses a digit at `t = 2` and nothing at π.
 pub(super) const SWITCH: f64 = 10.0;
 
-/// Terms of each series: the first one left out is below 1e-18 of the sum at the switch.
+/// The number of terms of each series: the first omitted term is below 1e-18 of the sum at the
+/// switch.
 const TERMS: usize = 16;
 
 /// Returns Taylor coefficients of a derivative of `Σ (−1)ᵏ xᵏ/(2k + offset)!` with respect to `x`.
@@ -53,7 +54,7 @@ const C_SECOND: [f64; TERMS] = taylor(3, 2);
 
 const SECOND: [[f64; TERMS]; 6] = [B, C, B_PRIME, C_PRIME, B_SECOND, C_SECOND];
 
-/// Terms that do for `x < 1`: the first one left out is below 1e-17.
+/// The number of terms that suffice for `x < 1`: the first omitted term is below 1e-17.
 const FEW: usize = 9;
 
 /// Returns `Σ cₖ xᵏ`.
@@ -106,12 +107,12 @@ pub(super) fn g(t2: f64) -> f64 {
     -0.5 * a_prime(0.25 * t2) / a(0.25 * t2)
 }
 
-/// `A''`, the second derivative of `A` by `t²`.
+/// Returns `A''`, the second derivative of `A` by `t²`.
 fn a_second(t2: f64) -> f64 {
     switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
 }
 
-/// `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
+/// Returns `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
 pub(super) fn g_prime(t2: f64) -> f64 {
     let quarter = 0.25 * t2;
     let (a, first) = (a(quarter), a_prime(quarter));
@@ -163,7 +164,7 @@ impl Second {
 mod tests {
     use super::*;
 
-    /// `t²` and A, B, C, A', B', C', g there, from the closed forms at 60 digits (1700 at 1e-300)
+    /// `t²` and its A, B, C, A', B', C', g, from the closed forms at 60 digits (1700 at 1e-300)
     /// with mpmath 1.3.0.
     #[rustfmt::skip]
     const VALUES: [(f64, [f64; 7]); 12] = [
@@ -252,7 +253,7 @@ mod tests {
         }
     }
 
-    /// `t²` and B'', C'' there, from their series at 80 digits with mpmath 1.3.0.
+    /// `t²` and its B'', C'', from their series at 80 digits with mpmath 1.3.0.
     #[rustfmt::skip]
     const SECONDS: [(f64, [f64; 2]); 10] = [
         (1e-16, [0.002777777777777778, 0.0003968253968253968]),

@@ -60,7 +60,7 @@ pub struct Rotation {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
 pub struct NotARotation {
-    /// [`Rotation::defect`]; NaN where a number is not finite.
+    /// [`Rotation::defect`]; NaN if a number is not finite.
     pub defect: f64,
 }
 

@@ -15,8 +15,8 @@
 //! Here `R_0` is the attitude of the start, turned the shortest way until b points to d. If a
 //! second axis `b₂` should point towards a second direction as closely as possible, then
 //! `R_0 = [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ` with `t₁ = d₁`, `t₂ ∥ d₁ × d₂`, and `s` built from `b, b₂` like
-//! `t` from the directions ("align and constrain"). ω is then the rate of that frame, and the
-//! roll is zero or within a band about it.
+//! `t` from the directions ("align and constrain"). ω is then the rate of this frame, and the roll
+//! is zero or within a band about it.
 //!
 //! The least cost V of the family is stationary in its parameters. The costates `μ` of the
 //! physical state at the end give
@@ -46,7 +46,7 @@ pub struct Aim {
     pub roll: Roll,
     /// The rate of the body at the end.
     pub rate: AimRate,
-    /// At which rate it turns about the boresight besides \[rad/s\]: a spin that is kept.
+    /// The additional rate about the boresight \[rad/s\]: a spin that is kept.
     pub roll_rate: f64,
 }
 
@@ -55,8 +55,8 @@ pub struct Aim {
 pub enum Roll {
     /// The roll of least cost.
     Free,
-    /// A second axis points towards a second direction as well as it can, or up to an angle to
-    /// either side of that.
+    /// A second axis points as nearly as possible towards a second direction, or up to an angle to
+    /// either side of it.
     Towards {
         /// The second axis, a unit vector in body axes.
         axis: Vector3,
@@ -104,7 +104,8 @@ pub enum AimError {
     Undefined {
         /// The time \[s\].
         time: f64,
-        /// The angle between them, or between one and the opposite of the other \[deg\].
+        /// The angle between the two directions, or between one and the opposite of the other
+        /// \[deg\].
         degrees: f64,
     },
 }
@@ -119,23 +120,23 @@ pub struct Ends {
     boresight: Vector3,
     /// Attitude without roll.
     attitude: Matrix3,
-    /// The rate of the attitude without roll against the reference frame, axes of that
+    /// The rate of the attitude without roll relative to the reference frame, in axes of that frame
     /// \[rad/s\].
     carried: Vector3,
-    /// The rate of the reference frame, axes of itself \[rad/s\].
+    /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,
-    /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\],
-    /// \[rad/s²\]: as the end turns, or none.
+    /// Angular velocity of the body at the end \[rad/s\] and its derivative \[rad/s²\], same axes:
+    /// the values of the turning end, or zero for an end at rest.
     rate: Vector3,
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
-    /// The rate about the boresight besides \[rad/s\].
+    /// The additional rate about the boresight \[rad/s\].
     roll_rate: f64,
 }
 
-/// An end that moves on with the duration that is found: a plan of least time meets its target
-/// where that is when it arrives.
+/// An end that moves with the duration of the plan: a plan of least time meets its target at the
+/// position that the target has at the arrival.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meeting {
     pub(crate) aim: Aim,
@@ -155,19 +156,19 @@ impl Meeting {
 }
 
 impl Aim {
-    /// Builds a body axis that points along a direction, moves with it, and has its roll where it
-    /// costs least.
+    /// Builds an end at which a body axis points along a direction and moves with it, with the roll
+    /// of least cost.
     pub fn new(boresight: Vector3, at: Direction) -> Self {
         Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched, roll_rate: 0.0 }
     }
 
-    /// This end with a second axis towards a second direction, as well as it can or `within`
-    /// \[rad\] of that.
+    /// Returns this end with a second axis that points towards a second direction, as nearly as
+    /// possible or `within` \[rad\] of the nearest roll.
     pub fn with_roll_towards(self, axis: Vector3, at: Direction, within: f64) -> Self {
         Self { roll: Roll::Towards { axis, at, within }, ..self }
     }
 
-    /// This end with the body at rest.
+    /// Returns this end with the body at rest.
     pub fn at_rest(self) -> Self {
         Self { rate: AimRate::Zero, ..self }
     }
@@ -222,7 +223,7 @@ impl Aim {
     }
 
     /// Returns the ends at `time` \[s\] of a body that starts in `start`; the reference frame turns
-    /// at `frame_rate`, axes of itself.
+    /// at `frame_rate`, in its own axes.
     ///
     /// # Errors
     /// [`AimError::Undefined`].
@@ -254,7 +255,7 @@ impl Aim {
                 let second = seen(at);
                 let apart = angle_between(&first.direction, &second.direction);
                 let degrees = apart.min(PI - apart).to_degrees();
-                // Written so that what is not a number is refused.
+                // The comparison refuses NaN.
                 let defined = degrees >= LEAST_APART;
                 if !defined {
                     return Err(AimError::Undefined { time, degrees });
@@ -273,7 +274,7 @@ impl Aim {
 }
 
 impl Ends {
-    /// Returns whether there is a roll to choose.
+    /// Returns whether the roll can be chosen.
     pub fn has_roll(&self) -> bool {
         self.within > 0.0
     }
@@ -289,7 +290,7 @@ impl Ends {
         (attitude, attitude.tr_mul(&self.rate) + self.boresight * self.roll_rate)
     }
 
-    /// Returns the roll \[rad\] at which the end comes nearest to an attitude, within the band.
+    /// Returns the roll \[rad\] of the band at which the end is nearest to an attitude.
     pub fn nearest(&self, attitude: &Matrix3) -> f64 {
         let turn = self.attitude.tr_mul(attitude);
         // max over ρ of tr(exp(−ρS(b)) Q): the rotation about b alone.
@@ -312,8 +313,8 @@ impl Ends {
     }
 }
 
-/// Returns an attitude turned the shortest way until the body axis `b` points along `d`; about any
-/// axis where that is opposite.
+/// Returns an attitude turned the shortest way until the body axis `b` points along `d`. The axis
+/// of the turn is arbitrary if `b` points opposite to `d`.
 fn onto(attitude: &Matrix3, b: &Vector3, d: &Vector3) -> Matrix3 {
     let from = attitude * b;
     let axis = from.cross(d);

@@ -1,6 +1,6 @@
-//! The time that a maneuver takes: given, free, or found.
+//! The duration of a maneuver: given, free, or found.
 
-/// The time `T` that a maneuver takes.
+/// The duration `T` of a maneuver.
 ///
 /// The price of time is part of the [`Objective`](crate::Objective): the cost of a plan includes
 /// it even after the duration is found.
@@ -44,8 +44,7 @@ impl Duration {
         }
     }
 
-    /// Returns the longest duration \[s\] of one that is the plan's to choose, where it has a
-    /// bound.
+    /// Returns the bound \[s\] of a duration that the plan chooses, if it has a bound.
     pub fn at_most(self) -> Option<f64> {
         match self {
             Self::Given(_) => None,

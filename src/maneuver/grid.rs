@@ -91,7 +91,7 @@ pub struct Grid {
 enum Lengths {
     /// All steps have this length.
     Equal(f64),
-    /// Each its own.
+    /// Each step has its own length.
     Own(Arc<Fractions>),
 }
 
@@ -208,8 +208,8 @@ impl Grid {
         if node == self.steps { self.duration } else { self.after(node) }
     }
 
-    /// Returns the time after `steps` steps as their sum gives it: after all of them it may miss
-    /// the duration by an ulp.
+    /// Returns the time after `steps` steps as a sum, which may miss the duration by an ulp after
+    /// the last step.
     pub fn after(&self, steps: usize) -> f64 {
         self.between(0, steps)
     }

@@ -46,9 +46,9 @@ pub enum Objective {
 /// The prices of fuel and time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1
-    /// each. All equal where the norm of the torque is limited. None of thrusters that push and
-    /// turn: these have prices of forces.
+    /// `c_j`, one for each torque input, positive, in 1/(N·m·s) up to the user's unit of cost; 1
+    /// each if absent. All are equal if the norm of the torque is limited. Thrusters that push and
+    /// turn have prices of forces instead.
     pub prices: Option<Vec<f64>>,
     /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost;
     /// absent: 1 each.
@@ -168,7 +168,7 @@ impl Objective {
 }
 
 impl Default for Objective {
-    /// Effort, every input of weight 1.
+    /// Returns the effort with weight 1 for every input.
     fn default() -> Self {
         Self::Effort(Weights::default())
     }
@@ -180,7 +180,7 @@ impl From<Weights> for Objective {
     }
 }
 
-/// The blocks of the effort weight `W`, absent: the identity; and what time costs.
+/// The blocks of the effort weight `W` (the identity if absent), and the price of time.
 ///
 /// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques
 /// and [1/N²] for forces, up to the user's unit of cost. The block of a set that the maneuver
@@ -202,9 +202,9 @@ impl Weights {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// Builds the weights with blocks that are the identity left out.
+    /// Returns the weights without the blocks that are the identity.
     pub fn simplified(self) -> Self {
-        // Exactly: what differs by an ulp is another weight.
+        // The comparison is exact: a weight that differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
         Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
@@ -215,7 +215,7 @@ impl Weights {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// Returns the force inputs under their weight, where there are some.
+    /// Returns the force inputs under their weight, if the actuation has forces.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }
@@ -251,8 +251,8 @@ pub enum WeightError {
         /// Number of inputs.
         count: usize,
     },
-    /// The weight is not symmetric positive definite, or so small or large that nothing can be
-    /// computed with it.
+    /// The weight is not symmetric positive definite, or is too small or too large for the
+    /// computation.
     #[error("the effort weight is not symmetric positive definite")]
     Indefinite,
 }

@@ -1,4 +1,4 @@
-//! How far a plan is proved to be an optimum.
+//! The scale of proofs: how far a plan is proved to be an optimum.
 //!
 //! Methods prove different things: the shooting counts conjugate points, the interior point tests
 //! the curvature, arcs come with a gap to the maximum principle. One scale orders all of these, so
@@ -9,8 +9,8 @@ use super::solution::{Outcome, SecondOrder, Solution};
 use super::switching::Structure;
 use serde::{Deserialize, Serialize};
 
-/// How far a plan is proved to be an optimum, from the least to the most. All but the last refer to
-/// neighbouring plans: a plan on another path may cost less.
+/// The degree to which a plan is proved to be an optimum, from the least to the most. All but the
+/// last refer to neighbouring plans: a plan on another path may cost less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proved {
@@ -21,7 +21,8 @@ pub enum Proved {
     /// The first-order conditions hold. Whether the plan is a minimum was not tested, or is
     /// undecided.
     Extremal,
-    /// To first order no neighbouring plan costs less, but for the gap of [`Solution::gap_part`].
+    /// No neighbouring plan costs less to first order, except for the gap of
+    /// [`Solution::gap_part`].
     FirstOrder,
     /// No neighbouring plan costs less, to second order.
     Minimum,
@@ -54,13 +55,13 @@ impl Proved {
         }
     }
 
-    /// All, the most first.
+    /// All degrees, the strongest proof first.
     pub const ALL: [Self; 6] =
         [Self::Global, Self::Minimum, Self::FirstOrder, Self::Extremal, Self::Saddle, Self::Feasible];
 }
 
 impl Solution {
-    /// Returns how far the plan is proved to be an optimum; `None` without a plan.
+    /// Returns the degree of proof of the plan; `None` without a plan.
     pub fn proved(&self, problem: &Problem) -> Option<Proved> {
         if self.outcome != Outcome::Converged {
             return None;

@@ -7,17 +7,18 @@ use thiserror::Error;
 /// The choice of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Shooting where it is possible, then the interior point. Where more than the inputs is limited,
-    /// or time or fuel is the cost: the interior point.
+    /// The shooting if it is possible, then the interior point. If more than the inputs is limited,
+    /// or if time or fuel is the cost: the interior point alone.
     #[default]
     Auto,
-    /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
+    /// Shooting on the costates. It supports limits on the inputs alone, by the saturated control
+    /// law.
     Shooting,
-    /// Sequential convex programming, whose digits the interior point ends: least effort in a given
-    /// duration, on equal steps, to compare.
+    /// Sequential convex programming, whose result the interior point refines: for comparison, with
+    /// least effort in a given duration on equal steps.
     Scp,
-    /// An interior point on the group, with all limits as they are: on equal steps, also where
-    /// inputs could switch between them.
+    /// An interior point on the group with all limits, on equal steps, even if inputs could switch
+    /// between the nodes.
     InteriorPoint,
 }
 
@@ -121,12 +122,12 @@ pub struct Settings {
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
     /// Iteration limit of one Newton run, and of the subproblems of one run of SCP; the interior
-    /// point may take four times as many. Default 60.
+    /// point may need four times as many. Default 60.
     pub max_iterations: usize,
     /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
-    /// of first order with them. Default: yes. Without, an extremal counts whatever it is, a saddle
-    /// too, and [`Optimality::tested`] is false: for many maneuvers of a kind that is known, as of
-    /// rest to rest by the shortest way.
+    /// of first order with them. Default: yes. Without the test any extremal counts, also a saddle,
+    /// and [`Optimality::tested`] is false. This suits many maneuvers of a known kind, such as rest
+    /// to rest by the shortest way.
     ///
     /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
     pub test_second_order: bool,

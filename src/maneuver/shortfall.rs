@@ -5,15 +5,13 @@ use crate::maneuver::problem::ProblemError;
 use crate::numerics::figures::{short, significant};
 use std::fmt;
 
-/// The reason for which no plan was found. It proves nothing. It displays as a sentence for
-/// people.
+/// The reason for which no plan was found. It proves nothing. It displays as a sentence.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {
     /// The nearest iterate violates limits, constraints or the end.
     Violated {
-        /// The iterations or subproblems after which the limit of iterations came, where it came
-        /// first.
+        /// The number of iterations or subproblems at which the limit ended the search, if it did.
         cut_short_after: Option<usize>,
         /// The remaining violations.
         violations: Vec<Violation>,
@@ -29,7 +27,7 @@ pub enum Shortfall {
     },
     /// No optimum has the requested homotopy class.
     OtherWay {
-        /// Whether the nearest goes the short way.
+        /// Whether the nearest optimum turns the short way.
         short: bool,
         /// The angle of its rotation \[deg\].
         turned_deg: f64,
@@ -101,7 +99,7 @@ pub struct Violation {
 pub enum Excess {
     /// A cone, by an angle \[rad\].
     Angle(f64),
-    /// A limit, by a share of itself.
+    /// A limit is violated by a part of the limit.
     Share(f64),
 }
 

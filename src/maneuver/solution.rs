@@ -37,11 +37,11 @@ pub enum Outcome {
 
 /// The discrete trajectory, SI units, frames as in the crate's conventions.
 ///
-/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows
-/// for Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
+/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
+/// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
 /// `λ_{−1} … λ_{N−1}`). For minimum time and fuel inputs and torques are held over steps that may
 /// be unequal: row k, of N, belongs to the step from node k to node k + 1, and costates have
-/// `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
+/// `N + 1` rows. The vectors of positions, velocities and forces are empty on SO(3).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
@@ -84,7 +84,7 @@ impl Trajectory {
     }
 
     /// Returns the second row of inputs of step `k`: the row at its end for Lie–Verlet; the first
-    /// one again for Lie–Euler, and where a row belongs to a step.
+    /// row again for Lie–Euler, and if rows belong to steps.
     fn later_row(&self, k: usize) -> usize {
         if self.torque.len() < self.time.len() { k } else { k + 1 }
     }
@@ -159,7 +159,7 @@ pub struct Landing {
 pub struct ChosenSteps {
     /// The number that the choice began with.
     pub began: usize,
-    /// Whether the true motion lands on those that were chosen, by the planner's own flow.
+    /// Whether the true motion lands on the chosen steps, by the planner's own flow.
     pub lands: bool,
     /// The estimated relative excess of the cost over the optimum in continuous time; `None`
     /// without an estimate, such as for a plan of zero cost.
@@ -215,10 +215,10 @@ pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the
     /// conditions of Karush, Kuhn and Tucker.
     pub stationarity: f64,
-    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is
-    /// the number of independent directions, within limits and constraints, in which the cost
-    /// decreases; 0 for a strict local minimum. Both definitions give one number. `None` means
-    /// undecided: the cost decreases in no direction, and is constant in some.
+    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is the
+    /// number of independent directions, within limits and constraints, in which the cost
+    /// decreases; 0 for a strict local minimum. Both definitions are equal. `None` means undecided:
+    /// the cost decreases in no direction, and is constant in some.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,
@@ -258,8 +258,8 @@ impl Optimality {
 pub enum SecondOrder {
     /// A local minimum.
     Minimum,
-    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the
-    /// rotation was given.
+    /// The cost decreases in some direction. A descent in this direction found no cheaper plan, or
+    /// the spec gave the rotation.
     Saddle,
     /// Undecided.
     Undecided,
@@ -271,7 +271,7 @@ pub enum SecondOrder {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ConvexWork {
-    /// Subproblems of the seed that won, on all its grids.
+    /// Subproblems of the winning seed, on all its grids.
     pub subproblems: usize,
     /// Subproblems of all seeds.
     pub all_subproblems: usize,
@@ -285,19 +285,19 @@ pub struct ConvexWork {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InteriorWork {
-    /// Iterations of the start that won, on all its grids.
+    /// Iterations of the winning start, on all its grids.
     pub iterations: usize,
     /// Solves of all starts on all grids.
     pub starts: usize,
     /// The last barrier term μ, scaled: each row's slack times its multiplier.
     pub mu: f64,
-    /// What a plan near this one may cost less by complementarity, relative: the barrier term of
+    /// The relative cost that a plan near this one may save by complementarity: the barrier term of
     /// all rows over the cost.
     pub gap: f64,
-    /// What the plan costs in continuous time, estimated.
+    /// The estimated cost of the plan in continuous time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<ContinuousCost>,
-    /// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
+    /// The cost that switches between the nodes could save of a plan of least time or fuel, to
     /// first order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_gap: Option<ContinuousGap>,
@@ -309,8 +309,8 @@ pub struct InteriorWork {
 pub struct ContinuousCost {
     /// The estimate, in the unit of [`Solution::cost`].
     pub cost: f64,
-    /// By how much it may be off, in the same unit: the difference of the costs on both grids, and
-    /// what landing costs.
+    /// The possible error of the estimate, in the same unit: the difference of the costs on both
+    /// grids, and the cost of landing.
     pub error: f64,
 }
 
@@ -320,18 +320,18 @@ impl ContinuousCost {
     }
 }
 
-/// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
-/// first order, and which inputs are not determined.
+/// The cost that switches between the nodes could save of a plan of least time or fuel, to first
+/// order, and the inputs that are not determined.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContinuousGap {
     /// `∫ (H(u) − min H) dt` along the plan before it lands, in the unit of [`Solution::cost`]: the
-    /// inputs u as they are held over a step, the minimum over their limits, and the costates of
-    /// the discrete optimum, linear between nodes. It compares with neighbouring plans to first
-    /// order, and is no bound for plans on other paths.
+    /// inputs u that are held over a step, the minimum over their limits, and the costates of the
+    /// discrete optimum, linear between nodes. It compares with neighbouring plans to first order,
+    /// and is no bound for plans on other paths.
     pub gap: f64,
-    /// What it costs to first order, in the same unit, that a plan which lands draws constraints
-    /// in; the plan may cost as much more.
+    /// The first-order cost of tightened constraints of a landed plan, in the same unit; the plan
+    /// may cost as much more.
     #[serde(default)]
     pub drawn_in: f64,
     /// Inputs on which the cost does not depend to first order: the optimum need not be unique.
@@ -358,10 +358,10 @@ pub struct Undetermined {
 pub struct ActiveConstraint {
     /// Name of the constraint, or of the limit: "torque limit", "torque rate limit", …
     pub name: String,
-    /// Times at which it is active \[s\].
+    /// Times at which the constraint is active \[s\].
     pub time_s: Vec<f64>,
-    /// Its multipliers there, scaled units, nonnegative. For a limit of the inputs found by the
-    /// shooting: the decrease of the running cost per growth of the limit,
+    /// The multipliers of the limit at these nodes, in scaled units, nonnegative. For a limit of
+    /// the inputs found by the shooting: the decrease of the running cost per growth of the limit,
     /// `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
 }
@@ -407,7 +407,7 @@ pub enum Rung {
 }
 
 impl Rung {
-    /// Returns the name of the rung in files.
+    /// Returns the name of the strategy in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Guess => "guess",
@@ -463,7 +463,7 @@ impl RungReport {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Rival {
-    /// The start from which it was found.
+    /// The start from which the extremal was found.
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,
@@ -493,8 +493,8 @@ pub enum Sense {
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Without an iterate numbers are NaN and
-/// lists are empty.
+/// A planned maneuver, converged or the best iterate. Numbers are NaN and lists are empty if no
+/// iterate exists.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {
@@ -528,7 +528,7 @@ pub struct Solution {
     pub start: String,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
-    /// Newton iterations of the winning start, all its rungs.
+    /// Newton iterations of the winning start, over its whole fallback sequence.
     pub iterations: usize,
     /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals
     /// of each.
@@ -557,9 +557,9 @@ pub struct Solution {
     /// The shortest duration \[s\] that was found, a local minimum, if no plan was found for the
     /// requested duration.
     pub shortest: Option<f64>,
-    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a
-    /// plan was found for it, or it suffices for a turn about a fixed axis within the limits.
-    /// `None` if none is known.
+    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a plan
+    /// was found for it, or it suffices for a turn about a fixed axis within the limits. `None` if
+    /// no duration is known.
     pub longer: Option<f64>,
     /// The requested tolerance, scaled.
     pub tolerance: f64,
@@ -568,8 +568,8 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Widens the error of the cost in continuous time by what landing costs: what has landed is a
-    /// motion in continuous time, so the optimum there costs no more.
+    /// Adds the cost of landing to the error of the cost in continuous time: a landed plan is a
+    /// motion in continuous time, so the optimum in continuous time costs no more.
     pub(crate) fn widen_by_landing(&mut self) {
         let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
         if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
@@ -679,7 +679,7 @@ impl Solution {
         self.trajectory.completed(&problem).with_steps(steps)
     }
 
-    /// Returns the shifts until the plan ends.
+    /// Returns the flown shifts, up to the end of the plan.
     fn turns_flown(&self) -> Vec<Turns> {
         let end = self.trajectory.time.last().copied().unwrap_or(f64::INFINITY);
         let begun = |shift: &&Shift| shift.from < end;

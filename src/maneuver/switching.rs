@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// The two differ by the square of the step. For minimum time the cost is the duration, and
 /// `eigenaxis_s` is the duration of a turn about the fixed axis.
 ///
-/// If limits other than those of the torques shape a plan, it has equal steps and is a discrete
-/// optimum of its own. The arcs are then those of the corresponding continuous extremal.
+/// If limits other than torque limits shape a plan, it has equal steps and is a discrete optimum of
+/// its own. The arcs then belong to the corresponding continuous extremal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
@@ -22,41 +22,42 @@ pub struct Switching {
     pub continuous_duration_s: f64,
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
-    /// The gap to neighbouring plans, no bound on what plans on other paths cost: the possible gain
-    /// in cost, to first order, is `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching
-    /// functions s and the inputs v of the continuous extremal. For fuel counted by inputs the
-    /// costates minimise the gap. It is 0 if every input is always at the limit that its
-    /// switching function selects. For pulses it is their cost above the best plan found without
-    /// a shortest pulse, which bounds the gain of better pulses.
+    /// The gap to neighbouring plans: the possible gain in cost, to first order, is
+    /// `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs v of the
+    /// continuous extremal. It is no bound on the cost of plans on other paths. For fuel counted by
+    /// inputs the costates minimise the gap. It is 0 if every input is always at the limit that its
+    /// switching function selects. For pulses it is their cost above the best plan found without a
+    /// shortest pulse, which bounds the gain of better pulses.
     pub gap: f64,
     /// The duration of a turn about the fixed axis under the given limits, from rest to rest,
     /// seconds; for minimum time.
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
-    /// Inputs that are within their limits on an arc, or chatter where they would be, from 0.
+    /// The indices, from 0, of inputs that are within their limits on an arc, or that chatter
+    /// instead.
     pub singular_inputs: Vec<usize>,
-    /// ε of the smoothed law on the grid, scaled, where the plan has one.
+    /// ε of the smoothed law on the grid, scaled, if the plan uses a smoothed law.
     pub smoothing: Option<f64>,
     /// Whether the plan meets the end on the arcs nearest to the continuous ones without being a
     /// discrete optimum, because none was found. The stationarity of the plan is the remaining
     /// residual.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub beside_optimum: bool,
-    /// Arcs of the continuous extremal, none where the inputs are smoothed.
+    /// Arcs of the continuous extremal; empty if the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
     /// The result of the search for pulses, if the spec has a shortest pulse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pulses: Option<Pulses>,
 }
 
-/// Pulses, and what their shortest length costs.
+/// The pulses of a plan, and the cost of their shortest length.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pulses {
     /// The number of pulses of all inputs.
     pub count: usize,
-    /// The shortest of them on the grid of the plan, seconds.
+    /// The length of the shortest pulse on the grid of the plan, seconds.
     pub shortest_s: f64,
     /// The continuous cost of the best plan found without a shortest pulse, with the price of
     /// time.
@@ -87,7 +88,7 @@ pub enum Structure {
     /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under
     /// that condition.
     Pulses,
-    /// The body is where it should be.
+    /// The body is already where it should be.
     Rest,
 }
 
@@ -115,9 +116,9 @@ pub struct SwitchingArc {
     pub start_s: f64,
     /// The end, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it; none where the torque has its full norm and turns, and where
-    /// some input holds a constraint. Those that it begins with where they change, and the means of
-    /// those that are within their limits.
+    /// The inputs, which are constant along the arc. If inputs change at a constant rate, these are
+    /// the inputs at the start of the arc; for inputs within their limits, these are means. Empty
+    /// if the torque has its full norm and turns, or if some input holds a constraint.
     pub input: Vec<f64>,
     /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
@@ -125,7 +126,7 @@ pub struct SwitchingArc {
     /// Names of the constraints that the inputs hold along the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
-    /// Names of the constraints that the motion touches where it ends.
+    /// Names of the constraints that the motion touches at the end of the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub touches: Vec<String>,
 }

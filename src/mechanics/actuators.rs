@@ -17,13 +17,13 @@ pub enum AxisFrame {
 }
 
 impl AxisFrame {
-    /// Returns the vectors (columns) of body axes in these axes, at attitude `r`.
+    /// Converts vectors (columns) from body axes to these axes, at attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r * vectors }
     }
 
-    /// Returns the vectors of these axes in body axes.
+    /// Converts vectors from these axes to body axes.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
@@ -61,19 +61,20 @@ pub struct ActuatorSet {
     limits: Limits,
 }
 
-/// Limits of the inputs of one set; absent: none.
+/// Limits of the inputs of one set. An absent limit does not exist.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// `|u_i| ≤` this, one per input [N·m or N].
+    /// The limits of `|u_i|`, one for each input [N·m or N].
     pub size: Option<Vec<f64>>,
-    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`: thrusters. They need a limit of size.
+    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`, as for thrusters. One-sided inputs need
+    /// a limit of size.
     pub one_sided: bool,
-    /// `|B u| ≤` this [N·m or N].
+    /// The limit of `|B u|` [N·m or N].
     pub norm: Option<f64>,
-    /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
+    /// The limits of `|du_i/dt|`, one for each input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
-    /// The shortest pulse \[s\]: inputs are off or at their limit of size, each time for at least
-    /// so long.
+    /// The shortest pulse \[s\]. Inputs are then off or at their limit of size, each time for at
+    /// least this long.
     pub shortest_pulse: Option<f64>,
 }
 
@@ -105,7 +106,7 @@ pub enum ActuatorSetError {
         /// The number given.
         count: usize,
     },
-    /// A limit is not positive and finite, or not one per input.
+    /// A limit is not positive and finite, or the number of limits is not the number of inputs.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
         /// The name of the limit.
@@ -137,7 +138,7 @@ impl ActuatorSet {
         Ok(Self { axes, frame, limits: Limits::default() })
     }
 
-    /// Three unit inputs along the coordinate axes of `frame`.
+    /// Builds three unit inputs along the coordinate axes of `frame`.
     pub fn three_axes(frame: AxisFrame) -> Self {
         let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
         Self { axes, frame, limits: Limits::default() }
@@ -196,8 +197,9 @@ impl ActuatorSet {
         Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
     }
 
-    /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for
-    /// forces) no input acts, else for rank 1 the one about which all act.
+    /// Returns the rank of `B`, from 1 to 3. For rank 2 it also returns the unit vector about which
+    /// (along which, for forces) no input acts, and for rank 1 the unit vector about which all
+    /// inputs act.
     pub fn rank(&self) -> (usize, Option<Vector3>) {
         let longest = self.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
         let units = self.axes.iter().map(|axis| axis / longest);
@@ -219,8 +221,8 @@ impl ActuatorSet {
 }
 
 impl ActuatorSet {
-    /// Returns whether the inputs within their limits have an output in every direction: of rank 3,
-    /// and where they are never negative not all on one side of a plane.
+    /// Returns whether the inputs within their limits have an output in every direction: their axes
+    /// have rank 3, and the axes of one-sided inputs are not all on one side of a plane.
     pub fn reaches_every_direction(&self) -> bool {
         self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
     }
@@ -280,11 +282,11 @@ pub struct InputLimit<'a> {
     pub kind: LimitKind,
     /// The name that reports use, see [`Actuation::limit_name`].
     pub name: &'static str,
-    /// Whether it is of the forces, or else of the torques.
+    /// Whether the limit applies to forces; otherwise it applies to torques.
     pub of_force: bool,
     /// The inputs.
     pub set: &'a ActuatorSet,
-    /// The index of the first of these among all inputs.
+    /// The index of the first limited input among all inputs.
     pub first: usize,
     /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
     /// the norm.
@@ -292,7 +294,7 @@ pub struct InputLimit<'a> {
 }
 
 impl InputLimit<'_> {
-    /// Returns the unit of the bounds, for people.
+    /// Returns the displayed unit of the bounds.
     pub fn unit(&self) -> &'static str {
         match (self.kind, self.of_force) {
             (LimitKind::WheelMomentum, _) => "N·m·s",
@@ -309,32 +311,32 @@ impl InputLimit<'_> {
 pub struct Actuation {
     /// Torque inputs.
     pub torque: ActuatorSet,
-    /// Force inputs; `None` on SO(3), or when nothing pushes the body.
+    /// Force inputs; `None` on SO(3), or if no input pushes the body.
     pub force: Option<ActuatorSet>,
-    /// The wheels behind the torque inputs, where they are wheels.
+    /// The wheels that produce the torque inputs, if these are wheels.
     pub wheels: Option<Wheels>,
-    /// The thrusters behind forces and torques, where each gives both.
+    /// The thrusters that produce forces and torques, if each produces both.
     pub thrusters: Option<Thrusters>,
 }
 
 impl Actuation {
-    /// Builds the torque inputs alone.
+    /// Builds an actuation that has torque inputs alone.
     pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None, thrusters: None }
     }
 
-    /// Builds the torque inputs and force inputs, each of its own.
+    /// Builds an actuation whose torque inputs and force inputs are independent.
     pub fn torques_and_forces(torque: ActuatorSet, force: ActuatorSet) -> Self {
         Self { force: Some(force), ..Self::torques(torque) }
     }
 
     /// Builds the thrusters at `positions`, from the mass center \[m\], that push the body along
-    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Least time and fuel
-    /// take them, with `limits.one_sided`.
+    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Only least time and
+    /// least fuel accept thrusters, with `limits.one_sided`.
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the
-    /// limits are unusable.
+    /// An [`ActuatorSetError`] if the numbers of positions and directions differ, or if positions,
+    /// directions or limits are unusable.
     pub fn of_thrusters(
         positions: Vec<Vector3>,
         directions: Vec<Vector3>,
@@ -350,8 +352,8 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
-    /// Reaction wheels about `axes`, of length 1, body axes: wheel i gives up to `torque_limit[i]`
-    /// [N·m], has stored `wheels.momentum[i]` at the start and stores up to
+    /// Builds reaction wheels about `axes`, of length 1, body axes: wheel i produces up to
+    /// `torque_limit[i]` [N·m], has stored `wheels.momentum[i]` at the start and stores up to
     /// `wheels.momentum_limit[i]` [N·m·s].
     ///
     /// ```
@@ -400,8 +402,8 @@ impl Actuation {
         forces.map_or(0, ActuatorSet::count)
     }
 
-    /// Returns the force inputs and the torque inputs of a row. For thrusters that give both, each
-    /// is the whole row.
+    /// Returns the force inputs and the torque inputs of a row. For thrusters that produce both,
+    /// each part is the whole row.
     pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         if self.thrusters.is_some() {
             return (inputs, inputs);
@@ -410,14 +412,14 @@ impl Actuation {
     }
 
     /// Splits a row into force inputs and torque inputs by their costs: inputs of thrusters that
-    /// give both count once, as forces.
+    /// produce both count once, as forces.
     pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (forces, torques) = self.split(inputs);
         (forces, if self.thrusters.is_some() { &[] } else { torques })
     }
 
-    /// Returns whether the inputs within their limits have a torque in every direction and, where
-    /// `moves`, a force and a torque in every direction at once.
+    /// Returns whether the inputs within their limits can produce a torque in every direction and,
+    /// if the body `moves`, a force and a torque in every direction together.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_whole_space(&wrenches),
@@ -425,8 +427,8 @@ impl Actuation {
         }
     }
 
-    /// Returns whether the inputs within their limits have with every torque its opposite and,
-    /// where `moves`, with every force and torque at once their opposites.
+    /// Returns whether the inputs within their limits can produce the opposite of every torque and,
+    /// if the body `moves`, of every force and torque together.
     pub fn reaches_both_senses(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_subspace(&wrenches),
@@ -452,8 +454,8 @@ impl Actuation {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
 
-    /// Returns all limits: those of the torques, of the wheels, then of the forces. Limits of
-    /// thrusters are limits of forces.
+    /// Returns all limits: first the torque limits, then the limits of the wheels and of the
+    /// forces. Limits of thrusters are limits of forces.
     pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
         let torque = Some(&self.torque).filter(|_| self.thrusters.is_none());
         let sets = [(torque, self.first_torque(), false), (self.force.as_ref(), 0, true)];

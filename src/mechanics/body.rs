@@ -138,7 +138,7 @@ impl Inertia {
         &self.j
     }
 
-    /// Nonstandard inertia `J_d = ½ tr(J) I − J` [kg·m²], 3×3.
+    /// Returns the nonstandard inertia `J_d = ½ tr(J) I − J` [kg·m²], 3×3.
     pub fn j_d(&self) -> &Matrix3 {
         &self.j_d
     }

@@ -49,7 +49,7 @@ pub(crate) fn solve_from(j: &Matrix3, g: &Vector3, c: Vector3) -> Option<(Vector
     if c.x.is_nan() { None } else { chebyshev(j, g, c) }
 }
 
-/// Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the
+/// Runs Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the
 /// residual after a Newton correction `δ₁` is `(g·δ₁) δ₁` exactly, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁`
 /// with the same inverse: third order for one division, and most of it waits for the division
 /// anyway.
@@ -91,15 +91,16 @@ fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     (residual, a)
 }
 
-/// Large steps of thin rods and plates make the fixed point diverge, where Newton finds its way
-/// from the plain start. Kept out of line: the common path is short and stays in registers.
+/// Solves large steps of thin rods and plates, for which the fixed point diverges and Newton
+/// converges from the plain start. The function is not inlined: the common path is short and stays
+/// in registers.
 #[cold]
 #[inline(never)]
 fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
     newton(j, g, 0.5 * (j_inverse * g))
 }
 
-/// Plain Newton from `c`.
+/// Runs plain Newton from `c`.
 pub(crate) fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
         let (residual, a) = equation(j, g, &c);

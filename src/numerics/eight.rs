@@ -6,15 +6,14 @@
 //!
 //! # How do sweeps of minimum time become fast without unsafe code?
 //!
-//! The motion itself has only three equal rows, too few for lanes. But every interval of a
-//! smoothed extremal begins at its own node, so eight of them are integrated side by side
-//! (`numerics/eight`; the formulas use a `Number`, which is one or eight). Then their lanes pass
-//! from node to node, one interval after the other. Two effects had to be avoided, each of which
-//! removed the gain. A store to one lane of a row that is then loaded as a whole waits for the
-//! store, so a single lane is changed by a product with a row of the identity. A compiler that
-//! knows the zeros of such a row splits it into narrow pieces, so the zeros are hidden from it.
-//! With nodes that differ by rational vectors instead of logarithms the median case of the public
-//! set takes half the time.
+//! The motion itself has only three equal rows, too few for lanes. But every interval of a smoothed
+//! extremal begins at its own node, so eight of them are integrated side by side (`numerics/eight`;
+//! the formulas use a `Number`, which is one or eight). Then their lanes pass from node to node,
+//! one interval after the other. Two effects had to be avoided, each of which removed the gain. A
+//! store to one lane of a row that is then loaded as a whole waits for the store, so a single lane
+//! is changed by a product with a row of the identity. A compiler that knows the zeros of such a
+//! row splits it into narrow pieces, so the zeros are hidden from it. The median case of the public
+//! set takes half the time if nodes differ by rational vectors instead of logarithms.
 //!
 //! Derivatives are two thirds of a sweep, and half of all sweeps end an iteration or are steps
 //! that were too long. The gaps are therefore computed first, and the lanes only for a path from
@@ -25,16 +24,15 @@
 //! # Eight maneuvers at once
 //!
 //! A trial swept eight maneuvers side by side before their searches. A search used each predicted
-//! sweep that had the same bits of the costate, and made the others itself. In the instructions
-//! of a bare plan on 100 steps sweeps without sensitivities are 38 %, sweeps with them 17 %, the
-//! steps of the discrete witness 13 % (`valgrind --tool=callgrind` on
-//! `throughput 200 100 1 bare`), so lanes could gain. Nearly all sweeps were predicted, and yet a
-//! plan took longer than alone. Sweeps without sensitivities gained much, but those with them
-//! lost. Alone their columns already fill the registers, and eight maneuvers seldom need a new
-//! `Ψ₁₂` in one iteration, so most lanes computed unused values. The prediction repeats Newton
-//! and the extrapolation for each maneuver, and the lanes must be separated for each: more work
-//! than the lanes saved. Nodes of eight maneuvers need much memory, which every group requested
-//! from the system again.
+//! sweep that had the same bits of the costate, and made the others itself. The instructions of a
+//! bare plan on 100 steps are 38 % sweeps without sensitivities, 17 % sweeps with them, and 13 %
+//! steps of the discrete witness (`valgrind --tool=callgrind` on `throughput 200 100 1 bare`), so
+//! lanes could gain. Nearly all sweeps were predicted, and yet a plan took longer than alone.
+//! Sweeps without sensitivities gained much, but sweeps with sensitivities lost. The columns of one
+//! sweep already fill the registers, and eight maneuvers seldom need a new `Ψ₁₂` in one iteration,
+//! so most lanes computed unused values. The prediction repeats Newton and the extrapolation for
+//! each maneuver, and the lanes must be separated for each: more work than the lanes saved. Nodes
+//! of eight maneuvers need much memory, which every group requested from the system again.
 //!
 //! A remaining option is to use lanes for plain sweeps only, on buffers that are kept, with a
 //! planner that supplies its sweeps itself. It would change little for a default plan, where
@@ -53,7 +51,7 @@ pub(crate) trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// This value, in every lane.
+    /// Returns the number with this value in every lane.
     fn of(value: f64) -> Self;
 
     fn sqrt(self) -> Self;

@@ -3,11 +3,11 @@
 /// The reason for which bytes are not text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoText {
-    /// They are UTF-16, as some programs on Windows save it.
+    /// The bytes are UTF-16, as some programs on Windows save text.
     Utf16,
-    /// They are a file of this kind, which is no text.
+    /// The bytes are a file of this binary kind.
     Binary(&'static str),
-    /// The byte at this place is of no character of UTF-8.
+    /// The byte at this place belongs to no character of UTF-8.
     At(usize),
 }
 
@@ -32,10 +32,10 @@ pub fn binary(bytes: &[u8]) -> Option<&'static str> {
 /// The byte order mark of UTF-8, which has no meaning.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Returns whether a file that begins so is in UTF-16: by its mark, or by every other byte being
-/// zero.
+/// Returns whether a file with these first bytes is in UTF-16: it has the mark, or every other byte
+/// is zero.
 pub fn is_utf16(bytes: &[u8]) -> bool {
-    /// Bytes that are looked at.
+    /// The number of bytes that are checked.
     const FIRST: usize = 32;
     let zeros = |offset: usize| bytes.iter().skip(offset).step_by(2).take(FIRST).all(|byte| *byte == 0);
     bytes.starts_with(b"\xff\xfe")

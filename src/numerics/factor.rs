@@ -46,7 +46,7 @@ impl<const N: usize> Factor<N> {
         Self::Lu { lu: Box::new(lu), order }
     }
 
-    /// `matrix⁻¹ b`, or the minimum-norm least-squares solution.
+    /// Returns `matrix⁻¹ b`, or the minimum-norm least-squares solution.
     pub fn solve(&self, b: &SVector<f64, N>) -> SVector<f64, N> {
         match self {
             Self::PseudoInverse(inverse) => **inverse * b,
@@ -70,7 +70,7 @@ impl<const N: usize> Factor<N> {
 }
 
 impl<const N: usize> Factor<N> {
-    /// `matrix⁻¹ b`, column by column.
+    /// Returns `matrix⁻¹ b`, column by column.
     pub fn solve_matrix(&self, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
         let mut x = *b;
         for column in 0..N {
@@ -80,9 +80,9 @@ impl<const N: usize> Factor<N> {
     }
 }
 
-/// Returns `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed
-/// size; false, and nothing of use, where the matrix is singular to the tolerance of
-/// [`Factor::new`].
+/// Applies `matrix⁻¹` to the first `count` columns of `right`, in place and in arrays of fixed
+/// size. Returns false, and leaves `right` without meaning, if the matrix is singular to the
+/// tolerance of [`Factor::new`].
 #[inline]
 pub(crate) fn eliminate<const N: usize, const M: usize>(
     matrix: &SMatrix<f64, N, N>,
@@ -139,8 +139,8 @@ pub(crate) fn eliminate<const N: usize, const M: usize>(
     true
 }
 
-/// Pseudo-inverse with columns scaled to unit size first, so that the rank does not depend on
-/// units.
+/// Returns the pseudo-inverse. Columns are scaled to unit size first, so that the rank does not
+/// depend on units.
 fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let sizes = column_sizes(matrix);
     let scaled = DMatrix::from_fn(N, N, |row, column| matrix[(row, column)] / sizes[column]);
@@ -166,8 +166,8 @@ pub(crate) fn effective<const N: usize>(
     }
 }
 
-/// Returns the sizes of the columns; one that is nothing but the round-off of the others is not
-/// blown up to a direction of its own.
+/// Returns the sizes of the columns. A column that is only round-off of the others keeps a small
+/// size, so that scaling does not turn it into a direction.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
     let sizes = matrix.data.0.each_ref().map(size);
@@ -179,7 +179,7 @@ fn column_size(size: f64, largest: f64) -> f64 {
     if size > RANK_TOLERANCE * largest { size } else { largest.max(f64::MIN_POSITIVE) }
 }
 
-/// Numerical rank and condition within it, columns equilibrated.
+/// Returns the numerical rank, and the condition within it, with equilibrated columns.
 pub(crate) fn rank_and_condition<const N: usize>(matrix: &SMatrix<f64, N, N>) -> (usize, f64) {
     let values = singular_values(matrix);
     let largest = values[0];
@@ -188,7 +188,7 @@ pub(crate) fn rank_and_condition<const N: usize>(matrix: &SMatrix<f64, N, N>) ->
     (rank, condition)
 }
 
-/// Singular values, descending; zeros when the matrix is not finite.
+/// Returns the singular values in descending order; zeros if the matrix is not finite.
 fn singular_values<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Vec<f64> {
     let dynamic = DMatrix::from_fn(N, N, |row, column| matrix[(row, column)]);
     if !dynamic.iter().all(|value| value.is_finite()) {

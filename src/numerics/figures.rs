@@ -1,13 +1,13 @@
-//! Rounded numbers for people. Files have all digits.
+//! Rounded numbers for text. Files have all digits.
 
-/// Formats `value` to `digits` significant digits, plain where that is readable: `12.7`,
+/// Formats `value` to `digits` significant digits, without an exponent if that is readable: `12.7`,
 /// `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
     let scientific = format!("{value:.*e}", digits - 1);
-    // The exponent is that of the rounded number: 9.99999 to three digits is 10.0.
+    // The exponent belongs to the rounded number: 9.99999 to three digits is 10.0.
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or_default();
     if (-3..7).contains(&exponent) {
         let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
@@ -17,7 +17,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Formats all digits as people write them, without a long row of zeros: `0.02`, `3e-5`.
+/// Formats all digits in a readable form, without a long row of zeros: `0.02`, `3e-5`.
 pub fn exact(value: f64) -> String {
     if plain(value) { format!("{value}") } else { format!("{value:e}") }
 }
@@ -47,17 +47,18 @@ pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
 
-/// Rounded down to four significant digits, so that "no plan is shorter than …" stays true.
+/// Formats a value, rounded down to four significant digits, so that "no plan is shorter than …"
+/// stays true.
 pub fn at_least(value: f64) -> String {
     to_one_side(value, 4, f64::floor)
 }
 
-/// Rounded up to four significant digits, so that "… at most" stays true.
+/// Formats a value, rounded up to four significant digits, so that "… at most" stays true.
 pub fn at_most(value: f64) -> String {
     to_one_side(value, 4, f64::ceil)
 }
 
-/// Rounded to four significant digits, before the point too.
+/// Formats a value, rounded to four significant digits, also before the point.
 pub fn about(value: f64) -> String {
     to_one_side(value, 4, f64::round)
 }
@@ -129,18 +130,18 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// Returns `count` of something, with a plural: `1 turn`, `2 turns`.
+/// Returns `count` and a noun in singular or plural: `1 turn`, `2 turns`.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Returns whether a number reads well without an exponent.
+/// Returns whether a number is readable without an exponent.
 fn plain(value: f64) -> bool {
     value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
 }
 
-/// Far more than the slack that proofs allow for, far less than what four digits show; of more
-/// digits a share of one.
+/// Far more than the slack that proofs allow, and far less than four digits show. With more digits
+/// it is a part of the last digit.
 const SLACK: f64 = 3e-6;
 
 fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {

@@ -1,4 +1,4 @@
-//! Linear equations that may not determine a solution, or have none.
+//! Linear equations that may have many solutions, or no solution.
 
 use nalgebra::{DMatrix, DVector};
 

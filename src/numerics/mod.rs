@@ -1,5 +1,5 @@
-//! Numerical tools without attitudes: factors, banded matrices, inertia of a matrix, figures for
-//! people.
+//! Numerical tools without attitudes: factors, banded matrices, inertia of a matrix, formatted
+//! figures.
 
 pub(crate) mod compensated;
 pub(crate) mod cone;

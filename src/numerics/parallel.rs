@@ -4,14 +4,14 @@
 //! # Why two threads for a plan?
 //!
 //! If a plan has some hundred steps or more, the replay and the continuous witness under linear
-//! torque run on one thread, and the witnesses of the held torque on the other. Before them, an
-//! extremal is recorded on one thread while its second order is tested on the other. Neither half
+//! torque run on one thread, and the witnesses of the held torque on the other. An extremal is
+//! recorded before them on one thread while its second order is tested on the other. Neither half
 //! reads results of the other, so the bits do not depend on the number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Threads that share the work: one where the system grants no other.
+/// Returns the number of threads that share the work: one, if the system grants no more.
 #[cfg(feature = "threads")]
 pub(crate) fn threads() -> usize {
     use std::sync::OnceLock;
@@ -69,9 +69,9 @@ pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + S
     work()
 }
 
-/// Returns both results. The work `there` runs on another thread, while the calling thread runs
-/// `here` and then calls `meanwhile` repeatedly until all is done. If threads are disabled, and on
-/// a thread of rayon, `here` runs first.
+/// Returns both results. Runs the work `there` on another thread, while the calling thread runs
+/// `here` and then calls `meanwhile` repeatedly until both are done. If threads are disabled, and
+/// on a thread of rayon, `here` runs first.
 pub(crate) fn both<A, B: Send>(
     here: impl FnOnce() -> A,
     there: impl FnOnce() -> B + Send,
@@ -109,9 +109,9 @@ pub(crate) fn both<A, B: Send>(
 }
 
 /// Returns the result of `work`, which runs on its own thread, while the calling thread polls
-/// whether it is `stopped`. If so, the function returns without the result, and the thread runs on
-/// alone: it owns its data, and ends where the work reads the flag that is then set. If threads are
-/// disabled, or none can be started, the calling thread does the work.
+/// whether it is `stopped`. If so, the function returns without the result, and the thread
+/// continues alone: it owns its data, and ends when the work reads the flag, which is then set. If
+/// threads are disabled, or none can be started, the calling thread does the work.
 pub(crate) fn unless_stopped<T: Send + 'static>(
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
     stopped: impl Fn() -> bool,

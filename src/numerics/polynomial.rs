@@ -3,8 +3,8 @@
 //! Its value is `c₀ + (x − x₀)(c₁ + (x − x₁)(c₂ + …))` with nodes `xₖ`, each of them twice where
 //! slopes are given: the difference of two equal nodes is then the slope.
 
-/// Returns the value at `x` of the polynomial through `values` at `nodes`, which differ, and with
-/// these `slopes` there, if any.
+/// Returns the value at `x` of the polynomial through `values` at distinct `nodes`, with these
+/// `slopes` at the nodes if they are given.
 ///
 /// Returns `None` if the numbers of nodes, values and slopes differ, or all are zero.
 pub fn through<const N: usize>(
@@ -37,7 +37,8 @@ pub fn through<const N: usize>(
     Some(found)
 }
 
-/// Where the `count` nodes begin that lie about `x`, as many before as behind it where there are.
+/// Returns the index of the first of `count` consecutive nodes about `x`, as many before `x` as
+/// behind it if they exist.
 pub fn about(nodes: &[f64], count: usize, x: f64) -> usize {
     let after = nodes.partition_point(|node| *node <= x);
     after.saturating_sub(count.div_ceil(2)).min(nodes.len().saturating_sub(count))

@@ -1,9 +1,9 @@
 //! Random numbers by counter: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel
 //! Random Numbers: As Easy as 1, 2, 3*, SC 2011).
 //!
-//! A number is a function of a key and a counter and of nothing else, so any case of a million has
-//! its numbers without those before it, on any machine, in any order. The function is fixed by the
-//! paper and checked against the vectors of its authors: no release will change a stream.
+//! A number is a function of a key and a counter alone, so any case of a million has its numbers
+//! without the cases before it, on any machine, in any order. The function is fixed by the paper
+//! and checked against the vectors of its authors: no release will change a stream.
 //!
 //! # Which random numbers?
 //!
@@ -19,7 +19,7 @@ const MULTIPLIERS: [u32; 2] = [0xd251_1f53, 0xcd9e_8d57];
 const WEYL: [u32; 2] = [0x9e37_79b9, 0xbb67_ae85];
 const ROUNDS: usize = 10;
 
-/// Four words of a key and a counter.
+/// Returns four words of a key and a counter.
 fn philox(mut key: [u32; 2], mut counter: [u32; 4]) -> [u32; 4] {
     for round in 0..ROUNDS {
         if round > 0 {

@@ -24,7 +24,7 @@ pub(crate) const SIXTH: Tableau<7> = Tableau {
     c: [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0, 1.0 / 2.0, 1.0 / 2.0, 1.0],
 };
 
-/// Kutta 1901, order 4 in four stages: what short steps need.
+/// Kutta 1901, order 4 in four stages, for short steps.
 pub(crate) const FOURTH: Tableau<4> = Tableau {
     a: [[0.0; 4], [0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
     b: [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],

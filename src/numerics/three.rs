@@ -37,7 +37,7 @@ pub(crate) fn product_transposed<T: Number>(a: &Matrix<T>, b: &Matrix<T>) -> Mat
     written(|i, j| a[(i, 0)] * b[(j, 0)] + a[(i, 1)] * b[(j, 1)] + a[(i, 2)] * b[(j, 2)])
 }
 
-/// `v·w`.
+/// Returns `v·w`.
 #[inline(always)]
 pub(crate) fn dot<T: Number>(v: &Vector<T>, w: &Vector<T>) -> T {
     v.x * w.x + v.y * w.y + v.z * w.z

@@ -1,5 +1,5 @@
-//! One integration by a solver of the crate `differential-equations`, whose step control is kept in
-//! hand.
+//! One integration by a solver of the crate `differential-equations`, whose steps this module
+//! controls.
 
 use differential_equations::interpolate::Interpolation;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};

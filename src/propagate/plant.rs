@@ -28,7 +28,7 @@ impl Output {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
     }
 
-    /// `(1 − part) a + part b`.
+    /// Returns `(1 − part) a + part b`.
     pub(crate) fn between(a: &Self, b: &Self, part: f64) -> Self {
         Self { force: a.force + part * (b.force - a.force), torque: a.torque + part * (b.torque - a.torque) }
     }
@@ -98,7 +98,7 @@ impl<'a> Plant<'a> {
 }
 
 /// Field and actuators of a maneuver as one load on one body; the output of the actuators is held
-/// until it is set again.
+/// until the next output is set.
 ///
 /// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in
 /// the body a force `R B u`: evaluated where the field is, such inputs are exact in every method.

@@ -49,7 +49,7 @@ impl SimulationRow {
     }
 }
 
-/// The receiver of a simulation. A closure that accepts rows is one.
+/// The receiver of a simulation. A closure that accepts rows is an observer.
 pub trait Observer {
     /// Receives a row. `Break` ends the simulation.
     fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()>;

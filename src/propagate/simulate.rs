@@ -39,7 +39,7 @@ use thiserror::Error;
 /// The bodies, their start, the method and the duration of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// The name of the simulation, for people.
+    /// The name of the simulation.
     pub name: String,
     /// The names of the bodies, in the order of the system.
     pub bodies: Vec<String>,
@@ -62,7 +62,7 @@ pub struct Simulation {
     pub reach: Vec<f64>,
 }
 
-/// Two bodies within reach of one another.
+/// Two bodies that are nearer to one another than the sum of their reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Encounter {
@@ -78,23 +78,23 @@ pub struct Encounter {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Run {
-    /// Whether it came to the end; false: the observer ended it.
+    /// Whether the run reached its end; false if the observer ended it.
     pub finished: bool,
     /// The properties of the method.
     pub facts: Facts,
     /// The work of the steps.
     pub work: Work,
-    /// Time that they took, without the observer's.
+    /// The time of the steps, without the time of the observer.
     pub stepping: Duration,
-    /// The first step after which two bodies were within [`Simulation::reach`] of one another that
-    /// had not been so at the start.
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another,
+    /// although they were not at the start.
     pub encounter: Option<Encounter>,
 }
 
 /// The reason for which a simulation cannot run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
-    /// System, state and settings do not hold together.
+    /// System, state and settings do not fit together.
     #[error(transparent)]
     System(#[from] SystemError),
     /// The maneuver is unusable.
@@ -119,7 +119,7 @@ pub enum SimulationError {
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
-    /// A step could not be made; rows up to there have been handed out.
+    /// A step failed; the observer has received the rows before it.
     #[error("at t = {} s: {error}", figures::rounded(*time, 9))]
     Step {
         /// Start of the step \[s\].
@@ -196,7 +196,7 @@ impl Simulation {
         self.duration / self.steps as f64
     }
 
-    /// Propagates and hands rows to `observer`, until the end or until it breaks off.
+    /// Propagates and passes rows to `observer`, until the end or until the observer stops.
     ///
     /// No row is kept: memory does not grow with the steps.
     ///
@@ -251,8 +251,8 @@ impl Simulation {
         }
     }
 
-    /// Returns the pairs that are out of reach of one another at the start, with the square of that
-    /// distance.
+    /// Returns the pairs that are out of reach of one another at the start, with the square of the
+    /// sum of their reaches.
     fn apart(&self) -> Vec<([usize; 2], f64)> {
         let poses = self.start.poses();
         let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));

@@ -39,7 +39,7 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Worst {
-    /// The node; of inputs the step that begins there.
+    /// The node; for inputs, the step that begins at the node.
     pub node: usize,
     /// The chance of exceeding it then.
     pub chance: f64,
@@ -60,8 +60,8 @@ pub struct Chance {
     pub quantity: Quantity,
     /// Chance at each node, or in each step: the largest of its parts.
     pub nodes: Vec<f64>,
-    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs
-    /// one each.
+    /// The worst chance of each part of the limit: a cone and a norm have one part, components and
+    /// inputs have one part each.
     pub parts: Vec<Worst>,
 }
 
@@ -192,7 +192,7 @@ impl Chance {
         out
     }
 
-    /// Returns the part of the largest chance, and where it has it.
+    /// Returns the part with the largest chance, and the node of that chance.
     pub fn worst(&self) -> Worst {
         let none = Worst { node: 0, chance: 0.0, sigma: 0.0, room: f64::INFINITY };
         self.parts.iter().fold(none, |worst, part| if part.is_worse_than(&worst) { *part } else { worst })

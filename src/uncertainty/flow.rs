@@ -48,7 +48,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// `S Σ_p Sᵀ`.
+    /// Returns `S Σ_p Sᵀ`.
     fn of_parameters(&self, columns: &Columns<N>) -> Square<N> {
         let mut sum = Square::<N>::zeros();
         for (column, (_, _, sigma)) in columns.column_iter().zip(&self.uncertainty.parameters) {
@@ -57,7 +57,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         sum
     }
 
-    /// Returns a matrix of `z` as one of the whole state: nothing else.
+    /// Returns the matrix of the whole state that contains a matrix of `z` and is zero elsewhere.
     fn whole(of: &Matrix6) -> Square<N> {
         let mut out = Square::<N>::zeros();
         out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
@@ -95,13 +95,13 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// Converts a covariance of the state to that of `[ζ; δΠ]`, rad and N·m·s.
+    /// Converts a covariance of the state to the covariance of `[ζ; δΠ]`, rad and N·m·s.
     fn si(&self, state: &Square<N>) -> Matrix6 {
         let unit = |row: usize| self.plan.unit(row);
         Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
     }
 
-    /// Intensity of the noise of the torque, scaled.
+    /// Returns the intensity of the noise of the torque, scaled.
     fn noise_of_torque(&self) -> Matrix3 {
         let units = self.plan.units();
         self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
@@ -123,13 +123,13 @@ impl<'a, const N: usize> Flow<'a, N> {
         })
     }
 
-    /// `B K` of a step for the whole state; zero open loop.
+    /// Returns `B K` of a step for the whole state; zero in open loop.
     fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
         self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
-    /// Returns the tick that begins at a node, with covariance and sensitivities of the state
-    /// there.
+    /// Returns the tick that begins at a node, with covariance and sensitivities of the state at
+    /// that node.
     fn tick(&self, node: usize, p: &Square<N>, s: &Columns<N>) -> Tick<N> {
         let measured = self.columns(|parameter| self.plan.measured(node, parameter));
         Tick {
@@ -176,8 +176,8 @@ impl<'a, const N: usize> Flow<'a, N> {
             along.torque.push(corrected * plan.units().torque().powi(2));
             along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
             if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
-                // The last correction is still in part to come at the end, and belongs to what was
-                // seen before it.
+                // A part of the last correction still follows at the end; it belongs to the
+                // measurement before it.
                 let back = Self::whole(&plan.last());
                 let mut half = SMatrix::<f64, N, 3>::zeros();
                 half.fixed_view_mut::<6, 3>(0, 0).copy_from(&(momentum_rows() * plan.half_kick(1)));
@@ -238,7 +238,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         Bounded { states, end }
     }
 
-    /// Tells the state at the next node.
+    /// Records the covariance of the state at the next node.
     fn tell(&self, along: &mut Covariance, p: &Square<N>, s: &Columns<N>) {
         let node = along.states.len();
         along.states.push(self.si(&(p + self.of_parameters(s))));
@@ -277,8 +277,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
-    /// Returns the deviations of how much corrections change from the tick before node `k` to that
-    /// which begins there:
+    /// Returns the deviations of the change of the corrections from the tick before node `k` to the
+    /// tick that begins at it:
     ///
     /// ```text
     /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …
@@ -313,7 +313,7 @@ struct Tick<const N: usize> {
     gain: SMatrix<f64, 3, N>,
     /// Covariance of the state at its beginning, without parameters.
     p: Square<N>,
-    /// `C` and `S + C` there: the effect of parameters on the measurement.
+    /// `C` and `S + C` at the start of the tick: the effect of parameters on the measurement.
     measured: Columns<N>,
     seen: Columns<N>,
     /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.
@@ -323,7 +323,7 @@ struct Tick<const N: usize> {
 }
 
 impl<const N: usize> Tick<N> {
-    /// A step further.
+    /// Advances the tick by a step.
     fn go(&mut self, a: &Square<N>, b: &SMatrix<f64, N, 3>, noise: &Square<N>) {
         let answered = b * self.gain;
         self.state = a * self.state - answered;

@@ -69,7 +69,7 @@ pub struct Covariance {
     pub states: Vec<Matrix6>,
     /// The covariance of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
     pub end: Matrix6,
-    /// The part of [`Self::end`] that comes from the parameters.
+    /// The part of [`Self::end`] that the parameters cause.
     pub end_of_parameters: Matrix6,
     /// `∂[ζ; δΩ]/∂p` at the end, 6 numbers a parameter.
     pub end_by_parameter: Vec<Vector6>,
@@ -114,10 +114,10 @@ impl Covariance {
     }
 }
 
-/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order,
-/// if each source of error is anywhere within one deviation of [`Uncertainty`]: start and noise
-/// within their ellipsoids (noise of the torque as its mean over a step), each parameter in its
-/// interval.
+/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order, if
+/// each source of error is anywhere within one deviation of [`Uncertainty`]. Start and noise are
+/// within their ellipsoids (noise of the torque as its mean over a step), and each parameter is in
+/// its interval.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {

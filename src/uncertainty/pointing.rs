@@ -20,7 +20,7 @@ impl Radius {
     pub const LEVEL: f64 = 0.9973;
 
     /// Directions of the sum over a quarter of the circle. The sum is periodic, and its error falls
-    /// with the power of their number; thin ellipses take the most.
+    /// with the power of their number; thin ellipses need the most.
     const DIRECTIONS: usize = 512;
 
     /// Bisections to round-off.
@@ -74,8 +74,8 @@ fn radius(sigma: [f64; 2], level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// One dimension, a circle (`r² = −2 ln(1 − p)`), and in between Monte Carlo would do: the
-    /// reference files have it.
+    /// The cases are one dimension and a circle (`r² = −2 ln(1 − p)`); the reference files have
+    /// ellipses in between, by Monte Carlo.
     #[test]
     fn radii_of_a_line_and_of_a_circle_are_those_of_closed_form() {
         let line = radius([2.0, 0.0], Radius::LEVEL);

@@ -25,8 +25,8 @@ impl Accuracy {
     /// The factor on the number of steps, because the order is measured to some percent.
     const RESERVE: f64 = 1.15;
 
-    /// Computes the miss of a verified plan; `wanted` \[rad\] is the continuous tolerance,
-    /// where there is one.
+    /// Computes the miss of a verified plan; `wanted` \[rad\] is the continuous tolerance, if one
+    /// is given.
     ///
     /// Estimates the steps. The miss falls as a power of the step: the measured order of
     /// convergence, or the order of the scheme if none was measured. Steps have two digits.

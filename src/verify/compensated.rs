@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-/// A running sum in two doubles per element: value and what rounding left out of it.
+/// A running sum in two doubles per element: the value, and the part that rounding lost.
 ///
 /// A million naive updates lose up to 1e-10 in a steady rotation, where every rounding has one
 /// sign; this sum loses only the rounding of the increments themselves.

@@ -1,6 +1,6 @@
-//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing
-//! depends on the pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference
-//! frame or thrusters fixed in the body do.
+//! The continuous witness integrates the equations of motion. It uses a Taylor series if nothing
+//! depends on the pose, and Verner's 9(8) pair for a field, axes fixed in the reference frame, or
+//! thrusters fixed in the body.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
@@ -29,7 +29,7 @@ use nalgebra::SVector;
 const TOLERANCE: f64 = 1e-14;
 
 /// The largest number of internal steps, or series, within one step of the plan. A fraction of a
-/// turn needs one. No step of a plan turns by half a turn, so a step that needs more is no plan.
+/// turn needs one. No step of a plan turns by half a turn, so no plan has a step that needs more.
 const MAX_STEPS: usize = 4096;
 const MOST_PARTS: u32 = 4096;
 
@@ -246,7 +246,7 @@ impl<'a> Base<'a> {
         [rate, (momentum.norm() + stored) * rate + torque]
     }
 
-    /// Returns a step of the plan by Verner's pair; `None` where it gives up.
+    /// Returns a step of the plan by Verner's pair; `None` if it gives up.
     fn integrate<const D: usize>(
         &mut self,
         solver: &mut Verner98<D>,
@@ -272,7 +272,7 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Returns a step of the plan as a series, or as several in a row; `None` where they do not
+    /// Returns a step of the plan as a series, or as several in a row; `None` if they do not
     /// converge.
     fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
         let (mut at, mut count) = (0, (*parts / 2).max(1));
@@ -291,7 +291,7 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Adds a part of a step over `length`, scaled; adds nothing and returns false where the series
+    /// Adds a part of a step over `length`, scaled. Returns false and adds nothing if the series
     /// does not converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);

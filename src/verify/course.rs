@@ -24,7 +24,7 @@ pub struct Course {
     /// The remaining angle of the continuous motion to the end \[rad\]; the last one is in the
     /// verdict.
     pub continuous_left: Vec<f64>,
-    /// One for each constraint on pointing, in their order.
+    /// The clearance of each constraint on pointing, in the order of the constraints.
     pub clearances: Vec<Clearance>,
 }
 
@@ -42,11 +42,11 @@ pub struct Clearance {
     pub continuous: Vec<f64>,
 }
 
-/// Follows both motions through the plan of `problem`; what [`super::verify`] keeps the extremes
-/// of, step by step.
+/// Follows both motions through the plan of `problem` and returns, step by step, the values of
+/// which [`super::verify`] keeps the extremes.
 ///
 /// # Errors
-/// A [`WitnessError`] where the rows do not fit, or a motion cannot be followed to its end.
+/// A [`WitnessError`] if the rows do not fit, or a motion cannot be followed to its end.
 pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, WitnessError> {
     problem.check_numbers()?;
     rows::fit(problem, trajectory)?;

@@ -52,7 +52,8 @@ pub(crate) struct Discrete<'a> {
 }
 
 impl<'a> Discrete<'a> {
-    /// `step` in seconds. Starts at `t = 0`, where reference and inertial frame coincide.
+    /// Builds the witness with a `step` in seconds. It starts at `t = 0`, where reference and
+    /// inertial frame coincide.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64) -> Self {
         Self::at(plant, start, scheme, step, 0.0)
     }
@@ -87,7 +88,7 @@ impl<'a> Discrete<'a> {
         self.began + self.steps as f64 * self.step
     }
 
-    /// Takes steps of another length from here on.
+    /// Changes the length of the following steps.
     pub(super) fn set_step(&mut self, step: f64) {
         // Bits, because equal steps count the time from their first.
         if step.to_bits() != self.step.to_bits() {
@@ -95,7 +96,8 @@ impl<'a> Discrete<'a> {
         }
     }
 
-    /// One step, with the actuator outputs at its two ends; Lie–Euler uses the second only.
+    /// Advances by one step, with the actuator outputs at its two ends; Lie–Euler uses only the
+    /// second.
     pub(crate) fn advance(&mut self, start: &Output, end: &Output) -> Result<(), WitnessError> {
         match self.scheme {
             Scheme::LieEuler => {

@@ -1,5 +1,5 @@
-//! The continuous witness under the torque that is held over each step of the plan, and those that
-//! start from where it has been.
+//! The continuous witness under the torque that is held over each step of the plan, and the
+//! witnesses that start from its states.
 
 use super::continuous::Continuous;
 use super::margins::{Margin, Meter};
@@ -19,7 +19,7 @@ use crate::propagate::plant::Plant;
 pub(super) struct Held {
     pub method: &'static str,
     pub end: Phase,
-    /// Margins of rates and cones of the continuous motion, where there are constraints.
+    /// Margins of rates and cones of the continuous motion, if the problem has constraints.
     pub margins: Vec<Margin>,
     /// The largest scaled difference between the record of a plan that lands and this motion; NaN
     /// if any number is NaN.
@@ -46,8 +46,8 @@ pub(super) struct Symplectic {
     pub limit: f64,
 }
 
-/// Returns the continuous witness under the held torque, and those that start from where it has
-/// been.
+/// Returns the results of the continuous witness under the held torque, and of the witnesses that
+/// start from its states.
 ///
 /// `flown` is a plan that has the true motion on record.
 pub(super) fn held_witnesses(
@@ -87,9 +87,9 @@ pub(super) fn held_witnesses(
     Ok(Held { method, end, margins, recorded, windows })
 }
 
-/// The number of pieces of a step on which the continuous motion is taken as a rotation about one
-/// axis. The error is the square of their length, a small part of the error of the discrete
-/// motion (`tests/laws/witnesses/margins.rs`).
+/// The number of pieces of a step; the continuous motion on each piece is treated as a rotation
+/// about one axis. The error is the square of their length, a small part of the error of the
+/// discrete motion (`tests/laws/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
 /// The data that the continuous witness records along the plan.
@@ -102,7 +102,7 @@ struct Passage {
 }
 
 /// Returns the end of the continuous motion under the held torque and its method, its margins of
-/// rates and cones where there are constraints, and where it was at the ends of each window.
+/// rates and cones if the problem has constraints, and its states at the ends of each window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,

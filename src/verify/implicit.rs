@@ -14,20 +14,20 @@
 //! its derivative:  −K S(hμ) + 2K' (f×hμ) fᵀ + K² {(f·hμ) I + f hμᵀ} + 4KK' (f·hμ) f fᵀ
 //! ```
 //!
-//! The planner solves the same equation through the Cayley map; nothing is shared with it. The
-//! physical root is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other
-//! is refused.
+//! The planner solves the same equation through the Cayley map, with other code. The physical root
+//! is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other is refused.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
-/// Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit of existence.
+/// The largest number of Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit
+/// of existence.
 const MAX_ITERATIONS: usize = 40;
 
-/// Terms of the series: the first one left out is below 1e-19 at `t = 1.7`, beyond the physical
-/// root.
+/// The number of terms of the series: the first omitted term is below 1e-19 at `t = 1.7`, beyond
+/// the physical root.
 const TERMS: usize = 12;
 
 /// Returns `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
@@ -42,19 +42,21 @@ const fn series(offset: usize) -> [f64; TERMS] {
     terms
 }
 
-/// Terms that do below `t² = FEW_BELOW`: the first one left out is below 1e-17 of the sum.
+/// The number of terms that suffice below `t² = FEW_BELOW`: the first omitted term is below 1e-17
+/// of the sum.
 const FEW: usize = 6;
 const FEW_BELOW: f64 = 0.05;
 
-/// A bound on what Newton leaves of an error e, `cond(J) e²`, relative to f: well below round-off.
+/// A bound on the remainder of an error e after a Newton step, `cond(J) e²`, relative to f: well
+/// below round-off.
 const LEFT: f64 = 1e-17;
-/// Angle per step \[rad\] below which the bound is one.
+/// The angle per step \[rad\] below which the bound is valid.
 const BOUNDED: f64 = 0.3;
 
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
-/// Returns a series and its derivative at `x`, in as many terms as it takes there.
+/// Returns a series and its derivative at `x`, with as many terms as `x` needs.
 #[inline(always)]
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     match terms.first_chunk::<FEW>() {
@@ -63,8 +65,8 @@ fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     }
 }
 
-/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that no loop is
-/// left of it.
+/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that the
+/// compiler unrolls the loop.
 #[inline(always)]
 fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
@@ -75,7 +77,7 @@ fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Returns `matrix⁻¹ right` by Cramer's rule. A singular matrix gives numbers that are not finite.
+/// Returns `matrix⁻¹ right` by Cramer's rule. If the matrix is singular, the result is not finite.
 #[inline(always)]
 fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
     let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(matrix.column(column)));
@@ -142,8 +144,8 @@ impl Implicit {
                 return None;
             }
             f += step;
-            // The change stops shrinking at round-off. With an ill-conditioned inertia it stops
-            // before 4 ulps of f, with an equally small residual.
+            // The change stops shrinking at round-off. It stops before 4 ulps of f if the inertia
+            // is ill-conditioned, with an equally small residual.
             let size = g.amax().max(spin.norm() * f.norm());
             let stagnates = change >= 0.5 * last && residual.amax() <= 64.0 * f64::EPSILON * size;
             let norm = f.norm();

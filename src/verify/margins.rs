@@ -51,8 +51,8 @@ impl Margin {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// Returns the margin of the true motion, in `unit`: that of the continuous motion, if it has
-    /// one, and otherwise that of the plan; 0 within round-off.
+    /// Returns the margin of the true motion, in `unit`: the margin of the continuous motion, if it
+    /// has one, and otherwise the margin of the plan; 0 within round-off.
     pub fn met(&self) -> f64 {
         let value = self.continuous_margin.unwrap_or(self.margin);
         // An active limit is touched up to round-off, of either sign.
@@ -87,7 +87,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// Returns the worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
+/// Returns the worst scaled violation among margins; 0 if all hold, NaN if one is NaN.
 pub fn worst_violation(margins: &[Margin]) -> f64 {
     margins.iter().fold(0.0, |worst: f64, margin| {
         let violation = -margin.scaled;
@@ -151,7 +151,7 @@ pub(crate) struct Meter<'a> {
 }
 
 impl<'a> Meter<'a> {
-    /// For a motion of a maneuver.
+    /// Creates the meter for a motion of a maneuver.
     pub(crate) fn new(problem: &'a Problem) -> Self {
         let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
         let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };
@@ -165,7 +165,7 @@ impl<'a> Meter<'a> {
         Self { frame_rate: problem.environment.frame_rate(), entries }
     }
 
-    /// A row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
+    /// Receives a row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
     pub(crate) fn inputs(&mut self, time: f64, row: &[f64], step: f64, before: Option<&[f64]>) {
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
@@ -188,7 +188,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// The momenta of the wheels at `time`.
+    /// Receives the momenta of the wheels at `time`.
     pub(crate) fn wheels(&mut self, time: f64, momenta: &[f64]) {
         for Entry { what, smallest, .. } in &mut self.entries {
             if let What::Input(InputLimit { kind: LimitKind::WheelMomentum, bounds, .. }) = what {
@@ -197,7 +197,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// An angular velocity, body axes, at `time`.
+    /// Receives an angular velocity, body axes, at `time`.
     pub(crate) fn rate(&mut self, time: f64, rate: &Vector3) {
         for Entry { what, smallest, .. } in &mut self.entries {
             match what {

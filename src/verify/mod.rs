@@ -139,8 +139,7 @@ pub fn verify_until(
         apart_limit,
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
-    // The target of a plan that lands is where its discrete motion came to: one more state on
-    // record.
+    // The target of a plan that lands is the recorded end of its discrete motion.
     let on_record = RECORDED.max(10.0 * tolerance);
     let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
     found.at_most("discrete terminal", found.discrete().largest(), terminal);
@@ -219,7 +218,7 @@ pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool
     way::sense(&plant, &flown, trajectory, &Watch::new(&stopped, stop)).ok()?
 }
 
-/// Judges a plan of no duration: start and end must be one, and the plan be there.
+/// Judges a plan of duration zero: start and end must be equal, and the plan must be at this state.
 fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verification {
     let mut found = Verification::unknown(problem.motion);
     let second = problem.clone().with_duration(1.0);
@@ -278,8 +277,7 @@ struct Judged {
     flown: Option<f64>,
     /// The largest error of the continuous motion at the end, apart from the attitude, scaled.
     continuous_state: f64,
-    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the
-    /// body.
+    /// Drift of the total momentum in the recorded states, if only wheels turn the body.
     momentum_drift: Option<f64>,
     /// Whether the path has the requested homotopy class, if one is requested.
     goes_as_asked: Option<bool>,
@@ -318,7 +316,7 @@ impl Verification {
         let scale = Scale::of(problem);
         let steps = problem.steps;
 
-        // Neither half knows of the other, so that the bits are the same on one thread and on two.
+        // The two halves are independent, so results are equal bit by bit on one thread and on two.
         let replayed = |watch: &Watch| {
             let replayed = rows::compare(&plant, &inputs, trajectory, watch);
             (replayed, continuous_end(&plant, &start, &inputs, watch))
@@ -397,7 +395,7 @@ impl Verification {
     }
 }
 
-/// The number of steps from which on a second thread saves more time than it costs.
+/// The least number of steps for which a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
 /// Returns the end of the continuous witness from the start of the maneuver, under outputs held

@@ -23,7 +23,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// Builds the phase of a boundary state of `problem`, with the wheels as they are at the start.
+    /// Builds the phase of a boundary state of `problem`, with the initial momenta of the wheels.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
@@ -129,7 +129,8 @@ pub(crate) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// `rows` must hold [`Scheme::input_rows`] rows of `problem.actuation.count()` numbers.
+    /// Builds the inputs from `rows`, which must hold [`Scheme::input_rows`] rows of
+    /// `problem.actuation.count()` numbers.
     pub(crate) fn new(problem: &'a Problem, rows: &'a [f64]) -> Self {
         Self::on(problem, problem.grid(), rows)
     }
@@ -158,8 +159,8 @@ impl<'a> Inputs<'a> {
         Output::of(self.problem, self.numbers(index))
     }
 
-    /// Returns the row of inputs at a node, if any: Lie–Euler has none at the start, held inputs
-    /// none at the end.
+    /// Returns the row of inputs at a node, if any: Lie–Euler has no input at the start, and held
+    /// inputs have no input at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
         if self.switches {
             return Some(node).filter(|node| *node < self.problem.steps);
@@ -173,7 +174,7 @@ impl<'a> Inputs<'a> {
         (self.row(from), self.row(to))
     }
 
-    /// Returns the rows of these.
+    /// Returns the rows of the outputs at both ends of step k.
     fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -199,7 +200,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// The inputs step after step. Neighbouring steps share a row, so the last one is kept.
+/// The inputs step after step. Neighbouring steps share a row, so the last row is stored.
 pub(super) struct InOrder<'a> {
     inputs: &'a Inputs<'a>,
     last: Option<(usize, Output)>,

@@ -1,26 +1,26 @@
 //! Whether the discrete and the continuous witness describe one motion.
 //!
 //! The discrete witness propagates the held torque at h, h/2, h/4 over a few windows, from the
-//! state of the continuous witness at the start of each. Its ends must converge to those of the
+//! state of the continuous witness at the start of each. Its ends must converge to the ends of the
 //! continuous witness at the order of the scheme. Steps that are too long for this regime, and
 //! leading terms that happen to cancel, get h/8 and h/16.
 //!
 //! # Why do order test and symplectic witness run over windows?
 //!
-//! A fault of the scheme acts in every step. Over a window its part of the whole error is the
-//! window's part of the duration, and so is the error of the discretisation. The order test uses
-//! their ratio, which is equal over a window and over the plan. Rounding has less time to grow,
-//! so the floor below which the witnesses agree is fifty times lower. The continuous witness
-//! passes the whole plan and records its state at the ends of eight windows. These are spread
-//! from the first step to the last; together they have one step of 32, and at least two steps
-//! each. Plans of 16 steps or fewer are one window. Each finer run starts from these states.
+//! A fault of the scheme acts in every step. A window has the part of the whole error that it has
+//! of the duration, and the same part of the error of the discretisation. The order test uses their
+//! ratio, which is equal over a window and over the plan. Rounding has less time to grow, so the
+//! floor below which the witnesses agree is fifty times lower. The continuous witness passes the
+//! whole plan and records its state at the ends of eight windows. These are spread from the first
+//! step to the last. Together they cover 1/32 of the steps, and each has at least two steps. A plan
+//! of 16 steps or fewer is a single window. Each finer run starts from these states.
 //! `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
 //! missing half kick, a reduced order, a torque one part in a million too large). It finds each
 //! fault as soon as the steps are short enough for it to exceed the discretisation error. Windows
 //! show more than whole plans: Lie–Euler from rest to rest has an end error of second order, and
 //! showed order 2 as a whole, but has order 1 along the motion. A window misses a fault at one
-//! place only. The replay, the continuous witness and the margins find it, because they pass
-//! every step. The plan file and the summary state which witness ran over how many steps.
+//! place only. The replay, the continuous witness and the margins find it, because they pass every
+//! step. The plan file and the summary state which witness ran over how many steps.
 
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};
@@ -55,7 +55,7 @@ const START_ROUND_OFF: f64 = 4e-15;
 /// The comparison of the discrete and the continuous witness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN if a step was too
     /// long.
     pub(super) errors: Vec<f64>,
     /// Order observed between the finest two levels; `None` at round-off.
@@ -65,7 +65,7 @@ pub(super) struct Comparison {
     pub(super) passed: bool,
 }
 
-/// The data on which an exact and another witness are compared.
+/// The data for the comparison of an exact witness with another one.
 pub(super) struct Stage<'a> {
     pub(super) plant: &'a Plant<'a>,
     pub(super) inputs: &'a Inputs<'a>,
@@ -73,7 +73,7 @@ pub(super) struct Stage<'a> {
     pub(super) watch: Watch<'a>,
 }
 
-/// Euclidean norm of the four parts.
+/// Returns the Euclidean norm of the four parts.
 fn norm(error: &TerminalError) -> f64 {
     let parts = [
         error.attitude_rad,
@@ -231,8 +231,8 @@ impl Stage<'_> {
     }
 }
 
-/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses
-/// may have over a whole maneuver; over a part of it, its share.
+/// The allowed distance between the ends of two exact witnesses over a whole maneuver, scaled and
+/// relative to the size of the motion. Over a part of the maneuver it is proportionally smaller.
 const EXACT: f64 = 1e-9;
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::propagate::plant::{Output, Plant};
 use crate::propagate::row::{BodyState, Observer, SimulationRow};
 use crate::{Matrix3, lie};
 
-/// How to propagate.
+/// The method of a propagation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Propagator {
     /// Lie–Verlet: second order, symplectic, no drift of energy or momentum. Default.
@@ -33,7 +33,7 @@ pub enum Propagator {
 /// A propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propagation<'a> {
-    /// How to propagate.
+    /// The method.
     pub propagator: Propagator,
     /// Number of steps, at least 1; independent of the problem's. Default 1000.
     pub steps: u64,
@@ -50,8 +50,8 @@ impl Default for Propagation<'_> {
     }
 }
 
-/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it
-/// breaks off.
+/// Propagates the start of `problem` and passes rows to `observer`. Returns true at the end, and
+/// false if the observer stops.
 ///
 /// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme
 /// and its own number of steps play no part. The momenta of the rows count the wheels', the energy

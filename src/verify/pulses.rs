@@ -5,26 +5,28 @@
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 
-/// An input this near to a limit or to none, relative to the limit, is there.
+/// The distance from a limit or from zero, relative to the limit, below which an input counts as at
+/// the limit or off.
 pub(super) const AT_LIMIT: f64 = 1e-12;
 
-/// A pulse may be so much shorter than asked, relative to that: the times of its ends are sums of
-/// steps.
+/// The relative amount by which a pulse may be shorter than the shortest allowed: the times of its
+/// ends are sums of steps.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
 /// The deviation of the inputs of a plan from pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
-    /// Largest distance of an input from 0 and from its limits, over the limit; NaN if any is.
+    /// Largest distance of an input from 0 and from its limits, over the limit; NaN if an input is
+    /// NaN.
     pub between: f64,
-    /// The shortest pulse \[s\]; infinite where no input is ever on.
+    /// The shortest pulse \[s\]; infinite if no input is ever on.
     pub shortest: f64,
 }
 
 /// The value for rows that do not fit the problem.
 pub(super) const UNKNOWN: Found = Found { between: f64::NAN, shortest: f64::NAN };
 
-/// Where a value stands: −1, 0 or 1 in units of its limit, and how far it is from there.
+/// Returns the nearest of −1, 0 and 1 to a value in units of its limit, and the distance from it.
 fn side(part: f64) -> (i8, f64) {
     let off_by = [-1.0, 0.0, 1.0].map(|level: f64| (part - level).abs());
     match off_by {
@@ -34,12 +36,12 @@ fn side(part: f64) -> (i8, f64) {
     }
 }
 
-/// Smaller of the two; NaN if either is.
+/// Returns the smaller number; NaN if either number is NaN.
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-/// Larger of the two; NaN if either is.
+/// Returns the larger number; NaN if either number is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

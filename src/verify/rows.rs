@@ -13,7 +13,7 @@ use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// How many recorded numbers are NaN or infinite.
+/// Returns the number of recorded numbers that are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     let Trajectory { angular_velocity, position, velocity, torque, force, .. } = trajectory;
     let vectors = [angular_velocity, position, velocity, torque, force].into_iter().flatten().flatten();
@@ -30,7 +30,7 @@ pub(super) fn turned(trajectory: &Trajectory) -> f64 {
         let apart =
             |sign: f64| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a + sign * b).powi(2)).sum::<f64>().sqrt();
         let (sum, difference) = (apart(1.0), apart(-1.0));
-        // Both signs are one rotation: the nearer one counts.
+        // Both signs of a quaternion are one rotation: the nearer sign counts.
         4.0 * sum.min(difference).atan2(sum.max(difference))
     };
     trajectory.quaternion.windows(2).map(angle).sum()
@@ -97,12 +97,12 @@ pub(super) struct Reached<'a> {
     /// Momenta of the wheels.
     wheels: &'a [f64],
     index: usize,
-    /// The output of the actuators for the row of inputs of this node, if it has one.
+    /// The output of the actuators for the row of inputs of this node, if the node has inputs.
     output: Option<Output>,
 }
 
 impl Reached<'_> {
-    /// Returns the row of inputs of this node, if it has one.
+    /// Returns the row of inputs of this node, if the node has inputs.
     fn row(&self) -> Option<usize> {
         self.inputs.row_at(self.index)
     }
@@ -168,12 +168,12 @@ pub(super) struct Finding {
     pub(super) margins: Vec<Margin>,
 }
 
-/// Larger of the two; NaN if either is, unlike `f64::max`.
+/// Returns the larger number; NaN if either number is NaN, unlike `f64::max`.
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Propagates the plan, compares it row by row and holds it against its limits. The rows must fit.
+/// Propagates the plan, compares it row by row and checks its limits. The rows must fit.
 pub(super) fn compare(
     plant: &Plant,
     inputs: &Inputs,
@@ -231,8 +231,8 @@ pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     (0..=problem.steps).fold(0.0, |drift, node| larger(drift, (total(node) - start).norm() / unit))
 }
 
-/// Scaled difference of what is recorded at a node from where the body is: its state, and what its
-/// actuators exert by the row of inputs that the node has.
+/// Returns the scaled difference between the record of a node and the motion: the state, and the
+/// output of the actuators for the row of inputs of the node.
 pub(super) fn node_difference(
     plant: &Plant,
     trajectory: &Trajectory,
@@ -373,7 +373,8 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     })
 }
 
-/// Returns `Σ h rate(u)` over the nodes of equal steps, for Lie–Verlet with half of both end rows.
+/// Returns `Σ h rate(u)` over the nodes of equal steps. For Lie–Verlet the first and the last row
+/// count half.
 fn at_nodes(problem: &Problem, inputs: &[f64], rate: impl Fn(&[f64]) -> f64) -> f64 {
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {

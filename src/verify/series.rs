@@ -9,9 +9,9 @@
 //! ```text
 //! (k+1) Π_{k+1} = h Σ (Π + μ)_i × Ω_{k−i} + h τ_k ,   (k+1) q_{k+1} = (h/2) Σ q_i ∘ (0, Ω_{k−i})
 //! ```
-//! Powers are added until they no longer change the sum: three for the steps of a plan of a
-//! million, twenty for half a radian. No step of a tableau, no implicit equation, nothing of the
-//! planner's.
+//! Powers are added until they no longer change the sum: three for the steps of a plan of a million
+//! steps, twenty for half a radian. The series needs no tableau, no implicit equation, and no code
+//! of the planner.
 //!
 //! # Why is the continuous witness a Taylor series?
 //!
@@ -25,20 +25,20 @@
 use super::motion::angular_velocity;
 use crate::{Matrix3, Vector3};
 
-/// Most powers; a stretch that needs more is divided.
+/// The largest number of powers; a stretch that needs more is divided.
 const MOST: usize = 24;
 
 /// The part of the whole change below which a term is negligible compared with the rounding of
 /// the others.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
-/// Where a stretch begins and what torque acts on it, scaled.
+/// The start of a stretch and the torque that acts on it, scaled.
 pub(super) struct Stretch {
     /// Length h of the stretch.
     pub(super) length: f64,
     /// `Π`.
     pub(super) momentum: Vector3,
-    /// `μ`, where there are wheels: then they make the torque.
+    /// `μ`, if the body has wheels, which then produce the torque.
     pub(super) stored: Option<Vector3>,
     /// `τ₀` and `τ₁`: the torque at the start, and how much it changes.
     pub(super) torque: [Vector3; 2],
@@ -98,8 +98,9 @@ mod tests {
     use crate::verify::motion::{Phase, Scale};
     use crate::{Vector3, lie};
 
-    /// The same stretches by Verner's pair: full and thin inertias, torques and forces that change,
-    /// with wheels and without, from a thousandth of a radian to steps that are divided.
+    /// The series agrees with Verner's pair on stretches of full and thin inertias, with changing
+    /// torques and forces, with wheels and without, from a thousandth of a radian to steps that are
+    /// divided.
     #[test]
     fn the_series_is_the_motion_that_the_adaptive_integrator_finds() {
         let mut random = Random(71);

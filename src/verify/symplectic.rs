@@ -24,7 +24,8 @@ use std::sync::Arc;
 /// Largest turn of a step [rad]. Steps of the plan are divided until it holds.
 const LARGEST_TURN: f64 = 0.2;
 
-/// Most parts of a step of the plan, and most steps in all: a few seconds.
+/// The largest number of parts of a step of the plan, and the largest number of steps in all: a few
+/// seconds.
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
 
@@ -32,23 +33,23 @@ const MOST_STEPS: f64 = 4e6;
 /// for free bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
-/// Returns the lowest degree that does for steps of this turn.
+/// Returns the lowest degree that suffices for steps with this turn.
 fn degree(turn: f64) -> usize {
     let does = |(_, most): &&(usize, f64)| turn <= *most;
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)
 }
 
-/// Why it does not judge.
+/// The reason why this witness does not judge.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
 const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
-/// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or
-/// a field so stiff that its iteration does not converge.
+/// The end of the witness in each window, and its order; or the reason why it cannot judge: wheels,
+/// too many steps, or a field so stiff that its iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
-/// How many times finer its own steps may be taken where it misses the continuous witness: a field
-/// or a torque that changes the rate within a long step of the plan makes its first steps too long.
+/// The factors by which the witness refines its steps if it misses the continuous witness. Its
+/// first steps are too long if a field or a torque changes the rate within a long step of the plan.
 pub(super) const FINER: [usize; 3] = [1, 4, 16];
 
 /// Returns the ends of the held plan over `windows`, each from the state of the continuous
@@ -162,9 +163,9 @@ mod tests {
         (momentum, attitude)
     }
 
-    /// At the largest turn of a degree its error cannot be distinguished from rounding. Four
-    /// times that turn, or twice the largest turn, shows the error, and the order 2s gives its
-    /// value at the smaller turn.
+    /// Its error cannot be distinguished from rounding if the largest turn is a degree. Four times
+    /// that turn, or twice the largest turn, shows the error, and the order 2s gives its value at
+    /// the smaller turn.
     #[test]
     fn the_error_of_each_degree_is_round_off_where_it_is_taken() {
         let mut random = Random(19);

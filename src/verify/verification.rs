@@ -68,7 +68,8 @@ pub struct Verification {
     /// The witnesses that ran, their methods, and the number of steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub witnesses: Vec<Testimony>,
-    /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
+    /// The reason why a witness could not reach the end; its numbers are then NaN. `None` if all
+    /// witnesses reached it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
     /// Every check, with value, limit and verdict.
@@ -83,7 +84,7 @@ pub struct Testimony {
     pub witness: String,
     /// The method of the witness, or the reason why it does not judge.
     pub method: String,
-    /// The number of steps of the plan over which it ran: all, or those of the windows.
+    /// The number of steps of the plan over which it ran: all steps, or the steps of the windows.
     pub steps: usize,
     /// The number of windows.
     pub windows: usize,
@@ -96,13 +97,13 @@ pub struct Check {
     pub name: String,
     /// The value found.
     pub value: f64,
-    /// The limit it was held against.
+    /// The limit of the value.
     pub limit: f64,
     /// Whether it holds.
     pub passed: bool,
 }
 
-/// Why a witness could not reach the end.
+/// The reason why a witness could not reach the end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WitnessError {
     /// The problem itself is unusable.
@@ -113,12 +114,12 @@ pub enum WitnessError {
     Rows {
         /// The name of the numbers.
         what: &'static str,
-        /// How many there are.
+        /// The number of rows that were found.
         found: usize,
-        /// How many there should be.
+        /// The expected number of rows.
         expected: usize,
     },
-    /// The scheme of a moving body knows inertial reference frames only.
+    /// The scheme of a moving body supports only inertial reference frames.
     #[error("a body that translates cannot be judged in a turning reference frame")]
     TurningFrame,
     /// The implicit equation has no solution below 90° in a step.
@@ -146,13 +147,13 @@ pub enum WitnessError {
         /// Start of that step of the plan \[s\].
         time: f64,
     },
-    /// The caller asked to stop, or the time was over.
+    /// The caller requested a stop, or the time limit was reached.
     #[error("the witnesses were stopped before they finished")]
     Stopped,
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]
     NotFinite {
-        /// When \[s\].
+        /// The time \[s\].
         time: f64,
     },
 }
@@ -168,7 +169,7 @@ impl Verification {
         self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
     }
 
-    /// Terminal error of the discrete witness.
+    /// Returns the terminal error of the discrete witness.
     pub fn discrete(&self) -> TerminalError {
         TerminalError {
             attitude_rad: self.discrete_attitude_rad,
@@ -197,7 +198,7 @@ impl Verification {
         }
     }
 
-    /// A check that holds when `value ≤ limit`; NaN never does.
+    /// Adds a check that holds if `value ≤ limit`. NaN never passes.
     pub(super) fn at_most(&mut self, name: &str, value: f64, limit: f64) {
         self.checks.push(Check { name: name.into(), value, limit, passed: value <= limit });
     }

@@ -3,7 +3,7 @@
 use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Steps between two questions.
+/// The number of steps between two polls.
 const EVERY: usize = 16;
 
 /// Whether the witnesses continue. Witnesses on another thread read the answer that the polling
@@ -20,12 +20,12 @@ impl<'a> Watch<'a> {
         Self { stopped, ask: Some(ask) }
     }
 
-    /// For work on another thread, of what this one notes.
+    /// Returns the flag of this watch, for work on another thread.
     pub(super) fn noted(&self) -> &'a AtomicBool {
         self.stopped
     }
 
-    /// Creates a watch that reads the flag and never asks the caller.
+    /// Creates a watch that reads the flag and never calls the caller's function.
     pub(super) fn of(stopped: &'a AtomicBool) -> Self {
         Self { stopped, ask: None }
     }
@@ -37,7 +37,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Asks the caller at some of the steps whether to stop.
+    /// Polls the caller at some of the steps and returns whether to stop.
     ///
     /// # Errors
     /// [`WitnessError::Stopped`].

@@ -14,14 +14,14 @@ use crate::maneuver::solution::{Sense, Trajectory};
 use crate::propagate::plant::Plant;
 use crate::{Matrix3, Vector3};
 
-/// Where the motion without inputs ends this close to opposite to the end of the path \[rad\], both
-/// ways are short.
+/// If the end of the motion without inputs is this close to opposite to the end of the path
+/// \[rad\], both ways count as short.
 const OPPOSITE: f64 = 1e-2;
 /// Largest angle between neighbours of a lift \[rad\].
 const PART: f64 = 0.1;
 
-/// Returns whether the path has the sense that `problem` requests; `None` if any sense is valid,
-/// or both ways have one length.
+/// Returns whether the path has the sense that `problem` requests; `None` if any sense is valid, or
+/// both ways are equally long.
 pub(super) fn goes_as_asked(
     plant: &Plant,
     problem: &Problem,
@@ -41,8 +41,7 @@ pub(super) fn goes_as_asked(
     Ok(sense(plant, problem, trajectory, watch)?.map(|sense| (sense == Sense::Short) == is_short))
 }
 
-/// Returns the sense of the path; `None` if both ways have one length, or the trajectory is
-/// empty.
+/// Returns the sense of the path; `None` if both ways are equally long, or the trajectory is empty.
 pub(super) fn sense(
     plant: &Plant,
     problem: &Problem,
@@ -66,14 +65,14 @@ pub(super) fn sense(
     Ok(told.then(|| if is_short() { Sense::Short } else { Sense::Long }))
 }
 
-/// Where the lift of the recorded path ends.
+/// Returns the end of the lift of the recorded path.
 fn lifted(problem: &Problem, trajectory: &Trajectory) -> Option<[f64; 4]> {
     trajectory.quaternion.last()?;
     let from = lie::quaternion_from_rotation(&problem.start.attitude);
     Some(trajectory.quaternion.iter().fold(from, |lift, quaternion| continued(Some(&lift), *quaternion)))
 }
 
-/// Returns the lift that begins with `lift` at `from` and goes on with `rotation` (body axes).
+/// Returns the lift that continues `lift` from the attitude `from` along `rotation` (body axes).
 fn turned(lift: [f64; 4], from: &Matrix3, rotation: &Vector3) -> [f64; 4] {
     let parts = (rotation.norm() / PART).ceil().max(1.0);
     (1..=parts as usize).fold(lift, |lift, part| {

@@ -23,7 +23,7 @@ impl Wheels {
         Self { sums, momenta }
     }
 
-    /// Over step k.
+    /// Advances the stored momentum over step k.
     pub(super) fn advance(&mut self, inputs: &Inputs, k: usize) {
         let step = inputs.problem.step();
         let (from, to) = inputs.held_rows(k);

@@ -1,10 +1,10 @@
 //! The stretches of a plan over which finer runs are made: a few, spread from the start to the end.
 //!
-//! A fault of the scheme acts in every step. Over a window its part of the whole error is the
-//! window's part of the duration, and so is the error of the discretisation. A window therefore
-//! has the order of convergence of the whole plan, with less rounding. The continuous witness
-//! passes the whole plan and records its state at both ends of each window. Every finer run
-//! starts from these states.
+//! A fault of the scheme acts in every step. A window has the part of the whole error that it has
+//! of the duration, and the same part of the error of the discretisation. A window therefore has
+//! the order of convergence of the whole plan, with less rounding. The continuous witness passes
+//! the whole plan and records its state at both ends of each window. Every finer run starts from
+//! these states.
 
 use super::continuous::Continuous;
 use super::motion::Phase;
@@ -15,7 +15,8 @@ use std::ops::Range;
 /// Number of windows. The first and the last step of the plan are in a window.
 const WINDOWS: usize = 8;
 
-/// A window has one of this many steps of the plan, and at least two.
+/// The number of steps of the plan for each step of a window, and the least number of steps of a
+/// window.
 const ONE_OF: usize = 256;
 const SHORTEST: usize = 2;
 
@@ -41,7 +42,7 @@ pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     (0..WINDOWS).map(|index| first(index)..first(index) + length).collect()
 }
 
-/// Takes down the windows of a plan as the continuous witness passes them.
+/// Records the windows of a plan while the continuous witness passes them.
 pub(super) struct Marks<'a> {
     problem: &'a Problem,
     grid: &'a Grid,
@@ -56,7 +57,7 @@ impl<'a> Marks<'a> {
         Self { problem, grid, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
     }
 
-    /// The motion at a node.
+    /// Receives the motion at a node.
     pub(super) fn pass(&mut self, node: usize, body: &Continuous) {
         while let Some(window) = self.windows.get_mut(self.at).filter(|window| window.steps.start <= node) {
             let phase = body.phase(self.grid.after(node));

@@ -290,8 +290,8 @@ class Discrete:
         return np.concatenate([both.ravel("F"), states[:, -1]])
 
     def solve(self, number=0):
-        """From the start of this number: cost, seconds, and whether the motion counts; the cost is infinite where IPOPT ends at no
-        minimum."""
+        """Returns the cost, the seconds, and whether the motion counts, from the start of this
+        number. The cost is infinite if IPOPT does not end at a minimum."""
         states, torques, duration = self.maneuver.guess(self.intervals, number)
         if self.expanded:
             given = [] if self.maneuver.effort else [np.full((1, self.intervals + 1), duration)]

@@ -1,5 +1,5 @@
-//! README and `docs/` are true: commands print what stands under them, specs are read, links lead
-//! somewhere, lengths are kept.
+//! README and `docs/` are true: commands print the output below them, specs are valid, links have
+//! targets, lengths are kept.
 //!
 //! A fence ` ```console ` has commands after `$ ` and their output, ` ```sh ` commands alone. All
 //! are run, in one folder for each document, which has `problems/` and the files of fences such as
@@ -90,7 +90,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Why a command is not run, if it is not.
+/// Returns the reason why a command is not run; `None` if it is run.
 fn not_run(command: &str) -> Option<&'static str> {
     NOT_RUN.iter().find(|(begin, _)| command.starts_with(begin)).map(|(_, reason)| *reason)
 }
@@ -176,8 +176,8 @@ fn same_picture(expected: &str, found: &str) -> bool {
         })
 }
 
-/// Compares the pictures beside a document with those of the same name that its commands wrote, and
-/// returns the names of those that differ.
+/// Compares the pictures beside a document with the pictures of the same name that its commands
+/// wrote, and returns the names of the pictures that differ.
 fn pictures(document: &Path, folder: &Path, bless: bool) -> Vec<String> {
     let mut differences = Vec::new();
     for entry in fs::read_dir(document.parent().unwrap()).unwrap() {
@@ -197,7 +197,7 @@ fn pictures(document: &Path, folder: &Path, bless: bool) -> Vec<String> {
     differences
 }
 
-/// Runs the commands of a console block and gives its lines as they should be, and what differs.
+/// Runs the commands of a console block. Returns its lines as they should be, and the differences.
 fn console(lines: &[&str], folder: &Path) -> (Vec<String>, Vec<String>) {
     let (mut now, mut differences) = (Vec::new(), Vec::new());
     let mut rest = lines;
@@ -286,7 +286,7 @@ fn figures_of_other_machines_are_told_from_other_figures() {
     assert!(!same_picture(&point(1.0), &point(1.0).replace("T1", "T2")));
 }
 
-/// A block of a spec that is whole says its format.
+/// A block that is a whole spec states its format.
 #[test]
 fn specs_are_read() {
     let mut read = 0;
@@ -344,7 +344,7 @@ fn links_and_names_lead_somewhere() {
     }
 }
 
-/// Returns the commands of `evidence` by their files, of which its index has to have each.
+/// Returns the commands of `evidence` by their files; its index must have each of them.
 fn counts() -> Vec<String> {
     let folder = Path::new(ROOT).join("evidence/src/commands");
     let mut files: Vec<String> = fs::read_dir(&folder)
@@ -360,7 +360,7 @@ fn counts() -> Vec<String> {
     files
 }
 
-/// The texts that may tell how a figure is printed.
+/// Collects the texts that may have a command that prints a figure.
 fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -386,7 +386,7 @@ fn what_measures_is_there() {
     let own = Path::new(ROOT).join("crates/slew/../../tests/it/documents.rs").canonicalize().unwrap();
     files.retain(|file| file.canonicalize().unwrap() != own);
     for file in files {
-        // A command may go on in the next line of a comment.
+        // A command may continue in the next line of a comment.
         let text = String::from_utf8_lossy(&fs::read(&file).unwrap()).into_owned();
         let unmarked = |line: &str| line.trim_start_matches([' ', '/', '!']).to_owned();
         let text = text.lines().map(unmarked).collect::<Vec<_>>().join(" ");
@@ -492,7 +492,7 @@ fn claims_without_a_test_are_refused() {
     };
     let right = "claim = \"It holds.\"\nagainst = \"a\"\ntest = \"it::documents::claims_without_a_test_are_refused\"\n\
         value = \"below 1e-77\"";
-    // The bound 1e-77 is one of this test.
+    // The bound 1e-77 belongs to this test.
     let row = "\n| It holds. | a | `cargo test --test it -- documents::claims_without_a_test_are_refused` | \
         below 1e-77 | each commit |\n";
     assert!(made(right).unwrap().contains(row));

@@ -1,15 +1,15 @@
-//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths
+//! The import law of `DESIGN.md` ("What may import what?"), compared with the `use` lines and paths
 //! of all crates.
 //!
-//! A file reaches the file in which what it names is defined: a name that a module re-exports
-//! counts for the file that defines it, a module named as a whole for its own file and all that it
-//! re-exports. Test modules may import anything.
+//! A file imports the files that define the names it uses. A re-exported name counts for the file
+//! that defines it. A whole module counts for its own file and for all names that it re-exports.
+//! Test modules may import anything.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// The sources, and what leads to them from the top.
+/// The names of the crates, and the folders of their sources.
 const CRATES: [(&str, &str); 5] = [
     ("slewkit", "src"),
     ("slewkit_files", "crates/files/src"),
@@ -18,7 +18,7 @@ const CRATES: [(&str, &str); 5] = [
     ("slewkit_cli", "crates/slew/src"),
 ];
 
-/// A path by wings, `["lie", "exp"]`, whatever crate the wing is of.
+/// A path by wings, `["lie", "exp"]`, without the crate of the wing.
 type Name = Vec<String>;
 /// The files by the path of their module; files of tests are left out.
 type Modules = BTreeMap<Name, Module>;
@@ -51,7 +51,7 @@ struct Module {
 /// Crate, file and text of every module.
 type Sources = BTreeMap<Name, (&'static str, String, String)>;
 
-/// Every file of a crate below a folder, with its path as `wing::path::of::the::file`.
+/// Collects every file of a crate below a folder, with its path as `wing::path::of::the::file`.
 fn files(of: &'static str, root: &Path, folder: &Path, found: &mut Sources) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -70,7 +70,8 @@ fn files(of: &'static str, root: &Path, folder: &Path, found: &mut Sources) {
     }
 }
 
-/// Words and signs of the code, without comments and without what stands under `#[cfg(test)]`.
+/// Returns the words and signs of the code, without comments and without items under
+/// `#[cfg(test)]`.
 fn tokens(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
     let lines = code.lines().map(|line| line.split("//").next().unwrap());
@@ -115,8 +116,8 @@ fn paths(tokens: &[String], mut at: usize, prefix: &[String], found: &mut Vec<(S
     }
 }
 
-/// Returns the path by wings of a path written in `module` of a crate; `None` for what is of none
-/// of ours.
+/// Returns the path by wings of a path written in `module` of a crate; `None` for a name outside of
+/// our crates.
 fn absolute(path: &[String], of: &str, module: &[String], all: &BTreeSet<Name>) -> Option<Name> {
     let child = [module, &path[..1]].concat();
     Some(match path[0].as_str() {
@@ -168,7 +169,7 @@ fn read() -> Modules {
     sources.into_iter().map(module).collect()
 }
 
-/// Returns the modules whose files define what `path` names.
+/// Returns the modules whose files define the item at `path`.
 fn defined(modules: &Modules, path: &[String], depth: usize) -> BTreeSet<Name> {
     let inner = (0..=path.len()).rev().find(|length| modules.contains_key(&path[..*length])).unwrap();
     let (name, rest) = path.split_at(inner);
@@ -198,7 +199,7 @@ fn arrows(modules: &Modules) -> BTreeMap<&Name, BTreeSet<Name>> {
     modules.iter().map(|entry| (entry.0, of(entry))).collect()
 }
 
-/// Returns the table of DESIGN.md: what each wing may import.
+/// Returns the table of DESIGN.md with the permitted imports of each wing.
 fn law() -> BTreeMap<String, BTreeSet<String>> {
     let design = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../DESIGN.md")).unwrap();
     let section = design.split("### What may import what?").nth(1).unwrap().split("\n#").next().unwrap();
@@ -230,8 +231,8 @@ fn wings_import_only_what_the_table_of_the_design_allows() {
     }
 }
 
-/// Neither directly nor by a detour. A module and those inside of it may: what a folder shares is
-/// defined in its module.
+/// No circle exists, neither directly nor through other files. A module and the modules inside it
+/// may import each other: a module defines the items that its folder shares.
 #[test]
 fn no_files_import_each_other_in_a_circle() {
     let modules = read();
@@ -256,8 +257,8 @@ fn no_files_import_each_other_in_a_circle() {
     }
 }
 
-/// The witnesses share neither solver nor sweep with the planner, nor its form of the implicit
-/// equation.
+/// The witnesses do not share the solver, the sweeps or the form of the implicit equation with the
+/// planner.
 #[test]
 fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
     let modules = read();
@@ -304,7 +305,8 @@ fn types_with_methods(words: &[String]) -> BTreeSet<String> {
     (0..words.len()).filter(|at| words[*at] == "impl" && is_item(*at)).filter_map(of_item).collect()
 }
 
-/// The abilities of a type, and the functions that may write to it, stand in one file, or in the folder of the module that defines it.
+/// The abilities of a type, and the functions that may write to it, stand in one file, or in the
+/// folder of the module that defines it.
 #[test]
 fn a_type_of_the_optimiser_has_its_methods_in_one_place() {
     let modules = read();
@@ -366,7 +368,8 @@ fn shown(file: &str) -> Vec<String> {
     names
 }
 
-/// Modules are hidden but for `lie`, so that a name has one path; its functions count as well.
+/// All modules except `lie` are hidden, so that a name has one path; the functions of `lie` count
+/// as well.
 #[test]
 fn the_facade_is_small_and_has_each_name_once() {
     let [root, lie] = ["src/lib.rs", "src/lie/mod.rs"].map(shown);

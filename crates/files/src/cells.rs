@@ -8,12 +8,12 @@ use std::borrow::Cow;
 pub(crate) struct Cell<'t> {
     /// The text of the cell.
     pub text: Cow<'t, str>,
-    /// The byte of the line at which that begins.
+    /// The byte of the line at which the text begins.
     pub start: usize,
 }
 
-/// Returns the separator of a table with this header: the first comma, semicolon or tab outside
-/// of quotes; `None` if it has none.
+/// Returns the separator of a table with this header: the first comma, semicolon or tab outside of
+/// quotes; `None` if the header has no separator.
 pub(crate) fn separator(head: &str) -> Option<char> {
     let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
@@ -72,7 +72,7 @@ pub(crate) fn quoted(text: &str) -> String {
 }
 
 /// Returns a text that begins like a formula with an apostrophe before it, which spreadsheets do
-/// not show. Numbers stay as they are.
+/// not show. Numbers are unchanged.
 fn no_formula(text: &str) -> Cow<'_, str> {
     let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }

@@ -85,7 +85,7 @@ pub enum EpochError {
 /// A moment of calendar time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
-    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where
+    /// The second that contains the moment, a whole second of its own scale, kept as TAI (as TDB if
     /// that is the scale).
     second: Instant,
     /// The fraction of the second \[s\], from 0 to below 1.
@@ -105,8 +105,8 @@ impl Epoch {
     /// does not exist.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale is the last word; with no blank before it, it begins with what is of no time of
-        // day and of no offset.
+        // The scale is the last word. If no blank precedes it, it begins at the first sign that
+        // belongs to neither a time of day nor an offset.
         let clock = text.find(':').unwrap_or(text.len());
         let end = text[clock..]
             .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
@@ -171,7 +171,7 @@ impl Epoch {
         if hour > 23 {
             return Err(EpochError::Calendar);
         }
-        // Second 60 has no number of its own in UTC: it follows second 59.
+        // Second 60 has no number in UTC: it follows second 59.
         let leap = second == 60;
         let time = (small(hour)?, small(minute)?, small(second.min(59))?);
         let moment = in_scale(scale.of_hifitime(), time)?;
@@ -195,7 +195,7 @@ impl Epoch {
     /// Converts this moment to another scale; between TDB and the other scales to a nanosecond.
     pub fn in_other_scale(&self, scale: Scale) -> Self {
         let moment = self.second.to_time_scale(Self::counted_in(scale));
-        // A whole second of one scale falls into a second of the other.
+        // A whole second of one scale lies within a second of the other.
         let past = moment.to_duration_in_time_scale(scale.of_hifitime()).total_nanoseconds();
         let past = past.rem_euclid(1_000_000_000) as i64;
         let whole = Self { second: moment - Unit::Nanosecond * past, fraction: 0.0, scale };
@@ -256,7 +256,7 @@ impl Epoch {
             digits = format!("{:.*}", DECIMALS, 0.0);
         }
         let (year, month, day, hour, minute, second) = self.calendar(second);
-        // Three decimals at least: what many readers expect.
+        // At least three decimals, as many readers expect.
         let digits = digits[1..].trim_end_matches('0');
         let digits = format!("{digits:0<4}");
         let digits = if digits.starts_with('.') { digits } else { ".000".into() };
@@ -274,9 +274,9 @@ impl Epoch {
         if self.scale != Scale::Utc {
             return said;
         }
-        // From TAI to UTC hifitime is a second early in the half minute that ends with a leap
-        // second; from UTC to TAI it is right. A second that no name reaches is the leap second
-        // itself.
+        // The conversion of hifitime from TAI to UTC is a second early in the half minute that ends
+        // with a leap second; its conversion from UTC to TAI is right. A second that no name
+        // reaches is the leap second itself.
         let (year, month, day, hour, minute, named, _) = second.to_gregorian(scale);
         let Ok(utc) = Instant::maybe_from_gregorian(year, month, day, hour, minute, named, 0, scale) else {
             return said;

@@ -16,7 +16,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// A format in which a plan is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The plan file: one JSON document with everything.
+    /// The plan file: one JSON document with the whole plan.
     Json,
     /// The trajectory, one JSON object a line.
     Jsonl,
@@ -27,7 +27,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format. If several have one ending, the ending selects the first.
+    /// Every format. If several formats share an ending, the ending selects the first.
     pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [

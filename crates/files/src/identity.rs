@@ -25,8 +25,8 @@ pub struct Identity {
     pub spice_id: Option<i32>,
     /// The names of the inputs, in their order; empty for numbers.
     pub inputs: Vec<String>,
-    /// The thrusters of an attitude maneuver that the spec gives by position and force, in their
-    /// order; empty if one is given by its torque. The inputs of the plan are their torques.
+    /// The thrusters of an attitude maneuver that the spec states by position and force, in their
+    /// order; empty if one is stated by its torque. The inputs of the plan are their torques.
     pub nozzles: Vec<Nozzle>,
     /// The boresights that the spec names.
     pub boresights: Vec<Boresights>,
@@ -43,7 +43,7 @@ pub struct Boresights {
     pub vectors: Vec<Vector3>,
 }
 
-/// Boresights whose components differ by less are one.
+/// Boresights whose components differ by less count as equal.
 const SAME_BORESIGHT: f64 = 1e-9;
 
 /// A thruster as in the spec.
@@ -51,7 +51,7 @@ const SAME_BORESIGHT: f64 = 1e-9;
 pub struct Nozzle {
     /// The position from the mass center, body axes \[m\].
     pub position: Vector3,
-    /// The way in which it pushes the body, of length 1.
+    /// The direction of the force on the body, of length 1.
     pub direction: Vector3,
     /// Largest force of the thruster \[N\].
     pub force_limit: f64,
@@ -67,9 +67,9 @@ impl Nozzle {
 }
 
 impl Identity {
-    /// The body frame where none is named: the first of a spacecraft.
+    /// The default body frame: the first frame of a spacecraft.
     pub const BODY_FRAME: &'static str = "SC_BODY_1";
-    /// The reference frame where none is named.
+    /// The default reference frame.
     pub const REFERENCE_FRAME: &'static str = "ICRF";
 
     /// Returns the body frame.
@@ -86,13 +86,13 @@ impl Identity {
         named.then(|| format!("from {from} to {to}"))
     }
 
-    /// Returns the name of the input with this number, forces first, if it has one.
+    /// Returns the name of the input with this number, forces first, if it has a name.
     pub fn input(&self, index: usize) -> Option<&str> {
         self.inputs.get(index).map(String::as_str)
     }
 
-    /// Returns the name of a boresight, a unit vector in body axes, if it has one; those that share
-    /// a name are numbered from 1.
+    /// Returns the name of a boresight, a unit vector in body axes, if it has a name. Boresights
+    /// that share a name are numbered from 1.
     pub fn boresight(&self, boresight: &Vector3) -> Option<String> {
         self.boresights.iter().find_map(|Boresights { name, vectors }| {
             let at = vectors.iter().position(|vector| (vector - boresight).amax() < SAME_BORESIGHT)?;
@@ -100,7 +100,7 @@ impl Identity {
         })
     }
 
-    /// Returns the name of boresights together, if they have one.
+    /// Returns the common name of several boresights, if they have one.
     pub(crate) fn boresights(&self, wanted: &[Vector3]) -> Option<&str> {
         let same = |(a, b): (&Vector3, &Vector3)| (a - b).amax() < SAME_BORESIGHT;
         let named = self.boresights.iter().find(|Boresights { vectors, .. }| {

@@ -19,7 +19,7 @@ pub mod scenery;
 pub mod spec;
 pub mod table;
 
-/// The reader of what [`exchange`] writes, for tests.
+/// The reader of the files that [`exchange`] writes, for tests.
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
 pub use ::parquet;

@@ -80,7 +80,7 @@ impl Scenery {
     }
 
     /// Returns the geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS,
-    /// meets the ground; `None` where it passes the Earth.
+    /// meets the ground; `None` if it passes the Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);

@@ -1,4 +1,4 @@
-//! Files of slew-time tables: `.npz` to read again, Parquet for other programs.
+//! Files of slew-time tables: `.npz`, which this program reads, and Parquet for other programs.
 //!
 //! An archive has these arrays of doubles (L angles, D directions, N = L·D nodes, angle after
 //! angle):
@@ -176,10 +176,11 @@ impl Found {
 }
 
 /// Writes a table as Parquet, a row for each node: rotation vector, value, gradient, bound. The
-/// facts are notes of the file.
+/// facts about the table are metadata of the file.
 ///
 /// # Errors
-/// Returns the errors of the stream; always if the program is built without the feature `parquet`.
+/// Returns the errors of the stream, and an error in every program built without the feature
+/// `parquet`.
 pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     #[cfg(feature = "parquet")]
     {

@@ -1,4 +1,4 @@
-//! The body that a page turns: a box with the proportions of the inertia, and where it is at the
+//! The body that a page turns: a box with the proportions of the inertia, and its poses at the
 //! times of a trajectory.
 
 use super::boresight::{Boresight, body_axes, boresights};

@@ -30,7 +30,7 @@ pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     found
 }
 
-/// Returns the name of a boresight: that of the spec, or its direction.
+/// Returns the name of a boresight in the spec, or its direction if the spec gives it no name.
 pub(crate) fn name(identity: &Identity, boresight: &Vector3) -> String {
     identity.boresight(boresight).unwrap_or_else(|| format!("boresight {}", direction(boresight)))
 }
@@ -39,7 +39,7 @@ pub(crate) fn name(identity: &Identity, boresight: &Vector3) -> String {
 pub(crate) fn of_margin(problem: &Problem, identity: &Identity, margin: &Margin) -> Option<String> {
     let constraint = problem.constraints.iter().find(|constraint| constraint.name == margin.name)?;
     let Rule::Pointing(pointing) = &constraint.rule else { return None };
-    // Of several boresights the margin says which.
+    // If the constraint has several boresights, the margin states which one it belongs to.
     let number = margin.at.strip_prefix("boresight ").and_then(|at| at.split(',').next()?.parse().ok());
     identity.boresight(pointing.boresights.get(number.unwrap_or(1_usize) - 1)?)
 }
@@ -55,7 +55,7 @@ fn direction(vector: &Vector3) -> String {
     format!("({})", parts.join(", "))
 }
 
-/// Returns the axes of the body, where nothing else is to be followed.
+/// Returns the axes of the body, for a maneuver without boresights.
 pub(super) fn body_axes() -> [Boresight; 3] {
     let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })

@@ -94,7 +94,7 @@ fn named(worst: &Worst) -> String {
     text
 }
 
-/// Returns a key and its value with no more digits than people read.
+/// Returns a key and its value, rounded to a few digits.
 fn brief(set: &str) -> String {
     let (key, value) = set.split_once('=').unwrap_or(("", set));
     let part = |part: &str| {

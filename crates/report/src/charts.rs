@@ -1,5 +1,5 @@
-//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they
-//! act.
+//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and the times at
+//! which they are active.
 
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;
@@ -55,7 +55,7 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
             let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]);
             let rows = trajectory.input.len() / count.max(1);
-            // Of the means where these act alone.
+            // The norm is computed from the means of rows where only the means act on the body.
             let means = problem.objective.switches() && rows == trajectory.time.len();
             let size =
                 |row: usize| if means { 0.5 * (output(row) + output(row + 1)) } else { output(row) }.norm();
@@ -100,7 +100,7 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
 }
 
-/// Returns the chart of the on-times of all thrusters, one above the other.
+/// Returns the chart of the on-times of all thrusters, one row for each.
 pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
     let found = firings(problem, solution);

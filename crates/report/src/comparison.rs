@@ -1,7 +1,7 @@
 //! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
 //!
-//! The page is made from the document that `slew compare --format json` prints. Motions and
-//! errors over time, which are in no file, are shown if the caller supplies them.
+//! The page is made from the document that `slew compare --format json` prints. Motions and errors
+//! over time, which files do not contain, are shown if the caller supplies them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
@@ -30,7 +30,7 @@ pub struct ComparisonFile {
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions by the names of the compared methods, for those that have one.
+    /// The motions of the compared methods that have a motion, with the names of the methods.
     #[serde(skip)]
     pub motions: Vec<Motion>,
     /// The names of the inputs of the motions, in their order; empty for numbers.

@@ -9,7 +9,7 @@ use slewkit::maneuver::{Outcome, RungReport};
 /// The most runs that are drawn.
 const RUNS: usize = 6;
 
-/// Returns the chart; none where no iteration was made.
+/// Returns the chart; none if no iteration was made.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let solution = &subject.plan.solution;
     let drawable = |rung: &&RungReport| rung.residuals.iter().any(|residual| *residual > 0.0);
@@ -34,8 +34,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let curves = drawn.iter().enumerate().map(|(style, rung)| {
         let points: Vec<(f64, f64)> =
             rung.residuals.iter().enumerate().map(|(k, residual)| (before + k as f64, *residual)).collect();
-        // The runs that led to the plan are drawn one after the other, and the runs of a failure
-        // side by side.
+        // The runs that led to the plan are drawn in sequence, and the runs of a failure side by
+        // side.
         before += if solved { points.len().saturating_sub(1) as f64 } else { 0.0 };
         let from = if rung.start.is_empty() { String::new() } else { format!(", {}", rung.start) };
         let name = format!("{}\n{} steps{from}", rung.rung.name().replace('_', " "), rung.steps);

@@ -1,12 +1,11 @@
-//! The pictures and the body of a page as one JSON document, with no more digits than a screen
-//! shows.
+//! The pictures and the body of a page as one JSON document, with as many digits as a screen shows.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
-/// Returns everything that the script of a page draws.
+/// Returns the data that the script of a page draws.
 pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown

@@ -1,5 +1,5 @@
-//! The plan in flight: how far a craft that differs from the model is from the plan, in open loop
-//! and with the gains, to first order.
+//! The plan in flight: the deviation of a craft that differs from the model, in open loop and with
+//! the gains, to first order.
 
 mod bands;
 
@@ -100,7 +100,8 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
-/// Returns three deviations of the correction of each input, and what its limit leaves.
+/// Returns three standard deviations of the correction of each input, and the room that its limit
+/// leaves.
 fn corrections(subject: &Subject) -> Option<Shown> {
     let beside = subject.beside()?;
     let closed = beside.closed.as_ref().filter(|closed| !closed.inputs.is_empty())?;
@@ -147,7 +148,7 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         };
         for (name, values) in found {
             at_the_bottom |= values.iter().any(|value| *value < least);
-            // NaN stays what it is.
+            // NaN stays NaN.
             let values = values.into_iter().map(|value| if value < least { least } else { value });
             curves.push(line(name, curves.len(), times, values));
         }
@@ -271,7 +272,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // In open loop no correction adds to the input of the plan.
+        // No correction adds to the input of the plan in open loop.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -289,8 +290,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     Some(Table { title: "In flight", head, rows, remark })
 }
 
-/// Returns the parameter that makes most of three variances at the end, which begin with the row
-/// `first`.
+/// Returns the parameter with the largest part in three variances at the end, which begin with the
+/// row `first`.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

@@ -1,4 +1,4 @@
-//! Something to look at: a plan as pictures, and as one page that needs nothing else.
+//! Reports: a plan as pictures, and as one self-contained page.
 //!
 //! [`pictures`] returns the charts of a plan, in a fixed order, and [`crate::draw`] writes them
 //! as SVG. [`plan_page`] puts these charts, drawn by its own script, with verdict, tables and a
@@ -127,13 +127,13 @@ pub struct Shown {
     pub key: &'static str,
     /// The picture.
     pub picture: Picture,
-    /// A sentence that says what is shown, if the title does not.
+    /// A sentence that describes the picture, if the title does not.
     pub remark: String,
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses propagate the plan once. If they cannot, their results are not shown,
-    /// and the page states the reason.
+    /// Builds the subject of a report. The witnesses propagate the plan once. If they cannot, their
+    /// results are not shown, and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
@@ -164,7 +164,7 @@ impl<'a> Subject<'a> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
-    /// Returns the way of the witnesses, where they could follow it.
+    /// Returns the motions of the witnesses, if these could propagate the plan.
     fn course(&self) -> Option<&Course> {
         self.course.as_ref()?.as_ref().ok()
     }
@@ -207,9 +207,10 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// Returns a line of values of the inputs, one a row: with corners where inputs switch, which
-    /// the plan holds over its steps. Of minimum time or fuel on equal steps these are the means of
-    /// the rows, which alone act: rows may alternate about them.
+    /// Returns a line of values of the inputs, one for each row. The line has corners if inputs
+    /// switch, because the plan then holds them over its steps. For minimum time or fuel on equal
+    /// steps it shows the means of neighbouring rows: only the means act on the body, and rows may
+    /// alternate about them.
     fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
         // The motion over a sequence has no costates, and holds its inputs over steps.
         if !self.problem.objective.switches() && !self.trajectory().costates.is_empty() {
@@ -223,8 +224,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Returns the pictures of a plan, in the order of a report. Without a trajectory only the
-/// convergence is shown.
+/// Returns the pictures of a plan, in the order of a report. Only the convergence is shown if the
+/// plan has no trajectory.
 pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {

@@ -100,7 +100,7 @@ pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     cones(subject).flat_map(each).collect()
 }
 
-/// Returns the ways of the spacecraft and of its boresights on the ground, where they meet it.
+/// Returns the ground tracks of the spacecraft and of its boresights, if these meet the ground.
 pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     let scenery = subject.identity.scenery.as_ref()?;
     scenery.spacecraft.as_ref()?;

@@ -1,7 +1,7 @@
-//! One HTML file that shows a plan and needs nothing else: no network, no other file.
+//! One self-contained HTML file that shows a plan, without a network or other files.
 //!
-//! Text from a spec is escaped. In the data of the script every `<` is escaped, so that no text
-//! ends a tag. Without a script the page shows the words and the tables.
+//! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text
+//! ends a tag. A browser without scripts shows the words and the tables.
 
 use super::body::body;
 use super::document::document;
@@ -377,6 +377,9 @@ fn figures(html: &mut String, shown: &[&Shown]) {
     html.push_str("</div>\n");
 }
 
+/// The number of characters above which a cell of a table is broken into lines.
+const LONG_CELL: usize = 48;
+
 fn write_table(html: &mut String, table: &Table) {
     html.push_str("<div class=\"wide\"><table>\n<thead><tr>");
     for cell in &table.head {
@@ -386,7 +389,8 @@ fn write_table(html: &mut String, table: &Table) {
     for row in &table.rows {
         html.push_str("<tr>");
         for cell in row {
-            let _ = write!(html, "<td>{}</td>", escape(cell));
+            let class = if cell.chars().count() > LONG_CELL { " class=\"text\"" } else { "" };
+            let _ = write!(html, "<td{class}>{}</td>", escape(cell));
         }
         html.push_str("</tr>\n");
     }

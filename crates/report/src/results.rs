@@ -17,7 +17,7 @@ pub const MOST_PICTURED: usize = 100_000;
 const MOST_CELLS: usize = 400;
 /// Bars of a histogram.
 const BARS: usize = 60;
-/// Failed cases that the table lists.
+/// The largest number of failed cases in the table.
 const LISTED: usize = 50;
 
 /// The results, as pictures and tables use them.

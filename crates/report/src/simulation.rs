@@ -1,4 +1,4 @@
-//! The page of a simulation: its motion, and what of energy and momentum it keeps.
+//! The page of a simulation: its motion, and the conservation of energy and momentum.
 
 use super::attitude::{euler_chart, quaternion_chart};
 use super::body::motion;
@@ -110,7 +110,7 @@ pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> 
     all
 }
 
-/// Returns the energy and angular momentum against where they began, and `RᵀR`.
+/// Returns the charts of energy and angular momentum relative to the start, and of `RᵀR`.
 fn kept(file: &SimulationFile) -> [Shown; 3] {
     let rows = &file.trajectory;
     let time = &rows.time_s;

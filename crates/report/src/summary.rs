@@ -60,7 +60,7 @@ pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     }
 }
 
-/// Returns the lines of a summary below its headline, but for what to type next.
+/// Returns the lines of a summary below its headline, without the next command.
 pub fn told(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     brief::brief(problem, settings, plan, identity)
 }

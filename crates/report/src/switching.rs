@@ -19,7 +19,7 @@ use super::{Shown, Subject, line};
 use crate::draw::{Axis, Chart, Level};
 use slewkit::Vector3;
 
-/// Returns the chart; none of plans whose inputs do not switch.
+/// Returns the chart; `None` if the inputs of the plan do not switch.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;

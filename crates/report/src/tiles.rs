@@ -1,4 +1,4 @@
-//! The headline of a page: a few figures of a plan, each with what it is a part of.
+//! The headline of a page: a few figures of a plan, each with the limit that it is a part of.
 
 use super::Subject;
 use super::boresight;
@@ -13,7 +13,7 @@ pub(super) struct Tile {
     pub name: String,
     /// The value with its unit.
     pub value: String,
-    /// What it is a part of, or when it is met.
+    /// The limit of which the value is a part, or the time at which it occurs.
     pub note: String,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn tiles(subject: &Subject) -> Vec<Tile> {
     all
 }
 
-/// Returns the quantity that inputs of a kind give.
+/// Returns the quantity that inputs of a kind produce.
 fn quantity(kind: &str) -> &str {
     match kind {
         "wheels" => "wheel torque",
@@ -69,7 +69,7 @@ fn quantity(kind: &str) -> &str {
     }
 }
 
-/// Returns the part of the tightest limit of the rate.
+/// Returns the largest rate as a part of the tightest limit of the rate.
 fn rate(subject: &Subject, found: &Verification) -> String {
     let limited = subject.problem.constraints.iter().filter_map(|constraint| {
         let bound = match &constraint.rule {

@@ -1,4 +1,4 @@
-//! The words of a report: what is proved and what is not, the checks, the margins, the rivals.
+//! The words of a report: the proof of optimality, the checks, the margins, the rivals.
 
 use super::Subject;
 use super::arcs;
@@ -147,7 +147,7 @@ fn all_of(count: usize) -> String {
     }
 }
 
-/// Returns the sentence on how far the plan is proved to be an optimum.
+/// Returns the sentence on the proof of optimality.
 fn minimum(subject: &Subject) -> String {
     let solution = &subject.plan.solution;
     let Some(proved) = solution.proved(subject.problem) else { return String::new() };
@@ -316,8 +316,8 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Returns the name of the limited quantity: that of an input or a boresight in the spec, if it has
-/// one.
+/// Returns the name of the limited quantity: the name of its input or boresight in the spec, if it
+/// has one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     if let Some(input) = margin.input(subject.problem) {
         return subject.input_name(input);

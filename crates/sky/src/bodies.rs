@@ -58,8 +58,8 @@ pub(crate) fn sun_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     Some(Vector3::from(earth[0]) * -AU)
 }
 
-/// Returns the velocity of the Earth about the barycentre, in whose frame Sun and stars stand, by
-/// VSOP2000 \[m/s\]. `None` outside of 1900 to 2100.
+/// Returns the velocity of the Earth about the barycentre, in whose frame Sun and stars are at
+/// rest, by VSOP2000 \[m/s\]. `None` outside of 1900 to 2100.
 pub(crate) fn earth_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     let (day, part) = clock.julian_tt(time);
     let (_, barycentric) = sofars::eph::epv00(day, part)?;

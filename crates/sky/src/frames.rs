@@ -6,7 +6,7 @@
 //! ```
 //!
 //! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle
-//! ERA of UT1, and W of the motion of the pole. Neither UT1 nor that motion enters the second.
+//! ERA of UT1, and W of the motion of the pole. The second one uses neither UT1 nor that motion.
 
 use crate::time::Clock;
 use slewkit::{Matrix3, Vector3};
@@ -47,8 +47,8 @@ fn about_z(angle: f64) -> Matrix3 {
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// X and Y of the pole and s of the origin \[rad\], T in Julian centuries of TT: IAU 2006 and the
-/// largest terms of 2000A.
+/// Returns X and Y of the pole and s of the origin \[rad\] by IAU 2006 and the largest terms of
+/// 2000A, T in Julian centuries of TT.
 fn pole(t: f64) -> (f64, f64, f64) {
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
     let node = degrees(125.044_555_01, -1_934.136_261_9);

@@ -12,7 +12,7 @@
 //! | precession and nutation | seven arguments, 0.063″ | IAU 2006/2000A |
 //! | Sun | series of 30 terms, 3.8″ | VSOP2000 (`epv00`), 0.01″ |
 //! | Moon | ELP abridged (`moon98`), 9.6″ from 2024 to 2030, 12″ from 2000 to 2050 | the same |
-//! | orbit | SGP4, two-body, J2, a table | the same, not fitted |
+//! | orbit | SGP4, two-body, J2, a table | the planner's theories, not fitted |
 //!
 //! Directions are geometric by default, because star trackers and payloads differ in their
 //! corrections. A [`Light`] changes this: aberration is 20.5″ for the Sun and stars, and 5″ for

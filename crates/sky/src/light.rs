@@ -1,4 +1,4 @@
-//! The effects of light on a direction: light takes time, and a moving observer sees it from
+//! The effects of light on a direction: light needs time, and a moving observer sees it from
 //! further ahead.
 //!
 //! For objects of the Earth (stations, the limb, the Moon, other satellites) both effects are
@@ -22,7 +22,7 @@ pub(crate) const C: f64 = 299_792_458.0;
 pub struct Light {
     /// Things are seen where they were when their light left them.
     pub takes_time: bool,
-    /// Whether directions are those that the moving spacecraft sees.
+    /// Whether directions include the aberration that the moving spacecraft sees.
     pub aberrates: bool,
 }
 
@@ -31,7 +31,8 @@ impl Light {
     pub const APPARENT: Self = Self { takes_time: true, aberrates: true };
 }
 
-/// Returns the vector of the same length from where light comes, to the first order in v/c.
+/// Returns the vector, with its length unchanged, in the direction from which light comes, to first
+/// order in v/c.
 pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let length = vector.norm();
     (vector / length + velocity / C).normalize() * length

@@ -16,8 +16,8 @@ const MU: f64 = 3.986_004_418e14;
 /// The second zonal harmonic of the Earth.
 const J2: f64 = 1.082_626_68e-3;
 
-/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. After
-/// more time the error of J2 is hundreds of kilometres.
+/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. The
+/// error of J2 is hundreds of kilometres after more time.
 const OLDEST: f64 = 30.0 * 86_400.0;
 
 /// The propagation of a state.
@@ -46,7 +46,7 @@ pub struct Elements {
     pub true_anomaly_deg: f64,
 }
 
-/// Why there is no orbit, or no position on it.
+/// The reason why an orbit or a position on it does not exist.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum OrbitError {
     /// The two lines are not two-line elements.
@@ -58,10 +58,10 @@ pub enum OrbitError {
     /// SGP4 cannot go there: it decays, as a rule.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
-    /// Not an ellipse.
+    /// The orbit is not an ellipse.
     #[error("the orbit is not an ellipse: {0}")]
     NoEllipse(&'static str),
-    /// Its perigee is below the ground.
+    /// The perigee of the orbit is below the ground.
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
     /// The epoch of a state is too far from the epoch of the maneuver.
@@ -104,9 +104,10 @@ pub struct Table {
 /// The polynomial between the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Through positions, of this degree.
+    /// A polynomial of this degree through positions.
     Lagrange(usize),
-    /// Through positions and velocities, of this degree or one more: two for each row.
+    /// A polynomial through positions and velocities. Each row gives two conditions, so the degree
+    /// is this one or one more.
     Hermite(usize),
 }
 
@@ -123,7 +124,8 @@ impl Between {
 impl Table {
     /// Returns the position at a time; `None` outside of the table.
     pub fn position(&self, time: f64) -> Option<Vector3> {
-        // A time that is outside by no more than the round-off of sums of seconds is inside.
+        // A time outside of the table by no more than the round-off of sums of seconds counts as
+        // inside.
         const ROUNDED: f64 = 1e-6;
         let (first, last) = (*self.time.first()?, *self.time.last()?);
         if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
@@ -170,7 +172,7 @@ impl Orbit {
             date.and_hms_nano_opt(hour, minute, second, nanoseconds)
         });
         let datetime = moment.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
-        // The crate counts without leap seconds: the epoch goes through TAI.
+        // The crate counts without leap seconds, so the epoch is converted through TAI.
         let date = [datetime.year(), datetime.month() as i32, datetime.day() as i32];
         let epoch = Clock::of_utc(date, datetime.hour() as u8, minute as u8, second as u8, nanoseconds);
         let epoch = epoch.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
@@ -198,7 +200,7 @@ impl Orbit {
         Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
     }
 
-    /// Creates an orbit from a state at an epoch of its own, GCRS \[m\], \[m/s\].
+    /// Creates an orbit from a state with its own epoch, GCRS \[m\], \[m/s\].
     ///
     /// # Errors
     /// [`OrbitError::NoEllipse`], [`OrbitError::Underground`].
@@ -237,7 +239,7 @@ impl Orbit {
         Ok(Self { path: Path::State { position, velocity, model, pole }, ahead, clock })
     }
 
-    /// Creates an orbit from osculating elements at an epoch of their own.
+    /// Creates an orbit from osculating elements with their own epoch.
     ///
     /// # Errors
     /// As [`Orbit::of_state`].
@@ -268,8 +270,8 @@ impl Orbit {
     /// Creates an orbit from a table.
     ///
     /// # Errors
-    /// [`OrbitError::Beyond`] where the table has fewer rows than the polynomial needs, or times
-    /// that do not rise.
+    /// [`OrbitError::Beyond`] if the table has fewer rows than the polynomial needs, or if its
+    /// times do not increase.
     pub fn of_table(table: Table, clock: Clock) -> Result<Self, OrbitError> {
         let Table { time, position, velocity, between } = &table;
         let rises = time.windows(2).all(|pair| pair[1] > pair[0]);
@@ -334,9 +336,9 @@ impl Orbit {
     }
 }
 
-/// Returns the position and velocity `time` \[s\] after those that are given, about a point mass,
-/// GCRS \[m\], \[m/s\]; and by how much \[m\] the flattening of the Earth may move them from there.
-/// `None` of what is no ellipse.
+/// Returns the position and velocity at `time` \[s\] after the given ones, about a point mass, GCRS
+/// \[m\], \[m/s\]. Also returns the distance \[m\] by which the flattening of the Earth may shift
+/// the position. `None` if the orbit is not an ellipse.
 pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((Vector3, Vector3), f64)> {
     let r = position.norm();
     let energy = 0.5 * velocity.norm_squared() - MU / r;

@@ -23,7 +23,7 @@ pub enum Target {
     Nadir,
     /// The direction away from the centre of the Earth.
     Zenith,
-    /// Down along the normal of the ellipsoid of WGS 84.
+    /// The direction down along the normal of the ellipsoid of WGS 84.
     GeodeticNadir,
     /// The direction of the satellite's velocity relative to the stars, or the opposite direction.
     Velocity {
@@ -48,7 +48,8 @@ pub enum Target {
     },
     /// The limb of the Earth, a sphere: where a line of sight touches it.
     Limb {
-        /// About nadir, right-handed, from along the track \[deg\]: at 90 against the orbit normal.
+        /// The azimuth about nadir, right-handed, from the direction along the track \[deg\]; 90 is
+        /// opposite to the orbit normal.
         azimuth_deg: f64,
         /// The height of the sphere above the equatorial radius \[m\].
         height_m: f64,
@@ -64,7 +65,7 @@ pub enum Target {
 /// The reason for which a direction is unknown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
-    /// It depends on where the satellite is.
+    /// The target depends on the position of the satellite, and no orbit is given.
     #[error("it depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
     /// No line of sight touches a sphere from within.
@@ -177,10 +178,11 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// Returns the vector from which light comes \[m\], or along a direction, of any length.
+    /// Returns the vector to the apparent position of a target \[m\], or a vector of any length
+    /// along a direction.
     pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
-            // Opposite of what is seen.
+            // The direction is opposite to the apparent Sun.
             Target::AntiSun => return Ok(-self.vector(&Target::Sun, time, theory)?),
             Target::Sun | Target::Moon | Target::Ground { .. } | Target::Limb { .. } => true,
             Target::Fixed(_) | Target::Satellite(_) => true,
@@ -214,8 +216,9 @@ impl Sky {
         })
     }
 
-    /// Returns the vector to where a thing was that is `there` now: by its velocity, or, for a
-    /// witness, where it was indeed.
+    /// Returns the vector to the position that an object, now at `there`, had when its light left
+    /// it. The position follows from the velocity, or, for the full theory, from the position at
+    /// that time.
     fn by_old_light(
         &self,
         target: &Target,
@@ -355,8 +358,8 @@ impl Sky {
         Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
     }
 
-    /// Returns the axes of the Earth (ITRF), `time` \[s\] after the epoch: from components in GCRS
-    /// to those.
+    /// Returns the rotation from components in GCRS to components in the axes of the Earth (ITRF),
+    /// `time` \[s\] after the epoch.
     pub fn earth_axes(&self, time: f64) -> Matrix3 {
         frames::to_earth(&self.clock, time, &self.rotation, Theory::Series)
     }

@@ -105,8 +105,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let kepler = of(Model::TwoBody).position(0.0).unwrap();
             let wanted = vector(&case["two_body_r_gcrs_km"]) * 1e3;
             assert!((kepler - wanted).norm() < 1e-3, "{}", (kepler - wanted).norm());
-            // The pole of seven arguments is 0.06″ off: of what the flattening does some
-            // centimetres in an hour.
+            // The pole of seven arguments is 0.06″ off, which changes the effect of the flattening
+            // by some centimetres in an hour.
             (of(Model::J2), 1e-8)
         };
         let full = orbit.position_by(0.0, Theory::Full).unwrap();
@@ -178,8 +178,8 @@ fn light_moves_what_is_seen() {
         let [by_series, by_full] =
             [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
         let off = (by_series - by_full).norm();
-        // The Sun of the series stands still, which about the barycentre goes at up to 16 m/s: 5e-8
-        // of Sun and stars.
+        // The Sun of the series is at rest, but moves about the barycentre at up to 16 m/s: an
+        // error of 5e-8 rad for Sun and stars.
         let within = if matches!(target, Target::Sun | Target::Fixed(_)) { 6e-8 } else { 2e-8 };
         assert!(off < within, "{target:?} {off:.1e}");
         let told = geometric.moved_by_light(target, 30.0).unwrap();
@@ -200,7 +200,8 @@ fn light_moves_what_is_seen() {
     let moved = -turning.cross(&place) / crate::light::C;
     let wanted = moved - d * d.dot(&moved);
     assert!((shift - wanted).norm() < 1e-10, "{:e}", (shift - wanted).norm());
-    // The Moon goes 1 km/s, and its light takes 1.3 s; what is no light stays where it is.
+    // The Moon moves at 1 km/s, and its light takes 1.3 s; directions that are not seen by light do
+    // not change.
     let shift = old.seen(&Target::Moon, 0.0).unwrap() - geometric.seen(&Target::Moon, 0.0).unwrap();
     assert!((2.5e-6..4e-6).contains(&shift.norm()), "{:e}", shift.norm());
     for target in [Target::Nadir, Target::Velocity { reversed: false }] {
@@ -210,7 +211,8 @@ fn light_moves_what_is_seen() {
     assert!(opposite.norm() < 1e-15);
 }
 
-/// A line of sight meets the ellipsoid where a point of it is, and nowhere where it passes by.
+/// A line of sight to a point of the ellipsoid meets the ellipsoid at that point; a line that
+/// passes by does not meet it.
 #[test]
 fn a_line_of_sight_meets_the_ground() {
     let place = frames::station(47.0, 11.0, 6e5);

@@ -5,7 +5,7 @@
 
 use hifitime::{Duration, Epoch, TimeScale};
 
-/// The last leap second that is known; none is assumed after it.
+/// The last known leap second; no later one is assumed.
 pub const DATE_OF_LAST_LEAP_SECOND: &str = "2017-01-01";
 
 const DAY: f64 = 86_400.0;
@@ -36,7 +36,7 @@ impl Clock {
 
     /// Builds the clock of a moment of UTC.
     ///
-    /// `None` where the calendar has no such moment.
+    /// `None` if the calendar has no such moment.
     pub fn of_utc(date: [i32; 3], hours: u8, minutes: u8, seconds: u8, nanoseconds: u32) -> Option<Self> {
         let [year, month, day] = date;
         let (month, day) = (u8::try_from(month).ok()?, u8::try_from(day).ok()?);
@@ -56,7 +56,7 @@ impl Clock {
         Some(Self::of_tai(i64::try_from(whole).ok()?, fraction))
     }
 
-    /// This epoch `seconds` later, of the same difference of TAI and UTC.
+    /// Returns this clock `seconds` later, with the same difference of TAI and UTC.
     #[must_use]
     pub fn later(&self, seconds: f64) -> Self {
         Self { seconds: self.seconds + seconds, ..*self }
@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(later.leap, 37.0);
         let next = Clock::of_utc([2026, 11, 22], 7, 0, 0, 0).unwrap();
         assert!((next.since(&later) - 86_399.75).abs() < 1e-9);
-        // Across a leap second a day has one more second.
+        // A day with a leap second has one more second.
         let [before, after] =
             [[2016, 12, 31], [2017, 1, 1]].map(|day| Clock::of_utc(day, 12, 0, 0, 0).unwrap());
         assert_eq!(after.since(&before), 86_401.0);

@@ -16,7 +16,7 @@ const EXTENDED: u8 = b'4';
 /// A fault of two-line elements.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TwoLinesError {
-    /// Not 69 columns.
+    /// The line does not have 69 columns.
     #[error("line {line} has {found} of 69 signs")]
     Length {
         /// The number of the line, 1 or 2.
@@ -97,7 +97,7 @@ impl<'t> Line<'t> {
                 return line.wrong(*column, *column, "blank");
             }
         }
-        // A minus counts as one, all other signs as nothing.
+        // A minus counts as one, all other signs count as zero.
         let digit = |sign: char| if sign == '-' { 1 } else { sign.to_digit(10).unwrap_or(0) };
         let sum = text[..COLUMNS - 1].chars().map(digit).sum::<u32>() % 10;
         let found = char::from(text.as_bytes()[COLUMNS - 1]);
@@ -118,8 +118,8 @@ impl<'t> Line<'t> {
         Err(TwoLinesError::Field { line: self.number, from, to, what, found })
     }
 
-    /// Returns a number with its point; blanks within and behind are zeros, and so is a blank
-    /// field.
+    /// Returns a number with its decimal point. Blanks within and after it are zeros, and a blank
+    /// field is zero.
     fn number(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let text = self.columns(from, to).trim_start().replace(' ', "0");
         let numeric = text.bytes().all(|sign| sign.is_ascii_digit() || b"+-.".contains(&sign));

@@ -8,7 +8,7 @@
 //! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
 //! ```
 //!
-//! In a low orbit this gives edges within some ten seconds. It is less accurate if the Sun grazes
+//! The edges in a low orbit are accurate to some ten seconds. It is less accurate if the Sun grazes
 //! the limb, because air bends and dims light, and the Earth is flattened.
 
 use crate::bodies;
@@ -27,9 +27,9 @@ const LOOK: f64 = 20.0;
 /// The window of time \[s\] after the epoch in which a condition holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// It begins: a station rises.
+    /// The start of the interval: a station rises.
     pub from: f64,
-    /// It ends, or the look ahead does.
+    /// The end of the interval, or the end of the searched time.
     pub to: f64,
 }
 
@@ -45,7 +45,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Returns the windows in which it holds, from `from` on to `to` \[s\].
+    /// Returns the windows between `from` and `to` \[s\] in which the condition holds.
     ///
     /// # Errors
     /// Passes on the errors of [`Sky::direction`].

@@ -1,4 +1,4 @@
-//! `slew check`: the spec alone, all errors at once.
+//! `slew check`: checks the spec alone and reports all its errors together.
 
 use super::{Console, Exit, Failure, Lines, ReportArgs, SpecArgs, Tone, memory, spec_file, summary};
 use serde::Serialize;

@@ -71,7 +71,7 @@ impl Console {
         self.quiet && !self.told
     }
 
-    /// Returns whether anybody sees progress.
+    /// Returns whether the progress is visible to the user.
     pub fn shows_progress(&self) -> bool {
         self.terminal && !self.quiet
     }

@@ -42,7 +42,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         if args.report.json() {
             return write_document(&notations, output);
         }
-        // Each notation is one line, which can be pasted into a spec.
+        // Each notation is a line that can be pasted into a spec.
         let tree: Map<String, Value> = serde_json::to_value(&notations)
             .and_then(serde_json::from_value)
             .map_err(|error| ExportError::Io(error.into()))?;

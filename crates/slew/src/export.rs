@@ -68,6 +68,10 @@ impl TableArgs {
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let destination = args.output.destination(Format::value_variants(), &[&args.plan])?;
+    if destination.format().is_none() {
+        let reason = "an export needs a file or a format: -o plan.aem, or --format csv for stdout";
+        return Err(Failure::Usage(reason.into()));
+    }
     let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
     let tables = args.tables.checked(&destination)?;
     let input = match pictured::open(&args.plan)? {

@@ -27,7 +27,7 @@ pub enum Exit {
     File,
     /// A simulation left the finite numbers.
     NotFinite,
-    /// A batch is finished, and some of its cases failed.
+    /// The batch is finished, and some of its cases failed.
     CasesFailed,
 }
 
@@ -67,7 +67,7 @@ pub enum Failure {
     Spec(Diagnostics),
     /// A file, or stdin or stdout.
     File(Message),
-    /// The problem or the settings do not hold together, though the spec reads well.
+    /// The problem or the settings contradict each other, although each value of the spec is valid.
     Problem(Message),
     /// The arguments contradict each other.
     Usage(String),
@@ -109,9 +109,14 @@ impl Failure {
         if let ExportError::Io(error) = error {
             return Self::unreadable(path, error);
         }
-        let path = path.to_string_lossy();
-        let reason = format!("{}: {error}", escape(&path));
-        Self::File(Message::new(error.code(), reason, error.remedy()))
+        let is_spec = path.extension().is_some_and(|ending| ending == "toml");
+        let path = escape(&path.to_string_lossy());
+        if is_spec && matches!(error, ExportError::Json(_)) {
+            let reason = format!("{path}: not a plan file, but a spec");
+            let remedy = format!("plan it first: `slew plan {path} -o plan.json`");
+            return Self::File(Message::new(error.code(), reason, remedy));
+        }
+        Self::File(Message::new(error.code(), format!("{path}: {error}"), error.remedy()))
     }
 
     fn exit(&self) -> Exit {

@@ -95,6 +95,7 @@ const CHUNK: usize = 4096;
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&FORMATS, &[&args.plan])?;
+    keep_plan(&args.reading)?;
     let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
     let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
     let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
@@ -127,6 +128,23 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     match args.case {
         Some(case) => one(args, &runs, case, &destination, console),
         None => all(args, &runs, &destination, console),
+    }
+}
+
+/// The keys that state the maneuver: with other values the recorded plan is no plan of it.
+const PLANNED: [&str; 8] = ["body", "start", "end", "stop", "maneuver", "environment", "orbit", "epoch"];
+
+/// Refuses overrides that change the maneuver.
+fn keep_plan(reading: &Reading) -> Result<(), Failure> {
+    let key = |text: &String| text.split('=').next().unwrap_or_default().trim().to_string();
+    let table = |key: &str| key.split('.').next().unwrap_or_default().to_string();
+    match reading.set.iter().map(key).find(|key| PLANNED.contains(&table(key).as_str())) {
+        None => Ok(()),
+        Some(key) => Err(Failure::Usage(format!(
+            "--set {}: the plan does not change in flight; to fly a craft that differs from its model, set \
+            [uncertainty], [feedback] or [plant]",
+            escape(&key)
+        ))),
     }
 }
 
@@ -225,7 +243,7 @@ fn all(
     Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }
 
-/// Opens the file of `--keep`; the cases that it has go to their flights.
+/// Opens the file of `--keep`, and passes its cases to their flights.
 fn kept(
     args: &Args,
     path: &Path,

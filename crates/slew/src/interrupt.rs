@@ -1,5 +1,5 @@
-//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the
-//! program at once, and so does one while results are written. The signals that end a process,
+//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the program
+//! at once, as does the first one while results are written. The signals that end a process,
 //! SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::Exit;
@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-/// Whether results go where they stay, one after the other.
+/// Whether results are being written to their final files, one by one.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
@@ -20,16 +20,16 @@ static WRITING: AtomicBool = AtomicBool::new(false);
 /// slow.
 const PATIENCE: Duration = Duration::from_millis(700);
 
-/// Takes Ctrl-C over from here on.
+/// Installs the handler of Ctrl-C.
 pub fn watch() {
     let installed = ctrlc::set_handler(asked);
-    // Without a handler Ctrl-C ends the program, which is its default.
+    // If no handler can be installed, Ctrl-C ends the program, which is its default.
     drop(installed);
     #[cfg(unix)]
     unix::watch();
 }
 
-/// Prepares for limits of the system, before anything else.
+/// Prepares for limits of the system, before any other work.
 pub fn prepare() {
     #[cfg(unix)]
     {
@@ -54,7 +54,7 @@ pub fn flag() -> Arc<AtomicBool> {
     Arc::clone(&REQUESTED)
 }
 
-/// Marks the start of writing: from here on a Ctrl-C ends the program at once.
+/// Marks the start of writing: afterwards a Ctrl-C ends the program at once.
 pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
@@ -104,7 +104,7 @@ mod unix {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
             let listen = move || signals.forever().for_each(|_| super::asked());
-            // Without a thread the signals end the program, which is their default.
+            // If no thread can be started, the signals end the program, which is their default.
             let _ = std::thread::Builder::new().spawn(listen);
         }
     }

@@ -213,11 +213,11 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Runs the program: `arguments` as a shell gives them, the name of the program first. Gives its
-/// exit code.
+/// Runs the program with `arguments` as a shell passes them, the name of the program first. Returns
+/// its exit code.
 ///
-/// It writes to the streams of the process and takes over its signals, and is meant to be all that
-/// the process does.
+/// It writes to the streams of the process and handles its signals. A process should call it once
+/// and do nothing else.
 ///
 /// ```
 /// assert_eq!(slewkit_cli::run(["slew", "explain", "E0123"]), 0);
@@ -245,10 +245,11 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
             failure.report(&mut console, common.json, &name)
         }
     };
-    // Quiet is of what went well: a shell that shows no codes must not take silence for success.
+    // `--quiet` hides only success: a shell that shows no exit codes must not take silence for
+    // success.
     if exit != Exit::Solved && console.is_silent() && !common.json {
         let (status, code) = (exit.status(), exit.code());
-        console.plain_error(&format!("{status} (exit code {code}); without --quiet it is told why"));
+        console.plain_error(&format!("{status} (exit code {code}); run it without --quiet for the reason"));
     }
     exit.code()
 }

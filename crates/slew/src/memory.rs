@@ -55,7 +55,7 @@ fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Op
     Some((reason, remedy, sure))
 }
 
-/// Returns the bytes for people.
+/// Returns the bytes as text.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{} GB", significant(bytes / 1e9, 2)) }
 }

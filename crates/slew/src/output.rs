@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// Output of a command that makes a trajectory.
 #[derive(Debug, clap::Args)]
 pub struct OutputArgs {
-    /// Format of the data, on stdout or in the file of `-o`; by default the ending of the file
-    /// selects it, JSON for stdout
+    /// Format of the data, in the file of `-o`, or on stdout without a file; by default the ending of
+    /// the file selects it, JSON for `-o -`
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// Write the data to FILE, completely or not at all; its ending selects the format. `-` is
@@ -70,12 +70,12 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the format of a plan; `None` for text for people.
+    /// Returns the format of a plan; `None` for text.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
 
-    /// Returns the endings of file names for the format. If several formats have one ending, it
+    /// Returns the endings of file names for the format. If several formats share an ending, it
     /// selects the first.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)
@@ -96,7 +96,7 @@ impl Destination {
         Ok(())
     }
 
-    /// Returns the format, where there are data.
+    /// Returns the format, if data are written.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,

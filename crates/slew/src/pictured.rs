@@ -1,4 +1,4 @@
-//! The file that is to be looked at, and how.
+//! The file that a report or a picture shows, and its kind.
 
 use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
@@ -31,7 +31,7 @@ pub struct Drawing {
 /// The contents of a file that slewkit wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A plan, or nothing that is known.
+    /// A plan, or a file of an unknown kind.
     Plan,
     /// The plan of a sequence.
     Sequence,
@@ -93,7 +93,7 @@ pub struct Pictured {
     pub exit: Exit,
 }
 
-/// Reads the plan file `input` from `path` and has the witnesses judge what it claims.
+/// Reads the plan file `input` from `path` and lets the witnesses judge its claims.
 pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pictured, Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
@@ -110,7 +110,7 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
 }
 
-/// Reads the plan of a sequence from `path`, and has the witnesses judge what it claims.
+/// Reads the plan of a sequence from `path` and lets the witnesses judge its claims.
 pub fn sequence(
     path: &Path,
     input: impl Read,
@@ -130,13 +130,13 @@ pub fn sequence(
     }
     file.record.status = Status::VerificationFailed;
     let path = escape(&path.to_string_lossy());
-    let reason = format!("{path} says that it is solved, and the witnesses refuse it");
-    console.error("E0153", &reason, "`slew verify` tells what fails; plan the spec again");
+    let reason = format!("{path} states that it is solved, and the witnesses refuse it");
+    console.error("E0153", &reason, "`slew verify` reports what fails; plan the spec again");
     Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
 
-/// Returns the file of `path` with the verdict of the witnesses; where they refuse what it claims,
-/// that is said.
+/// Returns the file of `path` with the verdict of the witnesses; if they refute its claims, the
+/// result states so.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,
@@ -146,7 +146,7 @@ pub fn settled<'a>(
     let (file, refused) = file.settled(loaded);
     let Some(why) = refused else { return (file, Exit::Solved) };
     let path = escape(&path.to_string_lossy());
-    let reason = format!("{path} says that it is solved, and the witnesses refuse it: {}", escape(&why));
-    console.error("E0153", &reason, "`slew verify` tells what fails; plan the spec again");
+    let reason = format!("{path} states that it is solved, and the witnesses refuse it: {}", escape(&why));
+    console.error("E0153", &reason, "`slew verify` reports what fails; plan the spec again");
     (file, Exit::Plan(Status::VerificationFailed))
 }

@@ -74,7 +74,7 @@ const GUESS: &str = "guess";
 const FROM_GUESS: &str = "found from the guess: the search without it found no plan that is as cheap";
 /// The note on such a plan if the guess replaced the search.
 const FROM_GUESS_ALONE: &str =
-    "found from the guess alone: nothing else was searched, and a plan without --guess-alone may be cheaper";
+    "found from the guess alone, without a search: a plan without --guess-alone may be cheaper";
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -98,7 +98,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(page) = &page {
         files.iter().try_for_each(|file| page.distinct_from(file))?;
     }
-    // Known before the work: a plan must not be lost for want of a name.
+    // The name is checked before the work, so that no plan is lost because its name is missing.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
@@ -268,6 +268,9 @@ pub fn invalid(error: ProblemError) -> Failure {
     let (code, remedy) = match &error {
         ProblemError::StepTooLong { steps, .. } => {
             ("E0120", format!("set `maneuver.steps` to {steps} or more"))
+        }
+        ProblemError::Violated { end, .. } => {
+            ("E0121", format!("change the {end}, or the limit or the cone that it violates"))
         }
         _ => ("E0121", "change the spec accordingly".into()),
     };

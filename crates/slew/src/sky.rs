@@ -1,4 +1,4 @@
-//! `slew sky`: where the targets of a spec are, and how far that is known.
+//! `slew sky`: the positions of the targets of a spec, and their accuracy.
 
 use super::console;
 use super::{Console, Exit, Failure, ReportArgs, SpecArgs};
@@ -153,7 +153,7 @@ fn table(told: &Told) -> String {
         let elements = told.age_s.map_or_else(
             || "a table of positions".into(),
             |age| {
-                // To a second: round-off of two epochs is no age.
+                // An age below a second is zero: the difference of two epochs has round-off.
                 let days = if age.abs() < 1.0 { 0.0 } else { age.abs() / 86_400.0 };
                 let than = if age <= -1.0 { "newer than the epoch" } else { "old" };
                 format!("elements {} days {than}", significant(days, 2))

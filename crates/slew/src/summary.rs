@@ -47,7 +47,7 @@ pub struct Told<'a> {
     pub begun: Option<(&'a str, &'a str)>,
 }
 
-/// Returns the summary of a plan, solved or not, with what to type next.
+/// Returns the summary of a plan, solved or not, with the next command.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, begun } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);

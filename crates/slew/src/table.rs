@@ -17,8 +17,9 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 The table has the body, the actuators and the limits of rates of the spec, and its objective: `minimize = \"time\"`, or
-`\"effort\"` with `duration_s`. Start and end of the spec are not used: the table has every turn from rest to rest. Symmetric
-spacecraft need fewer plans. The file states the errors of the interpolation on random turns that were planned too.
+`\"effort\"` with `duration_s`. Start and end of the spec are not used: the table has every turn from rest to rest.
+Symmetric spacecraft need fewer plans. The file states the errors of the interpolation on random turns that were
+planned too.
 
 Cones and momentum stored in wheels depend on both attitudes, not on the turn alone. Cones are left out: with them legs
 take longer, so values are lower estimates, and bounds stay bounds. Stored momentum, fields and forces are refused.

@@ -29,8 +29,8 @@ targets; a PRM may also have the Sun, and free rolls. All else is refused with i
 
 Without --spec the attitudes of the observations are reported, and -o converts one format to the other. With --spec the
 slews are planned: from the start of the spec, at its epoch, through all observations. Without an epoch the first
-observation is the start. Slews of `minimize = \"time\"` are as fast as possible, and must fit; of effort and fuel they last
-from one observation to the next. -o then has the planned times, and the attitude of every observation.
+observation is the start. Slews of `minimize = \"time\"` are as fast as possible, and must fit. Slews of effort and fuel
+last from one observation to the next. -o then has the planned times, and the attitude of every observation.
 
 Examples:
   slew timeline requests.xml
@@ -109,7 +109,7 @@ struct Slew {
 }
 
 impl Slew {
-    /// Returns whether it takes more time than it has.
+    /// Returns whether the slew needs more time than is available.
     fn is_late(&self) -> bool {
         self.planned_s.is_some_and(|planned| planned - self.available_s > LATE)
     }
@@ -117,9 +117,9 @@ impl Slew {
 
 /// The contents of the report on a file.
 struct Told {
-    /// The observations, with the times and attitudes of the plan if there is one.
+    /// The observations, with the times and attitudes of the plan if one was made.
     file: PointingFile,
-    /// The slew to each of them; `None` to the first one if it is the start.
+    /// The slew to each observation; `None` for the first one if it is the start.
     slews: Vec<Option<Slew>>,
     /// The questions that the file leaves open, a sentence each without its point.
     open: Vec<String>,

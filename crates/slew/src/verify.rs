@@ -106,8 +106,12 @@ fn attitudes(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     let Some(Loaded { problem, settings, identity, .. }) = given else {
-        let reason = "a file of attitudes has no targets and limits: give the spec with --spec";
-        return Err(Failure::Usage(reason.into()));
+        let name = escape(&args.plan.to_string_lossy());
+        let reason = format!(
+            "{name} is not a plan file; if it is a table of attitudes, it has no targets and limits: give \
+            the spec with --spec"
+        );
+        return Err(Failure::Usage(reason));
     };
     let name = args.plan.to_string_lossy();
     let found = read_attitudes(input, &name)?;
@@ -152,7 +156,7 @@ fn attitudes(
     Ok(exit)
 }
 
-/// Returns a check in words, with the line of the file that it is of.
+/// Returns a check in words, with its line in the file.
 fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     let Check { name, value, limit, passed } = check;
     let unit = match name.as_str() {
@@ -181,8 +185,10 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
 /// Returns a plan whose arrays do not fit the maneuver of the spec has failed.
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
-        Failure::File(Message { code: code @ "E0103", reason, .. }) => {
-            let message = Message::new(code, reason, "give the spec of the plan");
+        Failure::File(Message { code: code @ "E0103", reason, remedy }) => {
+            let misfits = !matches!(error, ExportError::NoMotion);
+            let remedy = if misfits { "give the spec of the plan".into() } else { remedy };
+            let message = Message::new(code, reason, remedy);
             Failure::Plan(Status::VerificationFailed, message)
         }
         other => other,

@@ -1,5 +1,5 @@
-//! Maneuvers that searches have missed, each against the best cost that is known of it, on grids of
-//! several sizes.
+//! Maneuvers for which searches have missed the best plan, each compared with its best known cost,
+//! on grids of several sizes.
 //!
 //! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]` plans those whose file
 //! names contain WORD (all without one), on their own steps and on these. The first line of each

@@ -1,13 +1,13 @@
 //! Slews of bodies whose wheels hold momentum at the start, on the steps that the planner chooses.
 //!
 //! `cargo run --release -p evidence -- biased [COUNT]`: COUNT (200 by default) random bodies with
-//! moments in a ratio to 3 and three wheels, one of which holds so much that the body nutates by
-//! 0.05 to 0.5 rad/s, as far as 3 to 100 rad in the slew. From rest to rest by 0.3 to 2.8 rad about
-//! any axis, least effort.
+//! moments in a ratio to 3 and three wheels. One wheel holds so much momentum that the body nutates
+//! at 0.05 to 0.5 rad/s, by 3 to 100 rad in the slew. Each slew turns by 0.3 to 2.8 rad about any
+//! axis, from rest to rest, with least effort.
 //!
-//! The law is that every plan is verified, and that the motion under its held torques, by equations
-//! of its own (`evidence::held`), ends within 1e-6 rad. The command ends with 1 if fewer than 99.5
-//! % do.
+//! The law: every plan is verified, and the motion under its held torques, integrated by
+//! independent equations (`evidence::held`), ends within 1e-6 rad of the target. The command ends
+//! with 1 if fewer than 99.5 % of the plans satisfy it.
 
 use evidence::words::Words;
 use evidence::{Random, held, median};

@@ -1,9 +1,10 @@
-//! Combinations of ends, inputs, limits and objectives on 40 steps: planned, in which time, or
-//! refused.
+//! Combinations of ends, inputs, limits and objectives on 40 steps: which are planned, in what
+//! time, and which are refused.
 //!
-//! `cargo run --release -p evidence -- combinations [SECONDS [WORD]]`, 10 for each plan by default.
-//! It prints the tables of `docs/combinations.md`, and what differs from that page. With WORD it
-//! plans the cells whose end or input contains it, and leaves the others as on the page.
+//! `cargo run --release -p evidence -- combinations [SECONDS [WORD]]`, 10 s for each plan by
+//! default. It prints the tables of `docs/combinations.md`, and all differences from that page. A
+//! WORD limits the run to cells whose end or input contains it; the others are copied from the
+//! page.
 //!
 //! Ends with 1 where a cell of the page is wrong.
 
@@ -56,8 +57,8 @@ fn shown(of: &Became) -> String {
     }
 }
 
-/// Returns whether a result is what the page says. A quicker plan, and one of the next slower kind
-/// on a slower machine, are right.
+/// Returns whether a result agrees with the page. A quicker plan agrees; on a slower machine a plan
+/// of the next slower kind agrees too.
 fn agree(told: &str, found: &str) -> bool {
     const TIMES: [&str; 5] = ["< 0.1 s", "< 1 s", "< 10 s", "more steps", "slow"];
     let time = |text: &str| TIMES.iter().position(|time| text.starts_with(time));

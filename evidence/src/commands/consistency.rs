@@ -1,4 +1,4 @@
-//! Whether the planner gives the same answer to the same question, asked in other ways.
+//! Compares the answers of the planner to one question in different forms.
 //!
 //! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default;
 //! the parts are `mirrors`, `F1`, `F2`, `F3`, `F5`, `F6` and `turns`, all by default.
@@ -35,7 +35,8 @@ const SAME: f64 = 1e-9;
 const OTHER: f64 = 1e-6;
 /// Nodes of one extremal on two grids are nearer than this \[rad\].
 const NEAR: f64 = 0.2;
-/// Grids through which an extremal is carried from one to the next where it cannot be at once.
+/// The grids through which an extremal is continued if it does not converge on the last grid at
+/// once.
 const GRIDS_BETWEEN: i32 = 12;
 /// Families that are planned on several grids.
 const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];
@@ -103,7 +104,7 @@ fn planned(problem: &Problem) -> Option<Plan> {
     plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
-/// Returns the cost of a plan that is solved; NaN where it is not.
+/// Returns the cost of a plan that is solved; NaN if it is not.
 fn cost(problem: &Problem) -> f64 {
     planned(problem).filter(|plan| plan.status == Status::Solved).map_or(f64::NAN, |plan| plan.solution.cost)
 }

@@ -2,11 +2,11 @@
 //! `slew export` call verified.
 //!
 //! `cargo run --release -p evidence -- damaged [CASES [SEED]]`, 100 cases of each kind by default.
-//! The second column counts the same files as those of another program, whose checksum is not
-//! judged: there the witnesses alone find the damage, and figures that do not follow from the motion (costates, gains, claims of the
-//! search) cannot be judged.
+//! The second column counts the same files marked as written by another program, so that their
+//! checksum is not judged. There the witnesses alone find the damage; they cannot judge figures
+//! that do not follow from the motion (costates, gains, claims of the search).
 //!
-//! Ends with 1 where a damaged file is called verified, or a right one is not.
+//! The command ends with 1 if a damaged file is called verified, or an undamaged one is not.
 
 use evidence::Random;
 use evidence::damaged::{Called, DAMAGES, Files, called};

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 const KINDS: [&str; 5] = ["box", "norm", "box and rate", "torque rates", "wheels"];
 /// The factor by which a duration is reduced.
 const SHORTER: f64 = 0.96;
-/// Most reductions.
+/// The largest number of reductions.
 const MOST: u32 = 25;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! Stops with a free roll, planned together and one by one: what planning together saves.
+//! Stops with a free roll, planned together and one by one: the saving of planning together.
 //!
 //! `cargo run --release -p evidence -- dwells [COUNT]`: COUNT (100 by default) random sequences of
 //! three stops at rest, at each of which a boresight points at a direction and the roll is free.
@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// Duration of a sequence [s].
 const TOTAL: f64 = 12.0;
-/// A relative difference of costs that is none.
+/// The relative difference below which two costs count as equal.
 const NEAR: f64 = 1e-6;
 
 fn sequence(index: usize) -> Sequence {

@@ -1,12 +1,13 @@
-//! Plans to ends that leave something free, and between motions: how many are solved, in what time.
+//! Plans to ends with a free roll or attitude, and between states of motion: how many are solved,
+//! in what time.
 //!
 //! `cargo run --release -p evidence -- ends [COUNT] [--thorough MORE] [--rolls FEW] [--only WORD]`:
 //! COUNT (20) random maneuvers of each end with each of the inputs and limits, and of each motion,
-//! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. Of
-//! the first MORE (5) the same with `search = "thorough"`, and of the first FEW (1) to a free roll
-//! or a moving target in a given duration also the best of 24 given rolls. WORD keeps the rows
-//! whose name has it. `--specs FOLDER` writes the maneuvers as specs there, for other programs, and
-//! plans nothing.
+//! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. The
+//! first MORE (5) are also planned with `search = "thorough"`. The first FEW (1) to a free roll or
+//! a moving target in a given duration are also planned with 24 given rolls, of which the best
+//! counts. WORD keeps the rows whose name contains it. `--specs FOLDER` writes the maneuvers as
+//! specs there, for other programs, and plans nothing.
 //!
 //! It prints a row for each: how many are solved and verified, the wall time (median, worst), and
 //! how many of those compared cost more than the best known by more than 0.1 %, and by how much.
@@ -22,7 +23,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Given rolls.
+/// The number of given rolls that stand for a free roll.
 const ROLLS: usize = 24;
 /// Part by which a cost may exceed the best known one.
 const NEAR: f64 = 1e-3;
@@ -30,11 +31,11 @@ const NEAR: f64 = 1e-3;
 const LONGEST: f64 = 60.0;
 /// Wall time above which a plan is named \[s\].
 const SLOW: f64 = 2.0;
-/// Cases apart that replace one whose ends violate a limit.
+/// The distance in case numbers to the case that replaces one whose ends violate a limit.
 const APART: usize = 1000;
 
-/// Returns the discrete cost of a plan, or why there is none that is solved and verified, and the
-/// wall time.
+/// Returns the discrete cost of a solved and verified plan, or the reason why none was found, and
+/// the wall time.
 fn planned(problem: &Problem, settings: &Settings) -> (Result<f64, String>, f64) {
     let settings = Settings { time_limit: Some(Duration::from_secs_f64(LONGEST)), ..settings.clone() };
     let began = Instant::now();
@@ -66,16 +67,17 @@ fn of_rolls(problem: &Problem) -> Option<f64> {
     best.is_finite().then_some(best)
 }
 
-/// Returns the case of a number, or the next one whose ends keep all limits; `None` where these
-/// parts do not go together.
+/// Returns the case with a number, or the next case whose ends keep all limits; `None` if this end,
+/// these inputs and this objective cannot be combined.
 fn usable(draw: &dyn Fn(usize) -> Problem, number: usize) -> Option<Problem> {
     (0..50).map(|again| draw(number + again * APART)).find(|problem| problem.check().is_ok())
 }
 
-/// End or motion with its inputs, objective, and what draws a maneuver of a number.
+/// The name of an end or motion with its inputs, its objective, and the function that draws the
+/// maneuver with a given number.
 type Row = (String, &'static str, Box<dyn Fn(usize) -> Problem>);
 
-/// Writes the maneuvers of the rows whose name has `only` as specs.
+/// Writes the maneuvers of the rows whose name contains `only` as specs.
 fn specs(folder: &Path, only: &str, count: usize, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(folder)?;
     for (name, of, draw) in rows.iter().filter(|(name, of, _)| format!("{name}, {of}").contains(only)) {

@@ -1,9 +1,9 @@
 //! False and right attitude files before `verify`: faults of every kind planted into right ones,
 //! and one attitude in every legal style.
 //!
-//! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default.
-//! Wrong is a false file that agrees, unless what is false stands under "not judged" for that file;
-//! and a right one that is refused or does not agree.
+//! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default. A
+//! verdict is wrong if a false file agrees, unless the false part is listed under "not judged" for
+//! that file. It is also wrong if a right file is refused or does not agree.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -52,7 +52,7 @@ enum Verdict {
     Agrees(Vec<String>),
 }
 
-/// A maneuver, its file, and the word under which a fault may stand among what is not judged.
+/// A maneuver, its file, and the word under which a fault may be listed as not judged.
 struct Case {
     spec: String,
     file: Vec<u8>,
@@ -101,7 +101,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 || right < count { Err("see above".into()) } else { Ok(()) }
 }
 
-/// Returns the beginning of a case, for people.
+/// Returns the beginning of a case as text.
 fn shown(case: &Case) -> String {
     let text = String::from_utf8_lossy(&case.file);
     let head: Vec<&str> = text.lines().take(24).collect();
@@ -169,7 +169,7 @@ fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     )
 }
 
-/// Returns a direction in inertial axes and how far the boresight x stays from it over the whole
+/// Returns a direction in inertial axes, and its least angle to the boresight x over the whole
 /// motion \[rad\].
 fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     let away = |direction: &Vector3| {
@@ -362,8 +362,8 @@ fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     }
 }
 
-/// Returns a cone in which the boresight is between two rows only, however one goes from the one to
-/// the other.
+/// Returns a cone that the boresight enters only between two rows, for every motion from the one
+/// row to the other.
 fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: &mut Random) -> String {
     // Rows at least a degree of the boresight apart: some of them.
     let keep = 1 + random.below(4);

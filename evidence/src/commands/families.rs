@@ -68,7 +68,7 @@ fn judged(problem: &Problem, search: Thoroughness, index: usize) -> Case {
     }
 }
 
-/// Prints all that was tried for one case.
+/// Prints all attempts of one case.
 fn tell(problem: &Problem, search: Thoroughness) {
     let settings = Settings { search, ..Settings::discrete() };
     let solution = solve(problem, &settings, None, &mut Silent).expect("a sound problem");

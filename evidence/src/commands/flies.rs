@@ -4,10 +4,10 @@
 //! maneuvers, CASES (20 000) flights each.
 //!
 //! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from
-//! rest to rest in 60 s, torques of least effort on default steps; a cone whose edge the free slew
-//! would pass 4° inside of, for one body axis; start off by 0.3° and 0.005 deg/s, moments of
-//! inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and
-//! their noise 0.003° and 1e-4 deg/s; neighbouring gains.
+//! rest to rest in 60 s, torques of least effort on default steps, neighbouring gains. The free
+//! slew would carry one body axis 4° into a cone. The errors: 0.3° and 0.005 deg/s at the start,
+//! 2 % of the moments of inertia and of the scale of the torques, actuators turned by 0.3°, sensors
+//! turned by 0.02° with a noise of 0.003° and 1e-4 deg/s.
 //!
 //! It prints these figures:
 //! - For the chance of 1e-2 at the worst instant of the cone: the proportion of flights at that
@@ -39,7 +39,7 @@ use std::error::Error;
 use std::time::Instant;
 
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
-/// The chance that is asked.
+/// The requested chance.
 const ASKED: f64 = 1e-2;
 /// The factor by which the flown chance may differ.
 const FACTOR: f64 = 1.5;
@@ -86,8 +86,8 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an
-/// end would be within 8° of it.
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` if an end
+/// would be within 8° of the cone.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;
     let path = &free.solution.trajectory;
@@ -119,7 +119,7 @@ fn flown(
     node: usize,
     cases: usize,
 ) -> (Vec<Vector6>, Proportion) {
-    /// Cases that are held step by step at once.
+    /// The number of cases whose steps are in memory at once.
     const CHUNK: usize = 8192;
     let Rule::Pointing(cone) = &problem.constraints[0].rule else { unreachable!("a cone") };
     let direction = cone.directions[0].at(0.0, &Vector3::zeros());
@@ -241,7 +241,7 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
 
 /// Returns the chances of limits: at their worst instants, and one of all of them over the motion.
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
-    /// The chance that they share.
+    /// The chance that all limits share.
     const SHARED: f64 = 5e-2;
     /// The part of the deviation by which an active margin may differ from the required one.
     const ACTS: f64 = 0.02;

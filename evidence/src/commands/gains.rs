@@ -2,12 +2,13 @@
 //!
 //! `cargo run --release -p evidence -- gains [COUNT]`: COUNT (200 by default) random pendulums with
 //! rates at both ends, least effort in 3 to 6 s on 60 and on 120 steps. The gain of the first step
-//! is compared with the mean torque over that step of plans that start 1e-4 beside, by central
-//! differences in all six directions, in parts of the largest gain.
+//! is compared with central differences of the mean torque over that step, between plans whose
+//! starts differ by 1e-4 in all six directions. Errors are parts of the largest gain.
 //!
-//! Gains belong to the motion under held torques, so they differ from those of the discrete plans
-//! by what the steps leave, of second order. The law is that the difference falls at least by 2^1.7
-//! from 60 to 120 steps, or is below 1e-5. The command ends with 1 if fewer than 99.5 % obey it.
+//! Gains belong to the motion under held torques, so they differ from the gains of the discrete
+//! plans by the error of the steps, of second order. The law is that the difference falls at least
+//! by 2^1.7 from 60 to 120 steps, or is below 1e-5. The command ends with 1 if fewer than 99.5 %
+//! obey it.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -42,8 +43,8 @@ fn first(found: &Plan) -> Vector3 {
     0.5 * (torque[0] + torque[1])
 }
 
-/// Returns by how much the gain of the first step differs; `None` where a plan beside is another
-/// one.
+/// Returns by how much the gain of the first step differs; `None` if a neighbouring plan is on
+/// another path.
 fn apart(problem: &Problem) -> Result<Option<f64>, Box<dyn Error>> {
     let Some(found) = planned(problem)? else { return Ok(None) };
     let gains =
@@ -94,7 +95,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         fine_ones.push(fine);
     }
     println!(
-        "{good} of {cases} of second order; median order {:.2}, {:.1e} of the largest gain on 120 steps; {} others without a plan beside",
+        "{good} of {cases} of second order; median order {:.2}, {:.1e} of the largest gain on 120 \
+        steps; {} others without a plan beside",
         median(&mut orders),
         median(&mut fine_ones),
         index - cases

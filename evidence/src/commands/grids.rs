@@ -32,10 +32,10 @@ law: moments in a ratio up to 5 that bodies have, along the axes of three torque
 
 const GRIDS: [usize; 5] = [50, 100, 200, 400, 800];
 
-/// An answer on N steps is off by this part, and by the square of that number over N.
+/// An answer on N steps may be off by this part, and by the square of the number below over N.
 const ERROR: (f64, f64) = (5e-4, 4.0);
 
-/// Most processor time of a plan \[s\].
+/// The longest processor time of a plan \[s\].
 const LONGEST: f64 = 300.0;
 
 /// Stops a plan that takes longer.

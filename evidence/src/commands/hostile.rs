@@ -1,10 +1,10 @@
 //! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files,
 //! surfaces, cases, attitudes.
 //!
-//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every
-//! input is a good one with up to three changes: bytes, numbers, words, lines of its own or of
-//! another. Counted as wrong: a panic; a refusal without a place, a reason or a remedy; more than a
-//! second of CPU time, on Linux.
+//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every input is
+//! a good one with up to three changes: of bytes, numbers, words, or lines, from the same or
+//! another input. Counted as wrong: a panic; a refusal without a place, a reason or a remedy; more
+//! than a second of CPU time, on Linux.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -14,7 +14,7 @@ use evidence::process::own_cpu_seconds;
 use evidence::words::Words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Most CPU time of an input \[s\].
+/// The longest CPU time of an input \[s\].
 const LONGEST: f64 = 1.0;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {

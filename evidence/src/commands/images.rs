@@ -1,5 +1,5 @@
-//! Whether a maneuver and its images have one answer: backwards, in three mirrors, in permuted body
-//! axes.
+//! Compares the answers of a maneuver and its symmetric maneuvers: time-reversed, in three mirrors,
+//! in permuted body axes.
 //!
 //! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by
 //! default. Symmetric maneuvers differ only in their description, so their costs should be equal.

@@ -1,11 +1,11 @@
-//! A long Monte Carlo run, undisturbed and again killed at random times and gone on with: the same
-//! bytes, and the memory of it.
+//! Compares a long Monte Carlo run with the same run that is killed at random times and continued:
+//! equal bytes, and its memory.
 //!
-//! `cargo build --release && cargo run --release -p evidence -- killed_runs [CASES [KILLS [SEED]]]`,
-//! 20,000 cases and three kills by default, on Linux. Attitude slews of 50 steps with uncertain
-//! inertia, end and duration, by the quick search, since files are what is tested; SIGKILL leaves
-//! the process no say. Ends with 1 where the results differ, or where a run ended before it could
-//! be killed.
+//! `cargo build --release && cargo run --release -p evidence -- killed_runs [CASES [KILLS
+//! [SEED]]]`, 20,000 cases and three kills by default, on Linux. Attitude slews of 50 steps with
+//! uncertain inertia, end and duration, by the quick search, since the test concerns files. The
+//! process cannot react to SIGKILL. The command ends with 1 if the results differ, or if a run
+//! ended before it could be killed.
 
 use evidence::Random;
 use evidence::process::{beside_this, peak_memory};
@@ -100,7 +100,7 @@ fn start(slew: &Path, folder: &Path, output: &str) -> std::io::Result<Child> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).spawn()
 }
 
-/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` where it was killed.
+/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` if it was killed.
 fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<f64>, Box<dyn std::error::Error>> {
     let (began, mut peak) = (Instant::now(), 0.0_f64);
     loop {

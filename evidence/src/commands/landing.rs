@@ -1,5 +1,5 @@
-//! How many plans land, counted over random maneuvers of every kind whose specs give no number of
-//! steps.
+//! The number of plans that land, among random maneuvers of every kind whose specs have no number
+//! of steps.
 //!
 //! `cargo run --release -p evidence -- landing [CASES [FIRST]]`, 1,000 of each of seven
 //! kinds by default. Each plan is flown by plain equations of motion (`evidence::held`), which
@@ -7,7 +7,7 @@
 //! and its rate, over a radian in the duration, meet the end to 1e-6. It keeps its constraints if
 //! it exceeds none by 1e-6 of the limit, or rad.
 //!
-//! Ends with 1 where a plan that is called solved does not land, or exceeds a constraint.
+//! The command ends with 1 if a plan that is called solved does not land, or exceeds a constraint.
 
 use evidence::held::{Flown, flown};
 use evidence::random_specs::{RandomSpec, random_spec, random_switching_spec};

@@ -2,9 +2,9 @@
 //! every step.
 //!
 //! `cargo run --release -p evidence -- limbs [COUNT]`: COUNT (200 by default) random orbits of
-//! eccentricity 0.02 to 0.2, whose perigee is 400 to 1,200 km high, at any anomaly. The slew is
-//! that of `problems/earth_limb_tracker.toml` without its Sun, in which the cone about the limb
-//! acts on some heights; it is planned on 100 and on 200 steps. Orbits on which an end stands in
+//! eccentricity 0.02 to 0.2, whose perigee is 400 to 1,200 km high, at any anomaly. The slew is the
+//! maneuver of `problems/earth_limb_tracker.toml` without its Sun. The cone about the limb is
+//! active at some heights. It is planned on 100 and on 200 steps. Orbits on which an end stands in
 //! the cone give way to others.
 //!
 //! The law is that both plans are verified and cost the same within 0.4 %. The command ends with 1
@@ -19,7 +19,7 @@ use std::error::Error;
 
 /// The part by which two grids may differ.
 const NEAR: f64 = 4e-3;
-/// A cost above that without the cone by this part shows that the cone acts.
+/// The relative increase of the cost above which the cone counts as active.
 const ACTS: f64 = 1e-6;
 
 fn spec(random: &mut Random) -> String {

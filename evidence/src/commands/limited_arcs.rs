@@ -1,16 +1,17 @@
-//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs,
-//! and whether these depend on the grid.
+//! Plans of least time and fuel with more limits than torque limits: how many end as arcs, and
+//! whether the arcs depend on the grid.
 //!
-//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by
-//! default. Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`,
-//! `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel,
-//! and `torque-rates` of least time alone; all in turns without one. The law is printed before the
-//! figures.
+//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by default.
+//! Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`,
+//! `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel, and
+//! `torque-rates` of least time alone. Without a KIND all kinds are planned in turn. The law is
+//! printed before the figures.
 //!
-//! Of each plan its gap of first order in continuous time is printed as a part of its cost, with or
-//! without arcs. A plan on 100 steps is also made to land. `excess` is what the landed plan costs
-//! above the cost in continuous time, that of arcs, or else that extrapolated from both grids. It
-//! compares with the gap, and with the price of the constraints that landing draws in.
+//! The first-order gap of each plan in continuous time is printed as a part of its cost, with or
+//! without arcs. A plan on 100 steps is also made to land. `excess` is the part by which the landed
+//! plan costs more than in continuous time. The cost in continuous time is the cost of arcs, or
+//! else extrapolated from both grids. It compares with the gap, and with the price of the
+//! constraints that landing draws in.
 //!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
@@ -39,7 +40,7 @@ law: moments in a ratio up to 5 that bodies have, along the axes of three torque
      wheels, that go from off to their limits in 3 to 30 % of the shortest duration. Least time, and
      but for these least fuel in 1.2 to 3 times the shortest duration";
 
-/// Durations on both grids are one if they differ by this part.
+/// The relative difference below which the durations on both grids count as equal.
 const SAME: f64 = 1e-6;
 
 const KINDS: [&str; 8] =
@@ -168,7 +169,8 @@ struct Told {
     cost: f64,
     /// Cost of the continuous extremal, and its gap, if the plan has arcs.
     arcs: Option<[f64; 2]>,
-    /// The gap of first order in continuous time, and what landing draws in, as parts of the cost.
+    /// The first-order gap in continuous time, and the price of the constraints that landing
+    /// tightens, as parts of the cost.
     gap: Option<[f64; 2]>,
 }
 
@@ -181,7 +183,7 @@ impl Told {
         Self { solved, cost: solution.cost, arcs: arcs.filter(|_| solved), gap: gap.filter(|_| solved) }
     }
 
-    /// Whether the plan has arcs, or a small gap.
+    /// Returns whether the plan has arcs, or a small gap.
     fn is_near(&self) -> bool {
         self.arcs.is_some() || self.gap.is_some_and(|[gap, _]| gap < SMALL)
     }

@@ -1,12 +1,12 @@
 //! Compares the estimate of `slew check` with the memory of plans.
 //!
-//! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on
-//! Linux. A process of its own makes each plan of the table and reports its peak. `likely` is
-//! compared with a plan of the user, and `most` of SCP with the convex iteration to its own end on
-//! the requested grid, which `slew compare` runs.
+//! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on Linux. A
+//! separate process makes each plan of the table and reports its peak. `likely` is compared with a
+//! plan of the user, and `most` of SCP with the convex iteration to its own end on the requested
+//! grid, which `slew compare` runs.
 //!
-//! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than
-//! three times what it takes.
+//! The command ends with 1 if a plan needs more than the larger figure, or less than a third of the
+//! smaller figure.
 
 use evidence::process::peak_memory;
 use evidence::words::{Misuse, Words};
@@ -17,7 +17,7 @@ use slewkit_report::studies::methods::compare;
 use std::env;
 use std::process::Command;
 
-/// Maneuvers of `problems/`, and what is set in them.
+/// Maneuvers of `problems/`, and the values that are set in them.
 const CASES: [(&str, &[&str]); 14] = [
     ("xte_20s", &[]),
     ("moving_ends", &[]),
@@ -36,7 +36,7 @@ const CASES: [(&str, &[&str]); 14] = [
 ];
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
-    // A process of its own, started below.
+    // A separate process, which is started below.
     for road in ["plan", "compare"] {
         if words.next_is(road) {
             let (case, steps) = (words.required("number of a case")?, words.required("number of steps")?);

@@ -4,16 +4,17 @@
 //! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`; `alone` leaves
 //! out the thorough search, which takes most of the time.
 //!
-//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector
-//! of uniform direction and an angle up to π; from rest to rest for even cases, for odd ones with
-//! rates up to 0.3 rad in the unit of time; limits from 1 to 5; a duration from 1.3 to 4 times the
-//! shortest that is found. `box`: three torques of both signs along the body axes; `thrusters`:
-//! eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
-//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs
-//! from 2 to 50 % of all inputs at their limits, uniform in its logarithm; every fourth maneuver
-//! has no such price but the duration for a bound. `box-pulses` and `thruster-pulses`: the same
-//! inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration, uniform in its
-//! logarithm; how much dearer they are than the same maneuvers without it.
+//! The law: principal moments of a random triangle in [1, 10] about random axes, and a rotation
+//! vector of uniform direction and an angle up to π. Even cases are from rest to rest; odd ones
+//! have rates up to 0.3 rad in the unit of time. Limits are from 1 to 5, and the duration is 1.3 to
+//! 4 times the shortest that is found. `box`: three torques of both signs along the body axes;
+//! `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that
+//! points anywhere. `box-sought` and `thruster-sought`: the same inputs in the best duration, where
+//! a second costs from 2 to 50 % of all inputs at their limits, uniform in its logarithm; every
+//! fourth maneuver has no such price but the duration for a bound. `box-pulses` and
+//! `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of
+//! the duration, uniform in its logarithm; how much more they cost than the same maneuvers without
+//! a shortest pulse.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
@@ -26,10 +27,10 @@ use std::time::Instant;
 
 use evidence::Random;
 
-/// A gap of this part of the cost, and costs that differ by it.
+/// The part of the cost above which a gap counts, or a difference of costs.
 const SMALL: f64 = 1e-4;
 
-/// Maneuvers with a shortest pulse that are searched thoroughly too.
+/// The number of maneuvers with a shortest pulse that the thorough search plans too.
 const COMPARED: usize = 20;
 
 /// The limited and counted quantity.
@@ -121,7 +122,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// Returns a maneuver and its duration \[s\]; `None` where no shortest one is found.
+/// Returns a maneuver and its duration \[s\]; `None` if no shortest one is found.
 fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -180,7 +181,7 @@ fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// Returns the next maneuver of a family with a shortest pulse; `None` where no shortest duration
+/// Returns the next maneuver of a family with a shortest pulse; `None` if no shortest duration
 /// is found.
 pub(super) fn pulses_case(
     random: &mut Random,

@@ -7,13 +7,13 @@
 //!
 //! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that people try
 //! first, from rest to rest about the axes of boxes by 60 to 180°, with limits alike and not. The
-//! default answer beside the best of a thorough search in these axes of the body and in others,
-//! which are the same maneuver.
+//! default answer is compared with the best of a thorough search. The search plans the maneuver in
+//! these axes of the body and in others.
 //!
 //! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: full inertias of
 //! random triangles, ratio at most 10, about random axes; limits within a factor of 5; uniform
-//! attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan, when there
-//! is one, has passed the witnesses.
+//! attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan, if one was
+//! found, has passed the witnesses.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -153,8 +153,8 @@ fn report(name: &str, tally: Tally) {
     }
 }
 
-/// Plans all combinations of simple boxes, limits, axes and angles; with `every`, each such
-/// number of them.
+/// Plans all combinations of simple boxes, limits, axes and angles; `every` selects every n-th of
+/// them.
 fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     const BODIES: [[f64; 3]; 5] =
         [[1.0, 1.0, 1.0], [1.0, 2.0, 2.5], [5.0, 5.0, 2.0], [120.0, 100.0, 80.0], [1.0, 1.6, 2.3]];
@@ -277,7 +277,7 @@ fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
     Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
 }
 
-/// Returns the median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
+/// Returns the median, the quantiles of 90 % and 99 %, and the largest; NaN of nothing.
 fn parts(mut values: Vec<f64>) -> [f64; 4] {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);

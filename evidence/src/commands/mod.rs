@@ -58,14 +58,15 @@ pub struct Command {
 }
 
 impl Command {
-    /// Returns the page of the command, the comment at the top of its file: what is counted, by
-    /// which law, which words the command takes, and how it ends.
+    /// Returns the page of the command, the comment at the top of its file: the counted quantity,
+    /// the law, the arguments of the command, and its exit code.
     pub fn page(&self) -> String {
         let lines = self.source.lines().map_while(|line| line.strip_prefix("//!"));
         lines.map(|line| format!("{}\n", line.trim_start_matches(' '))).collect()
     }
 
-    /// Returns what is counted: the first paragraph of the page, in one line.
+    /// Returns the description of the counted quantity: the first paragraph of the page, in one
+    /// line.
     pub fn counts(&self) -> String {
         let page = self.page();
         page.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")

@@ -22,7 +22,7 @@ use std::time::Instant;
 
 /// The most stops whose orders are all tried.
 const ALL: usize = 8;
-/// Relative difference of two sums of legs that is none.
+/// The relative difference below which two sums of legs count as equal.
 const NEAR: f64 = 1e-6;
 
 fn sequence(index: usize, count: usize) -> Result<Sequence, Box<dyn Error>> {
@@ -67,7 +67,7 @@ fn shortest(sequence: &Sequence) -> Result<f64, Box<dyn Error>> {
     Ok(least(&legs, 0, &mut (1..states.len()).collect()))
 }
 
-/// Returns the least sum of legs from a stop through all that are left.
+/// Returns the least sum of legs from a stop through all remaining stops.
 fn least(legs: &[Vec<f64>], from: usize, left: &mut Vec<usize>) -> f64 {
     if left.is_empty() {
         return 0.0;

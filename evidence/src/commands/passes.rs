@@ -4,14 +4,14 @@
 //! `cargo run --release -p evidence -- passes [COUNT [FIRST]]`: COUNT (100 by default) random
 //! passes from the one of index FIRST (0) on, each planned with least effort in a given duration
 //! and in least time, on 100 steps. The law of the random numbers (`Random::of_case(43, index)`, in
-//! this order): circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
+//! this order). Circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
 //! argument of latitude uniform, cosine of the inclination uniform in −1 … 1, from 2026-11-21T07:00
-//! UTC; a body with moments in ratios to 10 and of mean 100 kg·m² about any axes; a duration
-//! uniform in 60 … 150 s; a station whose distance from the point below the satellite at the end of
-//! that duration is uniform up to where it sees the satellite 20° high, on a sphere, in any
-//! azimuth, at 0 m. The start points z to nadir and x along the track and turns with the orbit; z
-//! ends on the station, the roll is free. Least time is under one limit of the torques about the
-//! body axes, by which the largest moment turns by 90° from rest to rest in 40 s.
+//! UTC. A body with moments in ratios to 10 and of mean 100 kg·m² about any axes. A duration
+//! uniform in 60 … 150 s. A station at 0 m on a sphere, in any azimuth: its distance from the point
+//! below the satellite at the end of that duration is uniform, up to where it sees the satellite
+//! 20° high. The start points z to nadir and x along the track and turns with the orbit; z ends on
+//! the station, the roll is free. Least time is under one limit of the torques about the body axes,
+//! by which the largest moment turns by 90° from rest to rest in 40 s.
 //!
 //! It prints how many are solved, the distance of the end of the plan from the model of the sky
 //! that the planner does not use (full theories, not fitted, rates by differences), and the time

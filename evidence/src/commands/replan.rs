@@ -1,4 +1,4 @@
-//! Plans begun from another plan, each against a cold search from the same start.
+//! Plans that start from another plan, each compared with a cold search from the same start.
 //!
 //! `cargo run --release -p evidence -- replan [COUNT]`: COUNT (500 by default) random maneuvers of
 //! each of three kinds on 100 steps, least effort, the discrete target.
@@ -14,10 +14,10 @@
 //! another, both sizes uniform.
 //!
 //! It prints the proportion that converged in at most three Newton steps, the largest terminal
-//! error, the median time of a warm plan, which is its extremal to the terminal error, and of the
-//! cold search alone, and how many cost more than the result of the search. It ends with 1 if
-//! fewer than 99 % of `xte` and `moving 3` converge in three steps, a terminal error is above
-//! 1e-12, or the median is above 60 µs.
+//! error, and how many cost more than the result of the search. It also prints the median time of
+//! the cold search alone, and of a warm plan, which is its extremal to the terminal error. It ends
+//! with 1 if fewer than 99 % of `xte` and `moving 3` converge in three steps, a terminal error is
+//! above 1e-12, or the median is above 60 µs.
 //!
 //! The time of a warm plan is the quickest of five runs, and the time of a search is one run: the
 //! ratio favours the warm plan. `moving 10` is printed and does not affect the exit code: it was

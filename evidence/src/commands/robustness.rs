@@ -1,9 +1,9 @@
 //! How often a cold start with default settings is solved, counted over random maneuvers.
 //!
-//! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws it draws
-//! from and what came out; 10 000 of each kind by default, a tenth of that under torque limits, by
-//! the shooting alone and by the default method. Every case depends on the seed and its number
-//! alone.
+//! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws of the random
+//! maneuvers and the results: 10 000 of each kind by default, and a tenth of that under torque
+//! limits, by the shooting alone and by the default method. Every case depends on the seed and its
+//! number alone.
 
 use evidence::Random;
 use evidence::words::Words;

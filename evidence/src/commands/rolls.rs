@@ -1,14 +1,14 @@
 //! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both
 //! ways round.
 //!
-//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random
-//! maneuvers each with a boresight that ends at rest on a fixed direction, and on one that moves,
-//! with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest or turning,
-//! boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about
-//! each axis, in 2 to 8 s. On 100 steps, least effort.
+//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers each
+//! with a boresight that ends at rest on a fixed direction, and on one that moves, with its rate.
+//! Bodies with moments in ratios to 10 about any axes, starts at rest or turning, boresights and
+//! directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2
+//! to 8 s. Plans have least effort on 100 steps.
 //!
 //! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
-//! that with the given end. It ends with 1 if fewer than 99.5 % do.
+//! the time of a plan with the given end. It ends with 1 if fewer than 99.5 % do.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// Given rolls.
 const ROLLS: usize = 24;
-/// A cost that is above the best of them by more than this part is missed.
+/// The relative excess of a cost over the cost of the best roll that counts as a miss.
 const NEAR: f64 = 1e-6;
 
 /// Returns a direction that turns about an axis at one rate.

@@ -3,7 +3,7 @@
 //! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans every
 //! maneuver of `problems/` and COUNT random specs (200 by default) with both binaries. The JSON of
 //! NEW must have the status, the exit code and every value of the JSON of OLD, bit for bit; NEW may
-//! have more. With a folder, specs and answers of OLD are kept for the next run. It ends with 1 if
+//! have more. A folder keeps the specs and the answers of OLD for the next run. It ends with 1 if
 //! something differs.
 
 use evidence::words::{Misuse, Words, parsed};
@@ -65,7 +65,7 @@ enum Change {
     Renamed(&'static str, &'static str),
 }
 
-/// The number of a case, and what differs.
+/// The number of a case, and the differences.
 type Differences = (usize, Vec<String>);
 
 /// Number of differences printed for one spec.

@@ -1,12 +1,12 @@
-//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command that takes
-//! its time, on a thousand to a million steps.
+//! The delay between a signal and the end of `slew`: Ctrl-C and SIGTERM at random times, in every
+//! long command, on a thousand to a million steps.
 //!
 //! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200
-//! by default, on Linux; NAME selects the commands whose name contains it. Each run works in a
-//! folder of its own, and receives one signal after a random part of the time that it takes
-//! undisturbed. The run must end within 0.2 s of CPU time, or print its result before it writes the
-//! file: the best iterate of a million steps is a file of 400 MB. It must end with an exit code of
-//! its own, and leave no torn file and no temporary one. The command ends with 1 if a run did not.
+//! by default, on Linux; NAME selects the commands whose name contains it. Each run works in its
+//! own folder, and receives one signal after a random part of its undisturbed time. The run must
+//! end within 0.2 s of CPU time, or print its result before it writes the file: the best iterate of
+//! a million steps is a file of 400 MB. It must end with a documented exit code, and leave no
+//! truncated and no temporary file. The command ends with 1 if a run did not.
 
 use evidence::Random;
 use evidence::process::{beside_this, cpu_seconds};
@@ -134,9 +134,9 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
 /// The answer of a run to its signal.
 struct Signalled {
     signal: &'static str,
-    /// Until it said so or ended [s of CPU].
+    /// The CPU time until the message or the end [s].
     answer: f64,
-    /// Until it ended.
+    /// The time until the end [s].
     ending: f64,
     ended: ExitStatus,
 }
@@ -172,7 +172,7 @@ fn signalled(
     Ok(Signalled { signal, answer, ending, ended })
 }
 
-/// Removes the files that a run wrote, and returns what is wrong with them.
+/// Removes the files that a run wrote, and returns their faults.
 fn sweep(folder: &Path) -> Result<Vec<String>, Box<dyn std::error::Error>> {
     let mut wrong = Vec::new();
     for entry in fs::read_dir(folder)?.flatten() {

@@ -1,14 +1,14 @@
 //! Lines of code and numeric constants of the planner and of all crates.
 //!
 //! `cargo run --release -p evidence -- size [FOLDER]` counts the sources of a checkout, this one if
-//! no folder is given: another commit is counted in a worktree of its own.
+//! no folder is given. Another commit is counted in its own worktree.
 //!
 //! - A line of code is not blank and no comment. Tests do not count: items under `#[cfg(test)]`, and
 //!   files that are called `tests.rs`, end with `_tests.rs` or `testing.rs`, or are in a folder
 //!   `tests`.
-//! - A constant of `src/optimize` is a named one that holds numbers (an array is one), a default of
-//!   settings, or a number with a fraction or an exponent in a function; 0, 1, 2 and ½ do not count.
-//!   Whole numbers in functions are mostly dimensions, and do not count either.
+//! - A constant of `src/optimize` is a named constant of numbers (an array counts once), a default
+//!   of settings, or a number with a fraction or an exponent in a function; 0, 1, 2 and ½ do not
+//!   count. Whole numbers in functions are mostly dimensions, and do not count either.
 
 use evidence::ROOT;
 use evidence::words::Words;
@@ -31,7 +31,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a folder holds.
+/// The contents of a folder.
 #[derive(Clone, Copy, Default)]
 struct Size {
     lines: usize,

@@ -1,16 +1,16 @@
-//! Whether `path = "best"` is never dearer than a path that is asked for, where the body spins by
-//! 1 to 5 turns at an end.
+//! Compares `path = "best"` with each requested path for bodies that spin by 1 to 5 turns at an
+//! end: the best path must not cost more.
 //!
 //! `cargo run --release -p evidence -- spins [COUNT [OBJECTIVE]]`: COUNT (200 by default) random
 //! maneuvers, of least effort, time and fuel in turn. A body with moments in a ratio to 3 spins
 //! about a principal axis at the start, at the end, or at both, so fast that it makes 1 to 5 turns
 //! in the duration; the other end rests. Fuel is spent by three torques, or by six thrusters that
-//! push to one side each, which can stop the spin in a third of the duration. On 60 steps, and on
-//! 120 from three turns on.
+//! push to one side each; either can stop the spin in a third of the duration. Plans have 60 steps,
+//! or 120 from three turns on.
 //!
-//! Best is compared with the short way, the long way, and the windings as given that are
-//! nearest to the natural motion. It ends with 1 if fewer than 99.5 % cost as little as the
-//! cheapest of these, within 0.2 % and the gap of the plan.
+//! The best path is compared with the short way, the long way, and the windings as given that are
+//! nearest to the natural motion. The command ends with 1 if fewer than 99.5 % of the best paths
+//! cost as little as the cheapest of these, within 0.2 % and the gap of the plan.
 
 use evidence::switching::cost_and_gap;
 use evidence::words::Words;
@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 const OBJECTIVES: [&str; 3] = ["effort", "time", "fuel"];
-/// The part by which best may cost more than a path that is asked for.
+/// The part by which the best path may cost more than a requested path.
 const NEAR: f64 = 2e-3;
 const DURATION: f64 = 10.0;
 

@@ -70,7 +70,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
             }
         }
         println!(
-            "{name:<10} {} of {cases} never rise with the duration, worst {:.2} %; {unsolved} without a plan in more time",
+            "{name:<10} {} of {cases} never rise with the duration, worst {:.2} %; {unsolved} \
+            without a plan in more time",
             cases - wrong,
             100.0 * worst
         );

@@ -1,11 +1,11 @@
 //! Slew-time tables against fresh plans of random turns: errors, lower bounds, time, size, look-up.
 //!
-//! `cargo run --release -p evidence -- table [CRAFT [TURNS [DIVISIONS [STEPS]]]]` makes the table of
-//! a craft, `wheels` (the default: asymmetric, four wheels, 4°/s), `slow` (the same within 1°/s),
-//! `cube`, `xte` (boxes of torques), `thrusters` (eight, to one side) or `effort` (no limits, 60 s), with
-//! DIVISIONS (0: those of the symmetry) and STEPS (100). It plans TURNS (1000) uniformly random
-//! turns, both ways, and compares the shorter plans with the table. It ends with 1 if a lower bound
-//! is above a plan.
+//! `cargo run --release -p evidence -- table [CRAFT [TURNS [DIVISIONS [STEPS]]]]` makes the table
+//! of a craft, with DIVISIONS (0: the divisions that suit the symmetry) and STEPS (100). The craft
+//! are `wheels` (the default: asymmetric, four wheels, 4°/s), `slow` (`wheels` within 1°/s),
+//! `cube`, `xte` (boxes of torques), `thrusters` (eight, to one side) and `effort` (no limits,
+//! 60 s). It plans TURNS (1000) uniformly random turns, the short and the long way, and compares
+//! the shorter plans with the table. It ends with 1 if a lower bound is above a plan.
 
 use evidence::words::Words;
 use slewkit::maneuver::Rule;
@@ -95,7 +95,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns a rotation vector, uniform on SO(3), other than those of the errors in a file.
+/// Returns a rotation vector, uniform on SO(3). It differs from the rotation vectors at which the
+/// errors in a table file were measured.
 fn random_turn(number: usize) -> Vector3 {
     let mut stream = Stream::new(72, number as u64, 0);
     lie::log(&lie::rotation_from_quaternion(&[(); 4].map(|()| stream.normal())))

@@ -1,5 +1,5 @@
-//! How many maneuvers a second, bare and with everything, on one thread and on two; and what a long
-//! Monte Carlo run holds in memory.
+//! The number of maneuvers per second, bare and with all features, on one thread and on two, and
+//! the memory of a long Monte Carlo run.
 //!
 //! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free
 //! asymmetric body between states of rest, end attitudes drawn within a ball of rotation vectors of
@@ -142,7 +142,7 @@ fn bare(problems: &[(Problem, Settings)], threads: usize) -> u64 {
     }) as u64
 }
 
-/// Plans and verifies all through a batch with a file of results.
+/// Plans and verifies all maneuvers as a batch with a file of results.
 fn verified(batch: &Batch, threads: usize, path: &Path) -> Result<u64, Box<dyn Error>> {
     let options = Options { threads, ..Options::default() };
     let mut tally = Tally::default();

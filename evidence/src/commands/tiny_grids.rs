@@ -1,9 +1,10 @@
-//! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what
-//! goes wrong is counted.
+//! Plans and simulations on 2 to 50 steps, which are too long for almost all maneuvers: the faults
+//! are counted.
 //!
 //! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every case
-//! takes one of 26 kinds of random maneuvers, draws steps and a method of its own, plans it, and
-//! lets one of all integrators follow it without inputs over as few steps. These count as wrong:
+//! draws one of 26 kinds of random maneuvers, a number of steps and a method, and plans the
+//! maneuver. One of all integrators then propagates it without inputs over as few steps. These
+//! count as wrong:
 //!
 //! - a panic;
 //! - a number of a solved plan or of a row that is not finite;
@@ -12,7 +13,7 @@
 //! - a plan whose inputs, followed by the plain equations of motion of `evidence::held`, miss the
 //!   end by more than a plan may (a quarter of the angle turned, at least 5° and at most 45°), or
 //!   elsewhere than its continuous witness reports;
-//! - more than thirty seconds, on a machine with nothing else to do.
+//! - more than thirty seconds, on an idle machine.
 //!
 //! Ends with 1 where anything was wrong.
 

@@ -1,14 +1,15 @@
-//! Least effort between rates of bodies with unequal moments, each maneuver against its images:
-//! backwards, in three mirrors, in permuted axes. All have one cost.
+//! Least effort between given rates for bodies with unequal moments. Each maneuver is compared with
+//! its symmetric maneuvers: time-reversed, mirrored in three planes, with permuted axes. All have
+//! one cost.
 //!
 //! `cargo run --release -p evidence -- unequal_moments [COUNT [RATIO]]`: COUNT (200 by default)
-//! random maneuvers, of which those of a RATIO alone are planned if one is given. Moments are 1, r
-//! and r within 10 %, with r from 3, 5, 10 and 30 in turn; attitudes are uniform, the rates at both
-//! ends up to 0.5 rad/s, durations 3 to 12 s, on 200 steps: a rod turns by up to four turns about
-//! its axis.
+//! random maneuvers; with a RATIO only its maneuvers are planned. Moments are 1, r and r within 10
+//! %, with r from 3, 5, 10 and 30 in turn. Attitudes are uniform, the rates at both ends are up to
+//! 0.5 rad/s, and durations are 3 to 12 s, on 200 steps. A rod turns by up to four turns about its
+//! axis.
 //!
-//! It prints for each ratio how many cost as little as the best of all images, within 0.2 %,
-//! and the largest excess. It ends with 1 if fewer than 99.5 % of all do.
+//! It prints for each ratio how many plans cost as little as the cheapest symmetric maneuver,
+//! within 0.2 %, and the largest excess. It ends with 1 if fewer than 99.5 % of all do.
 
 use evidence::metamorphic::images;
 use evidence::words::Words;
@@ -21,7 +22,7 @@ use std::error::Error;
 use std::time::Instant;
 
 const RATIOS: [f64; 4] = [3.0, 5.0, 10.0, 30.0];
-/// The part by which a plan may cost more than the best image.
+/// The part by which a plan may cost more than its cheapest symmetric maneuver.
 const NEAR: f64 = 2e-3;
 
 fn maneuver(index: usize) -> Result<Problem, Box<dyn Error>> {

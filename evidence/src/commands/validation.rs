@@ -1,9 +1,9 @@
 //! The page of the claims, `docs/validation.md`, made from `evidence/validation.toml`.
 //!
-//! `cargo run --release -p evidence -- validation` writes the page. The data have one table for each
-//! claim: the claim in one sentence, what it is compared with, and either the test that checks it
-//! with the bound that the test requires, or the name of a figure of `evidence/figures.toml`. A
-//! test, a bound or a figure that does not exist is an error.
+//! `cargo run --release -p evidence -- validation` writes the page. The data have one table for
+//! each claim: the claim in one sentence, the reference of the comparison, and either the test that
+//! checks it with the bound that the test requires, or the name of a figure of
+//! `evidence/figures.toml`. A test, a bound or a figure that does not exist is an error.
 //!
 //! `cargo run --release -p evidence -- validation --check` writes nothing and ends with 1 if the
 //! page is not the one that is made from the data.

@@ -181,8 +181,8 @@ impl Draft {
         self.maneuver();
     }
 
-    /// Writes the settings, each now and then, without a limit of time: the answer would depend on
-    /// the machine.
+    /// Writes some of the settings at random, without a limit of time, because then the answer
+    /// would depend on the machine.
     pub fn solver(&mut self) {
         if self.chance(0.4) {
             let scheme = self.pick(&["lie_euler", "lie_euler", "lie_verlet"]);
@@ -265,8 +265,8 @@ impl Draft {
         self.line("[solver]", format!("method = \"{method}\""));
     }
 
-    /// A cone with a boresight that crosses it half way from start to end, or that it holds all the
-    /// way.
+    /// Adds a cone that the boresight crosses half way from start to end, or that contains the
+    /// boresight all the way.
     pub fn cone(&mut self, kind: &str) {
         let boresight = self.direction();
         let (start, end) = (rotated(self.start, boresight), rotated(self.end, boresight));

@@ -45,8 +45,8 @@ pub fn winding(draft: &mut Draft) {
     }
 }
 
-/// A body on a pivot: the mass center a fifth of the radius of gyration away, time of the order of
-/// a swing.
+/// Drafts a body on a pivot, whose mass center is a fifth of the radius of gyration away, for about
+/// the time of a swing.
 pub fn pendulum(draft: &mut Draft) {
     let mass = draft.random.within(0.5, 20.0);
     let arm = scaled(draft.direction(), draft.random.within(0.02, 0.3));
@@ -78,8 +78,8 @@ pub fn limited_pendulum(draft: &mut Draft) {
     draft.line("[actuators]", limit);
 }
 
-/// An orbit of any rate, a tenth to a whole radian of it; from rest against the turning frame or
-/// not.
+/// Drafts a maneuver on a tenth to a whole radian of an orbit of any rate, from rest relative to
+/// the turning frame or not.
 pub fn gravity_gradient(draft: &mut Draft) {
     draft.slew();
     let rate = draft.random.within(0.1, 1.0) / draft.duration;

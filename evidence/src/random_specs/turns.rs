@@ -1,4 +1,5 @@
-//! Vectors and quaternions of their own: what checks the library must not share a slip with it.
+//! Independent functions for vectors and quaternions, so that a check does not share a mistake with
+//! the library.
 
 pub type Vector = [f64; 3];
 /// Scalar first.

@@ -42,7 +42,7 @@ fn cases() -> serde_json::Map<String, Value> {
     reference("closed_loop/cl03_switching_time_gains.json")["cases"].as_object().unwrap().clone()
 }
 
-/// `∂d/∂[ζ; Ω]`, from `∂d/∂[ζ; Π]`.
+/// Returns `∂d/∂[ζ; Ω]`, from `∂d/∂[ζ; Π]`.
 fn by_rate(gains: &SwitchingGains, problem: &Problem, arc: usize) -> Vector6 {
     let row = gains.row(arc);
     let by_rate = problem.body.inertia.j() * Vector3::from_column_slice(&row[3..]);
@@ -64,7 +64,7 @@ fn gains_of_arcs_are_those_of_the_references() {
     }
 }
 
-/// The problem from a start `z`, in rad and rad/s.
+/// Returns the problem from a start `z`, in rad and rad/s.
 fn moved(problem: &Problem, z: &Vector6) -> Problem {
     let mut start = problem.start;
     start.attitude *= lie::exp(&z.fixed_rows::<3>(0).into_owned());

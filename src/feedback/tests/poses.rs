@@ -7,8 +7,8 @@ use crate::optimize::discrete::linear_plan::{PosedPlan, Stages};
 use crate::testing::{attitude_only, moving_ends};
 use nalgebra::SVector;
 
-/// A motion of the discrete equations under inputs that are held, its states, and its record with
-/// costates of its own.
+/// A motion of the discrete equations under held inputs, its states, and its record with its own
+/// costates.
 struct Recorded<const N: usize> {
     dynamics: Dynamics,
     states: Vec<Point>,
@@ -76,7 +76,7 @@ impl<const N: usize> Recorded<N> {
     }
 }
 
-/// `A_k`, scaled.
+/// Returns `A_k`, scaled.
 fn a<const N: usize>(linear: &PosedPlan, step: usize) -> SMatrix<f64, N, N> {
     let si = linear.a(step);
     SMatrix::from_fn(|row, column| si[(row, column)] / linear.unit(row) * linear.unit(column))
@@ -130,8 +130,8 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the
-/// regulator, each held over `every` steps.
+/// Returns the slope of the terminal error with neighbouring gains, with these gains of the wrong
+/// sign, and with the regulator, each held over `every` steps.
 fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();
@@ -173,8 +173,8 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: all second derivatives of a step are there,
-/// and with the right signs.
+/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: a step has all second derivatives, with the
+/// right signs.
 #[test]
 fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
     let mut random = Random(37);

@@ -6,7 +6,7 @@ use crate::mechanics::environment::{Pose, Wrench};
 
 type Vector9 = SMatrix<f64, 9, 1>;
 
-/// Four wheels that store something, with a field in every other case.
+/// Returns a problem with four wheels that store momentum, and a field in every other case.
 fn problem(random: &mut Random, field: bool) -> Problem {
     let problem = maneuver(random, if field { 3 } else { 0 }).with_steps(40);
     let axes: Vec<Vector3> = [[1.0, 0.1, 0.6], [-1.0, 0.2, 0.6], [0.1, 1.0, 0.6], [0.2, -1.0, 0.6]]

@@ -1,5 +1,5 @@
-//! The bounds that the limits of a problem give: torque, its rate of change, angular velocity,
-//! momentum in wheels.
+//! The bounds that follow from the limits of a problem: torque, its rate of change, angular
+//! velocity, momentum in wheels.
 
 use super::envelope::{Means, Motion, Stored};
 use super::outputs::Outputs;
@@ -82,12 +82,13 @@ impl Ends {
     }
 }
 
-/// Returns whether nothing but the actuators turns the body.
+/// Returns whether only the actuators turn the body.
 pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }
 
-/// Returns whether the reference frame stands: in a turning one another duration is another target.
+/// Returns whether the reference frame is at rest: in a turning frame another duration means
+/// another target.
 pub(super) fn standing(problem: &Problem) -> bool {
     problem.environment.frame_rate() == Vector3::zeros()
 }

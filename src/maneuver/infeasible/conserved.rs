@@ -1,7 +1,7 @@
 //! The quantities of a free body without wheels that no input can change.
 //!
 //! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing.
-//! These arguments do, for a body on which nothing acts but its actuators:
+//! These arguments prove it, for a body on which only its actuators act:
 //!
 //! - `c·Π` is conserved when `cᵀB = 0` and the body is symmetric about `c` (`J S(c) = S(c) J`);
 //! - `Π` stays in the smallest subspace that holds `Π_0` and the torque axes and is closed under
@@ -9,9 +9,9 @@
 //! - with torques fixed to the reference frame, `c·RΠ` is conserved when `cᵀB = 0`;
 //! - without force along `c`, `c·γ` is conserved and `c·x` moves uniformly.
 //!
-//! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has
-//! to hold to the round-off of the numbers given. Only the values that a proof compares may differ
-//! by more.
+//! An unstable rotation amplifies small errors, so a premise that nearly holds proves nothing: it
+//! must hold to the round-off of the given numbers. Only the values that a proof compares may
+//! differ by more.
 
 use super::capability::Ends;
 use super::words::{about, direction};
@@ -68,7 +68,7 @@ fn differ(problem: &Problem, a: f64, b: f64) -> bool {
     (a - b).abs() * problem.seconds() > DIFFERENT * problem.body.inertia.mean()
 }
 
-/// Different momenta at the two ends about an axis that no torque acts on: a direction with
+/// Reports different momenta at the two ends about an axis without torque: a direction with
 /// `rows · c = 0`.
 fn differ_about(
     problem: &Problem,

@@ -31,13 +31,13 @@ pub(super) const ROUND_OFF: f64 = 1e-9;
 /// The growth of a limit beyond which a larger limit is reported to have no effect.
 const MUCH: f64 = 100.0;
 
-/// Growth of the duration beyond which none is named.
+/// The growth of the duration beyond which no longer duration is reported.
 const LONG: f64 = 1e6;
 
-/// Pairs of boresights and cones that are looked at.
+/// The largest number of pairs of boresights and cones that are checked.
 const MAX_CONES: usize = 1000;
 
-/// A way to go.
+/// A required turn of the body, or a required path of a body axis.
 pub(super) struct Demand {
     /// "the body has to turn by", …
     pub words: String,
@@ -47,7 +47,7 @@ pub(super) struct Demand {
     axis: Option<Lever>,
     /// Largest speed that the rate limits allow [rad/s].
     fastest: f64,
-    /// The cone that makes it so far.
+    /// The cone that lengthens the path.
     cone: Option<Detour>,
 }
 
@@ -130,8 +130,8 @@ impl<'a> Case<'a> {
 // ------------------------------------------------------------------
 
 impl Demand {
-    /// Returns the matrix whose product with the angular velocity is the rate of what must move: of
-    /// the whole body, or of a body axis b, `S(b)`.
+    /// Returns the matrix whose product with the angular velocity is the rate of the moving part:
+    /// the identity for the whole body, or `S(b)` for a body axis b.
     pub fn of_rate(&self) -> Matrix3 {
         self.axis.as_ref().map_or_else(Matrix3::identity, |lever| lever.cross)
     }
@@ -223,7 +223,7 @@ impl Case<'_> {
         Proof { reason, duration_lower_bound: shortest }
     }
 
-    /// Returns the limits at hand: " with 0.3 N·m at 4 deg/s".
+    /// Returns the given limits in words: " with 0.3 N·m at 4 deg/s".
     fn given(&self, means: &Means) -> String {
         let mut text = String::new();
         let torque = &self.problem.actuation.torque;
@@ -302,8 +302,8 @@ fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     Some(format!("a half angle of at most {} deg, margin included", at_most(misfit.to_degrees())))
 }
 
-/// Returns the factor above 1 from which on something is possible, from below. Returns `None` if
-/// it is possible at once, or impossible even with `much`.
+/// Returns the least factor above 1 for which `possible` holds, rounded down. Returns `None` if it
+/// is possible at once, or impossible even with `much`.
 fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut low, mut high) = (1.0, 2.0);
     while !possible(high) {

@@ -13,14 +13,14 @@
 //! kick    of weight w: |Δ(RΠ)| ≤ w ū ,  |Δv| ≤ w ū/√J₁ ,  |Δμ| ≤ w ū
 //! ```
 //!
-//! so momentum and speed grow no faster than the torque allows, counted from the start and,
-//! because the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and
-//! `sin φ ≤ h v/√J₁`. With `h → 0` these lines also hold for the continuous motion. The sums over
-//! the middles of the steps are never below its integrals, because the integrands are concave.
+//! so momentum and speed grow no faster than the torque allows, counted from the start and, because
+//! the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and `sin φ ≤ h v/√J₁`. These
+//! lines also hold for the continuous motion, as `h → 0`. The sums over the middles of the steps
+//! are never below its integrals, because the integrands are concave.
 //!
-//! A limit r̄ of the rate of the torque bounds the momentum too. In body axes a drift changes Π
-//! by no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the
-//! kicks before and after. Then
+//! A limit r̄ of the rate of the torque bounds the momentum too. A drift changes Π in body axes by
+//! no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the kicks
+//! before and after. Then
 //!
 //! ```text
 //! |Π − (b Π_0 + a Π_N)/(a + b)| ≤ r̄ (ab/2 + h²/8) + 2 (g + m̄) ab/(a + b) + h g/2
@@ -29,8 +29,9 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than
-/// about `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
+/// The largest number of passes for the angle of an arc with wheels. The passes find the angle if
+/// the wheels store less than about `J₁/h`. If the wheels store much more, the bound stays at 90°
+/// and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.
@@ -51,7 +52,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    /// Returns whether nothing limits how the momentum of the body changes.
+    /// Returns whether the change of the momentum of the body has no limit.
     pub fn torque_is_unlimited(&self) -> bool {
         [self.torque + self.field, self.slope, self.storage].iter().all(|limit| *limit == f64::INFINITY)
     }
@@ -73,9 +74,9 @@ pub(super) struct Motion {
 /// The bounds of the wheels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stored {
-    /// Total momentum, infinite where it is not conserved [N·m·s].
+    /// Total momentum, infinite if it is not conserved [N·m·s].
     pub total: f64,
-    /// `|μ|` at start and end; infinite where it is not known [N·m·s].
+    /// `|μ|` at start and end; infinite if it is not known [N·m·s].
     pub stored: [f64; 2],
 }
 
@@ -152,13 +153,13 @@ impl Motion {
         Arc { momentum, speed: f64::INFINITY, stored, turn: FRAC_PI_2, share: stored }
     }
 
-    /// Momenta as the rate of change of the torque allows.
+    /// Limits the momenta by the rate of change of the torque.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
         // A concave function is nowhere larger than this times its largest value in the middle of a
         // step.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
-        // Every pass is valid for what the last one found.
+        // Every pass is valid for the result of the last one.
         for _ in 0..8 {
             let peak = between * arcs.iter().map(|arc| arc.momentum).fold(0.0, f64::max);
             let peak = peak.min(means.rate * means.rate_growth * self.moments[1]);
@@ -213,13 +214,12 @@ impl Motion {
         (speed * speed + product(4.0 * share, self.kappa() * gyroscopic)).sqrt()
     }
 
-    /// Returns the bounds of the angle turned on an arc, and of the share that the wheels have in
-    /// it.
+    /// Returns the bounds of the angle of an arc, and of the part of it that the wheels contribute.
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);
-        // With wheels each pass is valid for the angle of the last one. Without wheels the first
-        // pass is final.
+        // Each pass with wheels is valid for the angle of the last one. The first pass without
+        // wheels is final.
         for _ in 0..if arc.stored > 0.0 { WHEEL_PASSES } else { 1 } {
             let sine = step
                 * ((arc.momentum + share) / smallest)
@@ -240,7 +240,7 @@ pub(super) fn sine_angle(sine: f64) -> f64 {
     if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
 }
 
-/// Returns a product in which zero is zero, whatever the other.
+/// Returns a product that is zero if one factor is zero, whatever the other factor.
 fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }

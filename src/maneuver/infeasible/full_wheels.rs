@@ -1,4 +1,4 @@
-//! The rate of a body is limited by what its wheels hold.
+//! The rate of a body is limited by the momentum that its wheels can hold.
 //!
 //! If no other torque acts, the total momentum H is conserved, so with wheels along `a_i` that hold
 //! `h_i`
@@ -24,7 +24,7 @@ use crate::Matrix3;
 use crate::maneuver::problem::Problem;
 
 /// Returns a proof that no continuous motion within the limits of the wheels is long enough; `None`
-/// where nothing is proved.
+/// if nothing is proved.
 pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let duration = problem.duration.known().filter(|_| !problem.ends_in_any_attitude())?;
@@ -33,7 +33,8 @@ pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     }
     let ends = Ends::of(problem, duration);
     let (total, _) = held(problem, &ends);
-    // What the total momentum and the wheels each let a demand move in the duration [rad].
+    // The angles by which a demand can move in the duration, limited by the total momentum and by
+    // the wheels [rad].
     let allowed = |demand: &Demand| {
         let rate_of = demand.of_rate() * problem.body.inertia.j_inverse();
         let axes: Vec<_> = problem.actuation.torque.axes().iter().map(|axis| rate_of * axis).collect();

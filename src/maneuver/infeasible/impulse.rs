@@ -21,8 +21,8 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     angular(problem).or_else(|| linear(problem))
 }
 
-/// Builds the proof that no plan takes less than the duration `needed`, all else being equal, if
-/// that is finite.
+/// Builds the proof that no plan is shorter than the duration `needed` with all other values
+/// unchanged, if `needed` is finite.
 fn missed(
     problem: &Problem,
     limit: f64,

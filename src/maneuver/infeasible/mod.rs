@@ -1,15 +1,16 @@
-//! Proofs that no plan exists: what no input can change, and what limited inputs cannot do in time.
+//! Proofs that no plan exists: quantities that no input can change, and changes that limited inputs
+//! cannot make in time.
 //!
-//! - `conserved`: momenta that no input changes, at odds with the terminal conditions;
-//! - cones that leave no attitude at some moment ([`conflict`]);
-//! - `storage`: momentum that the wheels must hold in the end and cannot;
+//! - `conserved`: momenta that no input changes, and that differ from the terminal conditions;
+//! - cones that exclude every attitude at some moment ([`conflict`]);
+//! - `storage`: momentum that the wheels must hold at the end and cannot;
 //! - `impulse`: a change of momentum, or a distance, for which torque or force and time do not
 //!   suffice;
 //! - `demand`: an angle, or the path of a boresight, for which torque, rate and time do not
 //!   suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
 //!   one: a claim is made if both are impossible;
-//! - `full_wheels`: the same angles, for which full wheels turn the body too slowly. It holds for
-//!   the continuous motion alone, so it is asked only of plans that land.
+//! - `full_wheels`: an angle or a path, as for `demand`, for which full wheels turn the body too
+//!   slowly. It holds for the continuous motion alone, so it is used only for plans that land.
 //!
 //! Some infeasible maneuvers have no such proof.
 //!
@@ -59,10 +60,10 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proof {
-    /// The reason in words, with the figures that miss and, where they are known, those that could
-    /// do.
+    /// The reason in words, with the figures that do not suffice and, if known, figures that could
+    /// suffice.
     pub reason: String,
-    /// A duration \[s\] below which no plan exists, all else being equal; `None` if none is
+    /// A duration \[s\] below which no plan exists, all else being equal; `None` if no bound is
     /// known.
     pub duration_lower_bound: Option<f64>,
 }
@@ -79,8 +80,8 @@ impl From<String> for Proof {
     }
 }
 
-/// Returns a proof that the maneuver is infeasible, as it is discretised and in continuous time;
-/// `None` where nothing is proved. The problem must be one that [`Problem::check`] accepts.
+/// Returns a proof that the maneuver is infeasible, both discretised and in continuous time; `None`
+/// if nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         // The other proofs hold for one attitude only.
@@ -98,7 +99,7 @@ pub fn proof(problem: &Problem) -> Option<Proof> {
         .or_else(|| demand::proof(problem))
 }
 
-/// Returns a proof that the maneuver is infeasible in any duration; `None` where nothing is proved.
+/// Returns a proof that the maneuver is infeasible in any duration; `None` if nothing is proved.
 pub(crate) fn in_any_time(problem: &Problem) -> Option<Proof> {
     storage::storable(problem)
 }

@@ -43,8 +43,8 @@ impl Outputs {
 
     /// Returns the largest `|B u|`, or a little more: never less.
     ///
-    /// Returns the largest norm, which a corner attains. In the arrangement of the planes normal
-    /// to the generators a corner is a cell: a sign for each generator. Every cell has an edge,
+    /// Returns the largest norm, which a corner attains. A corner is a cell in the arrangement of
+    /// the planes normal to the generators: a sign for each generator. Every cell has an edge,
     /// along the product of two generators, at which the signs of all generators except those
     /// normal to it are its own.
     pub(crate) fn largest(&self) -> f64 {
@@ -103,8 +103,8 @@ impl Outputs {
 }
 
 impl Generator {
-    /// Returns the largest output along a unit vector; an infinite generator normal to it gives
-    /// none.
+    /// Returns the largest output along a unit vector. An infinite generator normal to the vector
+    /// contributes nothing.
     fn along(&self, direction: &Vector3) -> f64 {
         let part = self.axis.dot(direction).abs();
         if part <= FLAT && self.size == f64::INFINITY { 0.0 } else { part * self.size }

@@ -51,14 +51,15 @@ pub(super) fn storable(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         return in_any_attitude(problem, &outputs);
     }
-    // In a frame that turns another duration is another end.
+    // If the reference frame turns, another duration means another terminal attitude.
     let duration = problem.duration.known().or_else(|| standing(problem).then_some(0.0))?;
     let (_, [_, end]) = held(problem, &Ends::of(problem, duration));
     let (factor, axis) = outputs.shortfall(&end);
     (factor > 1.0 + SLACK).then(|| too_much(&end, &axis, factor).into())
 }
 
-/// Returns the same proof where any attitude will do at the end: `|μ| = |RᵀH − JΩ| ≥ ||H| − |JΩ||`.
+/// Returns the same proof for a maneuver that may end in any attitude:
+/// `|μ| = |RᵀH − JΩ| ≥ ||H| − |JΩ||`.
 fn in_any_attitude(problem: &Problem, outputs: &Outputs) -> Option<Proof> {
     let j = problem.body.inertia.j();
     let total = (j * problem.start.angular_velocity + problem.actuation.stored_momentum()).norm();

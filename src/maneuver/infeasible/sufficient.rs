@@ -8,11 +8,12 @@
 //! u = W (Je θ̈ + e×μ θ̇) ,   h = h_0 + W (μ − μ_0) − W Je θ̇ ,   μ = exp(−θ S(e)) μ_0      with wheels
 //! ```
 //!
-//! where W is a right inverse of the axes B, `B W v = v`: along `Je` the one that needs the
-//! smallest share of the limits. The angle is brought to its rate, carried on and stopped with a
-//! constant acceleration, which comes and goes at a constant slope where torque rates are limited.
-//! Each limit is checked at the largest value of each of its terms at once. Cones are checked
-//! along the whole way, at the time at which the body is there.
+//! where W is a right inverse of the axes B, `B W v = v`: the inverse that needs the smallest part
+//! of the limits along `Je`. The turn accelerates at a constant acceleration, continues at a
+//! constant rate, and decelerates. If torque rates are limited, the acceleration changes at a
+//! constant slope. Each limit is checked with the largest value of each of its terms, as if all
+//! were reached at one time. Cones are checked along the whole way, at the time at which the body
+//! is there.
 
 use super::capability::{fastest, isolated, standing};
 use super::outputs::Outputs;
@@ -24,35 +25,37 @@ use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// The stretch of the quickest such turn: what inputs that are held over steps, and a search that
-/// begins elsewhere, need of room. More of it is a longer duration, and less is harder to plan.
+/// The factor on the duration of the quickest such turn. Inputs that are held over steps, and a
+/// search that begins elsewhere, need this room. A larger factor reports a longer duration; a
+/// smaller one reports a duration that is harder to plan.
 const STRETCH: f64 = 1.08;
 
-/// The same for each part of a step that a jump of the torque takes: three jumps of the
-/// acceleration, each within a step.
+/// The additional duration, in steps, for the jumps of the torque: three jumps of the acceleration,
+/// each within a step.
 const PER_STEP: f64 = 3.0;
 
 /// Points of the way at which momenta and cones are checked.
 const POINTS: usize = 200;
 
-/// Factor from one rate, and from one acceleration, to the next that is tried, and their numbers.
+/// The factor from one tried rate or acceleration to the next, and the numbers of tried rates and
+/// accelerations.
 const FINER: f64 = 0.96;
 const RATES: i32 = 120;
 const ACCELERATIONS: i32 = 60;
 
-/// The quickest acceleration, where torques have no limit, as a multiple of the square of the rate
-/// over the angle.
+/// The quickest acceleration if torques have no limit, as a multiple of the square of the rate over
+/// the angle.
 const BRISK: f64 = 30.0;
 
-/// Relative error of an inverse of the axes that does not reach a torque.
+/// The relative error of the inverse of the axes above which the inputs do not reach a torque.
 const UNREACHED: f64 = 1e-7;
 
 /// Room to a cone \[rad\]: the deviation of a plan from the way that is checked.
 const ROOM: f64 = 1e-3;
 
-/// Returns a duration \[s\], rounded up to four digits and longer than that of the problem, in
-/// which a turn about a fixed axis is a plan; `None` where none is known: between rates, in a
-/// field, for a body that translates, for thrusters, or where a constraint is in the way of such a
+/// Returns a duration \[s\], rounded up to four digits and longer than the duration of the problem,
+/// in which a turn about a fixed axis is a plan; `None` if no such duration is known: between
+/// rates, in a field, for a body that translates, for thrusters, or if a constraint forbids such a
 /// turn.
 pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
     let torque = &problem.actuation.torque;
@@ -120,7 +123,7 @@ impl Course {
     fn angle_at(&self, time: f64, angle: f64) -> f64 {
         let (rise, end) = (self.rise(), self.duration(angle));
         let ramp = self.acceleration / self.slope;
-        // The angle while the body is brought to its rate; it is half of what the rate makes.
+        // The angle during the acceleration, half of the angle at the full rate.
         let rising = |time: f64| {
             let [whole, first, second, last] =
                 [0.0, ramp, rise - ramp, rise].map(|from| (time - from).max(0.0));
@@ -194,7 +197,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the duration \[s\], stretched; `None` where no rate leaves an acceleration, or a
+    /// Returns the duration \[s\], stretched; `None` if no rate leaves an acceleration, or a
     /// constraint is in the way.
     fn duration(&self) -> Option<f64> {
         let at_rest = self.acceleration(0.0);
@@ -246,7 +249,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the courses that reach a rate, or the lower one that the angle leaves time for.
+    /// Returns the courses that reach a rate, or a lower rate if the angle is too small for it.
     fn courses(&self, rate: f64) -> impl Iterator<Item = Course> {
         let most = self.acceleration(rate).min(BRISK * rate * rate / self.angle);
         let count = if self.slope(0.0, 0.0).is_finite() { ACCELERATIONS } else { 1 };
@@ -277,7 +280,7 @@ impl<'a> Turn<'a> {
             let arc = Arc { start, turn: lie::minus(&end, &start) };
             self.problem.constraints.iter().all(|constraint| {
                 let Rule::Pointing(pointing) = &constraint.rule else { return true };
-                // The ends keep the cone, and no more room is required there than they have.
+                // The ends keep the cone, so the required room is no larger than theirs.
                 let ends = piece == 0 || piece + 1 == POINTS;
                 pointing.pairs().all(|(boresight, direction)| {
                     let target = on_arc(direction, time, step, &frame_rate);
@@ -300,7 +303,7 @@ struct Inverse<'a> {
 }
 
 impl<'a> Inverse<'a> {
-    /// Builds the inverse for the limits `sizes`; `None` where no inputs give the torque `along`.
+    /// Builds the inverse for the limits `sizes`; `None` if no inputs produce the torque `along`.
     fn new(axes: &'a [Vector3], sizes: &[f64], along: &Vector3) -> Option<Self> {
         let scaled = DMatrix::from_fn(3, axes.len(), |row, input| axes[input][row] * sizes[input]);
         let threshold = UNREACHED * scaled.amax();
@@ -316,8 +319,9 @@ impl<'a> Inverse<'a> {
         (found.miss(&found.best, along) <= UNREACHED).then_some(found)
     }
 
-    /// Returns the inputs of `along` that need the smallest share of the limits: all at this
-    /// share, but those along the face of the outputs on which it lies.
+    /// Returns the inputs for `along` that need the smallest part of the limits. All inputs have
+    /// this part of their limits, except the inputs along the face of the outputs on which `along`
+    /// lies.
     fn at_a_face(&self, sizes: &[f64]) -> Option<DVector<f64>> {
         const FLAT: f64 = 1e-6;
         let (share, normal) = Outputs::new(self.axes, sizes.iter().copied()).shortfall(&self.along);
@@ -349,7 +353,7 @@ impl<'a> Inverse<'a> {
         (given - torque).norm() / self.along.norm()
     }
 
-    /// Returns the inputs that give a torque; `None` where none do.
+    /// Returns the inputs that produce a torque; `None` if none do.
     fn of(&self, torque: &Vector3) -> Option<DVector<f64>> {
         let part = torque.dot(&self.along) / self.along.norm_squared();
         let inputs = &self.best * part + &self.by_squares * (torque - self.along * part);

@@ -36,7 +36,7 @@ pub struct PointMass {
 
 /// Exact gravity of a point at the origin on a rigid cloud of point masses.
 ///
-/// The position is the one of the mass center. Where a point meets the origin nothing is finite.
+/// The position is the one of the mass center. No value is finite if a point meets the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralGravity {
     points: Vec<PointMass>,
@@ -88,7 +88,7 @@ impl CentralGravity {
         Ok(Self { description: Description::CentralGravity { gravitational_parameter, points }, ..field })
     }
 
-    /// Arm `ρ` of each point and its field, body axes.
+    /// Returns the arm `ρ` of each point and its field, body axes.
     fn fields(&self, pose: &Pose) -> impl Iterator<Item = (&Vector3, InverseSquare)> {
         let y = pose.attitude.tr_mul(&pose.position);
         self.points

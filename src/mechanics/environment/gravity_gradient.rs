@@ -16,7 +16,7 @@ use crate::{Matrix3, Vector3};
 /// Gravity gradient on a circular orbit.
 ///
 /// The attitude is relative to the local frame of the orbit, LVLH: `e₁` along the velocity, `e₂`
-/// along the orbit normal, `e₃` radially outward. That frame turns with the rate `n e₂`.
+/// along the orbit normal, `e₃` radially outward. The frame turns with the rate `n e₂`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GravityGradient {
     /// `o`, unit, reference frame: outward from the attracting center.

@@ -1,8 +1,8 @@
-//! The forces and torques on the body other than those of its actuators.
+//! The forces and torques on the body that its actuators do not produce.
 //!
 //! An environment gives force and moment at a pose, their derivatives, and the contracted second
-//! derivatives that the costate sensitivities need. A new one is one file that implements
-//! [`Environment`] and one line in the list of the derivative tests.
+//! derivatives that the costate sensitivities need. A new environment is a file that implements
+//! [`Environment`] and a line in the list of the derivative tests.
 
 mod central_gravity;
 mod error;
@@ -178,8 +178,8 @@ pub trait Environment: Debug + Send + Sync {
     fn gradient(&self, pose: &Pose) -> Blocks;
 
     /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates
-    /// `λ` held fixed: four 3×3 blocks. Their units are those of `Γ` times the unit of the
-    /// costates, per m or rad.
+    /// `λ` held fixed: four 3×3 blocks. Each has the unit of `Γ` times the unit of the costates,
+    /// per m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
     /// Returns the angular velocity of the reference frame, in its own axes [rad/s]. Zero:

@@ -72,7 +72,7 @@ impl SecondOrderGravity {
     }
 }
 
-/// The attracting center as the body sees it, all with `J` standing for `(3/2) μ J`.
+/// The attracting center in body axes; `J` in these quantities is `(3/2) μ J`.
 struct Center<'a> {
     jj: &'a Matrix3,
     tau: f64,

@@ -74,7 +74,7 @@ pub struct Dumbbells {
 }
 
 impl Dumbbells {
-    /// Most dumbbells; their pairs are summed one by one.
+    /// The largest number of dumbbells; their pairs are summed one by one.
     pub const BODIES: usize = 10_000;
 
     /// Returns the gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
@@ -129,7 +129,7 @@ impl Pair {
 }
 
 impl Potential for Dumbbells {
-    /// Only how the bodies stand to one another acts.
+    /// Returns all symmetries: the energy depends on relative poses alone.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }

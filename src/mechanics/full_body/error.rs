@@ -10,7 +10,7 @@ pub enum FullBodyError {
     /// A number has a wrong value.
     #[error(transparent)]
     Number(#[from] NumberError),
-    /// A count is zero, or beyond what memory and time are good for.
+    /// A count is zero, or larger than memory and time allow.
     #[error("{name}: {count}; the number must be from 1 to {limit}")]
     Count {
         /// The name of the counted items.

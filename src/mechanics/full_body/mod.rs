@@ -12,7 +12,7 @@
 //! | [`Dumbbells`] | spheres on rods | closed form |
 //! | [`MutualGravity`] of [`Attractor::Cloud`] | any shape, as points | exact for the points |
 //! | … of [`Attractor::Polyhedron`] with points or clouds | homogeneous solids | closed form |
-//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | Gauss points of one in the exact field of the other: `O((l/d)^{2n})` |
+//! | … of two [`Attractor::Polyhedron`] | homogeneous solids | `O((l/d)^{2n})`: Gauss points of one, exact field of the other |
 //! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
 //!
 //! Force and moment of each body come from one energy that depends on relative positions and
@@ -65,12 +65,12 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// Returns `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
-    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over
+    /// Writes force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body to
     /// `wrenches`, which has one row per pose.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
 
-    /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over
-    /// `gradient[n i + j]`; false, and nothing written, where the potential does not offer it.
+    /// Writes the derivative of force and moment on body i with respect to `(δx, ζ)` of body j to
+    /// `gradient[n i + j]`. Returns false and writes nothing if the potential does not provide it.
     ///
     /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
     fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
@@ -83,7 +83,7 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
         true
     }
 
-    /// Its symmetry, for reports. Default: none.
+    /// Returns the symmetry of the potential, for reports. Default: no symmetry.
     fn symmetry(&self) -> Symmetry {
         Symmetry::None
     }

@@ -15,16 +15,16 @@ use std::sync::Mutex;
 /// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
 pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
-/// Whether to share the tasks among threads. The result is the same to the last bit.
+/// The use of threads in an evaluation. The result is the same to the last bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Threads {
     /// Uses threads if an evaluation is long enough. Default.
     #[default]
     Auto,
-    /// Evaluates on the calling thread; allocates nothing.
+    /// Evaluates on the calling thread, without allocation.
     One,
-    /// Evaluates on the threads of rayon, also if that takes longer; on the calling thread
-    /// without the feature `threads`.
+    /// Evaluates on the threads of rayon, even if this takes longer. Without the feature `threads`
+    /// it evaluates on the calling thread.
     Many,
 }
 
@@ -40,16 +40,17 @@ pub struct MutualGravity {
     threads: Threads,
     /// Cost of one evaluation, and of a task in the mean, in interactions of point with point.
     cost: f64,
-    /// The buffer for the results of tasks, so that an evaluation allocates nothing.
+    /// The buffer for the results of tasks, so that an evaluation does not allocate.
     results: Mutex<Vec<Exchange>>,
 }
 
 impl MutualGravity {
-    /// Most bodies; their pairs are summed one by one.
+    /// The largest number of bodies; their pairs are summed one by one.
     pub const BODIES: usize = 2_000;
-    /// Most interactions of point with point that one evaluation may take: about half a minute.
+    /// The largest number of interactions of point with point in one evaluation: about half a
+    /// minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
-    /// The number of interactions from which on threads save time.
+    /// The least number of interactions for which threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
     /// Returns the gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
@@ -94,7 +95,7 @@ impl MutualGravity {
         self.cost
     }
 
-    /// Returns whether an evaluation goes to several threads.
+    /// Returns whether an evaluation uses several threads.
     fn is_shared(&self) -> bool {
         match self.threads {
             Threads::One => false,
@@ -103,8 +104,8 @@ impl MutualGravity {
         }
     }
 
-    /// Returns the least number of tasks that a thread takes at once: smaller batches cost more
-    /// in hand-over than they save.
+    /// Returns the least number of tasks that a thread takes at once: the overhead of smaller
+    /// batches exceeds their gain.
     fn batch(&self) -> usize {
         (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
     }
@@ -122,11 +123,13 @@ impl MutualGravity {
 }
 
 impl Potential for MutualGravity {
-    /// Only how the bodies stand to one another acts.
+    /// Returns all symmetries: the energy depends on relative poses alone.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }
 
+    /// Returns the sum of the energies of all pairs.
+    ///
     /// # Panics
     /// Panics if the numbers of poses and bodies differ.
     fn energy(&self, poses: &[Pose]) -> f64 {
@@ -144,6 +147,8 @@ impl Potential for MutualGravity {
         self.gravitational_constant * sum
     }
 
+    /// Writes the sums of the wrenches of all pairs to `wrenches`.
+    ///
     /// # Panics
     /// Panics if the numbers of poses, rows and bodies differ.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {

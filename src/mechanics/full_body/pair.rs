@@ -20,7 +20,7 @@ use crate::Vector3;
 use crate::mechanics::environment::Pose;
 use std::ops::Range;
 
-/// A share of one pair: some probes in a field.
+/// A part of the work of one pair: some probes in a field.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
     /// The index of the body whose field acts.
@@ -59,10 +59,10 @@ fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, us
         (SecondOrder { .. }, _) | (_, SecondOrder { .. }) => return None,
         // The inner loop runs over the longer one.
         (Cloud(a), Cloud(b)) => a.points().len() >= b.points().len(),
-        // The exact field acts on what are points.
+        // The exact field of the polyhedron acts on the points.
         (Polyhedron(_), Cloud(_)) => true,
         (Cloud(_), Polyhedron(_)) => false,
-        // The smaller one is integrated over: its tetrahedra are the smaller ones.
+        // The Gauss points are in the smaller body, whose tetrahedra are smaller.
         (Polyhedron(a), Polyhedron(b)) => a.shape().radius() >= b.shape().radius(),
     };
     let (field, probe) = if first_is_field { (first, second) } else { (second, first) };
@@ -148,10 +148,10 @@ fn cloud_exchange(field: &PointCloud, probes: &[MassPoint], seen: &Pose) -> Exch
     sum
 }
 
-/// Up to four probes: their masses, and their arms in the axes of the field.
+/// Returns the masses of up to four probes, and their arms in the axes of the field.
 fn four(probes: &[MassPoint], seen: &Pose) -> (Lanes, [Lanes; 3], [Lanes; 3]) {
     let mass = Lanes::from_fn(|lane| probes.get(lane).map_or(0.0, |probe| probe.mass));
-    // Lanes without a probe stand, massless, where the first one is.
+    // Lanes without a probe have no mass and the position of the first probe.
     let of = |lane: usize| seen.attitude * probes.get(lane).unwrap_or(&probes[0]).position;
     let arms = side_by_side(&std::array::from_fn(of));
     let y = [0, 1, 2].map(|axis| arms[axis] + Lanes::splat(seen.position[axis]));

@@ -40,7 +40,7 @@ struct Block {
 }
 
 impl PointCloud {
-    /// Most points that a cloud can have.
+    /// The largest number of points of a cloud.
     pub const POINTS: usize = 10_000_000;
 
     /// Returns a cloud of these points, their mass center at the origin.
@@ -131,7 +131,8 @@ impl PointCloud {
 }
 
 impl Block {
-    /// Up to four points; a massless copy of the first fills a lane that would be empty.
+    /// Builds the lanes of up to four points; a massless copy of the first point fills an empty
+    /// lane.
     fn new(points: &[MassPoint]) -> Self {
         let of = |index: usize| points.get(index);
         Self {

@@ -8,8 +8,8 @@
 //! Ṙ = S(Ω − Ω₂) R             Π̇ = Π × Ω₂ + M         M the moment on body 1
 //!                             Π̇₂ = Π₂ × Ω₂ − M − X × f
 //! ```
-//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) Nine momenta and six coordinates instead of
-//! twelve and twelve: what is left over is the mass center, which moves uniformly, and
+//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) These are nine momenta and six coordinates
+//! instead of twelve and twelve. The remaining ones are the mass center, which moves uniformly, and
 //! `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass center
 //! ```text
 //! E = |Γ|²/2m + ½ Ω·Π + ½ Ω₂·Π₂ + U(X, R)         R₂ (X × Γ + Π + Π₂) = L
@@ -35,7 +35,7 @@ pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
 /// Two bodies relative to each other, in the axes of the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// The position `X` of the mass center of body 1 relative to that of body 2 \[m\].
+    /// The position `X` of the mass center of body 1 relative to the mass center of body 2 \[m\].
     pub position: Vector3,
     /// Attitude `R`, axes of body 1 → axes of body 2.
     pub attitude: Matrix3,
@@ -52,7 +52,7 @@ pub struct Relative {
 pub struct Anchor {
     /// Attitude `R₂` of body 2.
     pub attitude: Matrix3,
-    /// Mass center of both, reference frame \[m\].
+    /// The common mass center of both bodies, reference frame \[m\].
     pub mass_center: Vector3,
     /// Their total linear momentum, reference frame [kg·m/s].
     pub momentum: Vector3,
@@ -85,10 +85,10 @@ pub struct TwoBodies<P> {
 }
 
 impl<P: Potential> TwoBodies<P> {
-    /// These bodies under `potential`, which is one of two bodies.
+    /// Builds the system of two bodies under `potential`, which is a potential of two bodies.
     ///
     /// # Errors
-    /// A [`FullBodyError`] if a body has no mass, or none that is a positive number.
+    /// A [`FullBodyError`] if the mass of a body is absent or not a positive number.
     pub fn new(bodies: [Body; 2], potential: P) -> Checked<Self> {
         let mass = |body: &Body| -> Checked<f64> {
             let mass = body.mass.ok_or(FullBodyError::NoMass)?;
@@ -98,7 +98,7 @@ impl<P: Potential> TwoBodies<P> {
         Ok(Self { bodies, masses, potential })
     }
 
-    /// Reduced mass `m₁m₂/(m₁ + m₂)` \[kg\].
+    /// Returns the reduced mass `m₁m₂/(m₁ + m₂)` \[kg\].
     pub fn reduced_mass(&self) -> f64 {
         let [first, second] = self.masses;
         first / (first + second) * second

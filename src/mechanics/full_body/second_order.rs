@@ -1,4 +1,4 @@
-//! MacCullagh's formula for two extended bodies: each as the other sees it, to second order in size
+//! MacCullagh's formula for two extended bodies: each attracts the other to second order in size
 //! over distance.
 //!
 //! In the axes of body A, with B at `X = r e`, inertias `J_A`, `J_B` and `K = m_B J_A + m_A J_B`:
@@ -14,8 +14,9 @@
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
 
-/// Force on the second of a pair and moments on both, in the axes of the first, over `G`: the first
-/// is the field, the second the probes, where one of them has a field of its own.
+/// The force on the second body of a pair and the moments on both, in the axes of the first body,
+/// divided by `G`. If one of them has a field of its own, it is the first, and the second has the
+/// probes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
     pub force: Vector3,
@@ -52,7 +53,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// `second` is where the first sees it.
+    /// Builds the terms of a pair; `seen` is the pose of the second body relative to the first.
     fn new(first: &Moments, second: &Moments, seen: &Pose) -> Self {
         let r = seen.position.norm();
         let e = seen.position / r;

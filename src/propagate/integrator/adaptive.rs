@@ -1,8 +1,8 @@
 //! The references of the crate `differential-equations`: DOP853 and Verner's 9(8), with error
 //! control.
 //!
-//! Each step is an integration of its own, so that inputs may jump at the nodes. The solvers of
-//! that crate allocate; these two are for accuracy, not for speed.
+//! Each step is a separate integration, so that inputs may jump at the nodes. The solvers of that
+//! crate allocate; these two are for accuracy, not for speed.
 
 use super::ambient::Ambient;
 use super::course::{Course, Method};

@@ -1,4 +1,5 @@
-//! The equations of motion in the numbers of the matrices, for methods that do not use the group.
+//! The equations of motion in the entries of the rotation matrices, for methods that do not use the
+//! group.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
@@ -13,7 +14,8 @@ use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// Numbers per body: attitude and momentum, and position and momentum where it translates.
+/// The number of entries for each body: attitude and momentum, and position and linear momentum if
+/// the body translates.
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 
@@ -24,7 +26,8 @@ const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 /// step \[rad\].
 const MOST_TURNED: f64 = std::f64::consts::TAU;
 
-/// The same for a change of position, in distances of the farthest body from the origin.
+/// Largest change of position over a step that errors are relative to, in distances of the farthest
+/// body from the origin.
 const MOST_MOVED: f64 = 10.0;
 
 /// The vector field, with the step's start and the buffers of one evaluation.
@@ -52,7 +55,7 @@ impl Ambient {
         }
     }
 
-    /// Rate of change at `fraction` of the step, where the state has changed by `y`.
+    /// Computes the rate of change at `fraction` of the step, where the state has changed by `y`.
     pub fn rate(&mut self, fraction: f64, y: &[f64], inputs: &[Input], out: &mut [f64]) {
         self.load(fraction, y, inputs);
         self.rate_under_load(y, out);
@@ -66,7 +69,7 @@ impl Ambient {
         }
     }
 
-    /// The poses where the state has changed by `y`.
+    /// Computes the poses of the state changed by `y`.
     fn place(&mut self, y: &[f64]) {
         let mut at = 0;
         for (body, pose) in self.poses.iter_mut().enumerate() {
@@ -80,8 +83,8 @@ impl Ambient {
         }
     }
 
-    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated
-    /// last.
+    /// Computes the rate of change of the state changed by `y`, under the last evaluated forces and
+    /// moments.
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;

@@ -15,7 +15,7 @@ pub(crate) struct Course {
 
 /// A method that advances a course; an [`Integrator`] with the state of the course.
 pub(crate) trait Method: Send {
-    /// One step, counted in the end.
+    /// Advances the state by one step, which is counted at its end.
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError>;
 
     fn course(&self) -> &Course;

@@ -13,7 +13,7 @@
 //! ```
 //! All are symplectic, with one evaluation for each step: where both kicks act, the potential at
 //! the end of a step is kept, because it is the potential at the start of the next one. Lie–Verlet
-//! is of second order. In the variable `Π̃ = Π + (h/2) M` either Lie–Euler is Lie–Verlet: its error
+//! is of second order. Either Lie–Euler is Lie–Verlet in the variable `Π̃ = Π + (h/2) M`: its error
 //! is the missing half kick at the ends, and does not grow.
 
 use super::course::{Course, Method};
@@ -32,8 +32,8 @@ pub(super) struct DriftAndKick {
     /// The weights `a` and `b` \[s\].
     before: f64,
     after: f64,
-    /// The potential's wrenches at the node reached, and those with the inputs of one end of a
-    /// step.
+    /// The potential's wrenches at the reached node, and the wrenches including the inputs of one
+    /// end of a step.
     field: Vec<Wrench>,
     wrenches: Vec<Wrench>,
     /// Cayley vector of each body's step.
@@ -41,7 +41,7 @@ pub(super) struct DriftAndKick {
 }
 
 impl DriftAndKick {
-    /// `before`: the part of a step's kick that acts before the drift.
+    /// Builds the method; `before` is the part of a step's kick that acts before the drift.
     pub fn new(mut course: Course, before: f64) -> Self {
         let (n, h) = (course.count(), course.loads.step);
         let mut field = vec![Wrench::zero(); n];

@@ -37,7 +37,7 @@ pub struct AttitudeEquation {
 }
 
 impl AttitudeEquation {
-    /// Newton takes 2–4 iterations below 0.6 rad.
+    /// Newton needs 2–4 iterations below 0.6 rad.
     const MAX_ITERATIONS: u32 = 40;
 
     /// Builds the equation for steps of `step` \[s\].
@@ -47,7 +47,7 @@ impl AttitudeEquation {
     }
 
     /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)`, and the iterations: a
-    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` where no step below
+    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` if no step below
     /// 90° carries the momentum `Π` [N·m·s].
     #[inline]
     pub fn solve(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {

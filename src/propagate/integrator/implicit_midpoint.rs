@@ -27,7 +27,7 @@ const TOLERANCE: f64 = 1e-13;
 /// The inner iteration stops at this part of the last change of the outer iteration.
 const INNER: f64 = 1e-2;
 
-/// Each iteration; ten do at the usual steps.
+/// The largest number of iterations; ten suffice at the usual steps.
 const MAX_ITERATIONS: u32 = 200;
 
 /// The implicit midpoint rule.
@@ -62,8 +62,8 @@ impl ImplicitMidpoint {
         self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
     }
 
-    /// Solves for the change under the forces and moments evaluated last, until the poses notice no
-    /// more than `goal` of an iteration or it brings nothing.
+    /// Solves for the change under the last evaluated forces and moments, until an iteration
+    /// changes the poses by no more than `goal`, or no longer improves.
     fn solve_under_load(&mut self, goal: f64) {
         let h = self.ambient.course.loads.step;
         let mut noticed = f64::INFINITY;

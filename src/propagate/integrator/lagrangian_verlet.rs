@@ -5,10 +5,9 @@
 //! F J_d − J_d Fᵀ = J_d F⁻ − F⁻ᵀ J_d + h² S(M + Bu) ,   R⁺ = R F                          (3.19, 3.20)
 //! x⁺ = x + Δ ,   Δ = Δ⁻ + (h²/m)(f + B_f u)                                              (3.18)
 //! ```
-//! The method has no momenta. Those of the state come from the discrete Legendre transform
+//! The method has no momenta. The momenta of the state come from the discrete Legendre transform
 //! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step has no step
-//! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
-//! acts.
+//! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides acts.
 //!
 //! It is the same map as the Hamiltonian form. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in
 //! every step would accumulate rounding in a steady rotation. It equals `h F⁻ᵀΠ̃⁻`, and is
@@ -32,7 +31,7 @@ pub(super) struct LagrangianVerlet {
     last: Vec<Last>,
     /// The potential's wrenches at the node reached.
     field: Vec<Wrench>,
-    /// The same with the inputs on the side of the last step, and of the next one.
+    /// The wrenches with the inputs on the side of the last step, and of the next one.
     before: Vec<Wrench>,
     after: Vec<Wrench>,
     turns: Vec<Vector3>,

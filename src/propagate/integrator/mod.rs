@@ -18,8 +18,8 @@
 //! energy error.
 //!
 //! A reference frame that turns at a constant rate costs one more factor for each step, for every
-//! method. Within a step the methods use the inertial axes that coincide with those of the frame
-//! at its start; then `exp(−h S(n))` turns everything back.
+//! method. The methods use one set of inertial axes within a step, which coincides with the axes of
+//! the frame at its start; then `exp(−h S(n))` turns everything back.
 
 mod adaptive;
 mod ambient;
@@ -120,8 +120,8 @@ impl Facts {
 pub struct Work {
     /// Steps made.
     pub steps: u64,
-    /// The number of evaluations of the potential, each for all bodies at once, including those
-    /// of the start.
+    /// The number of evaluations of the potential, each for all bodies at once, including the
+    /// evaluations at the start.
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,

@@ -4,9 +4,9 @@
 //! ```text
 //! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i
 //! ```
-//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. With an
-//! embedded pair and a tolerance the step is divided until the estimated error of each part,
-//! relative to the size of each quantity, is within it.
+//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. A step with
+//! an embedded pair and a tolerance is divided until the estimated error of each part, relative to
+//! the size of each quantity, is within the tolerance.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};
@@ -21,7 +21,7 @@ const MAX_PARTS: u32 = 1_000_000;
 pub(super) struct RungeKutta {
     ambient: Ambient,
     tableau: Tableau,
-    /// Error allowed per part; `None`: the step is taken as it is.
+    /// Error allowed per part; `None`: the step is not divided.
     tolerance: Option<f64>,
     /// Length of the part to try next \[s\].
     part: f64,
@@ -102,7 +102,7 @@ impl RungeKutta {
     }
 }
 
-/// `y = base + h Σ w_j k_j`.
+/// Computes `y = base + h Σ w_j k_j`.
 fn combine(base: &[f64], h: f64, weights: &[f64], stages: &[Vec<f64>], y: &mut [f64]) {
     y.copy_from_slice(base);
     for (weight, stage) in weights.iter().zip(stages) {

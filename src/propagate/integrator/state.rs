@@ -2,9 +2,9 @@
 //!
 //! # Why does a steady rotation need care in the attitude update?
 //!
-//! It repeats the same `F`, so what its elements have lost by rounding adds up instead of averaging
-//! out. The update multiplies by factors that move with `R` only, and takes the rest to an ulp of
-//! its small part.
+//! It repeats the same `F`, so the rounding of its elements adds up instead of averaging out. The
+//! update multiplies by factors that move with `R` only, and takes the rest to an ulp of its small
+//! part.
 
 use super::{Momentum, StepError};
 use crate::mechanics::body::Body;
@@ -27,7 +27,7 @@ pub struct SystemState {
 
 impl SystemState {
     /// Builds a state from poses and momenta, one of each for each body.
-    /// [`System::check`](super::System::check) checks it, and so does the start of every method.
+    /// [`System::check`](super::System::check) and the start of every method check it.
     pub fn new(poses: Vec<Pose>, momenta: Vec<Momentum>) -> Self {
         let none = Pose { position: Vector3::zeros(), attitude: Matrix3::zeros() };
         let at_rest = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };
@@ -67,9 +67,9 @@ impl SystemState {
 
     /// Turns a body by `F = cay(c)`: `R⁺ = R + a (W + W S(c))`, `W = R S(c)`, `a = 2/(1 + |c|²)`.
     ///
-    /// A steady rotation repeats the same `F`, and what its elements have lost by rounding adds up.
-    /// Here every product has a factor that moves with `R`, and `a` is taken as
-    /// `2 − 2|c|²/(1 + |c|²)`, which is good to an ulp of the small part: the rest walks at random.
+    /// A steady rotation repeats the same `F`, so the rounding of its elements adds up. Here every
+    /// product has a factor that moves with `R`, and `a` is computed as `2 − 2|c|²/(1 + |c|²)`,
+    /// which is accurate to an ulp of the small part: the remaining error is a random walk.
     #[inline(always)]
     pub(crate) fn turn_attitude(&mut self, body: usize, c: &Vector3) {
         let attitude = &self.poses[body].attitude;
@@ -113,8 +113,8 @@ impl SystemState {
         if check.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Turns everything given in the reference frame by `exp S(f)`. The position of a body that
-    /// only turns is fixed in that frame.
+    /// Turns all quantities in the reference frame by `exp S(f)`. The position of a body that only
+    /// turns is fixed in that frame.
     pub(crate) fn turn_frame(&mut self, bodies: &[Body], f: &Vector3) {
         let turn = lie::exp_minus_identity(f);
         for (index, body) in bodies.iter().enumerate() {

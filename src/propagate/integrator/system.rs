@@ -114,7 +114,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// One wrench all through the step.
+    /// Builds an input with one wrench throughout the step.
     pub fn held(wrench: Wrench) -> Self {
         Self { start: wrench, end: wrench }
     }
@@ -134,7 +134,7 @@ impl Input {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Invariants {
-    /// Kinetic plus potential energy \[J\]. In a turning frame `n · Σ(x×γ + RΠ)` is subtracted:
+    /// Kinetic plus potential energy \[J\]. If the frame turns, `n · Σ(x×γ + RΠ)` is subtracted:
     /// this is Jacobi's integral, which a field fixed in that frame conserves.
     pub energy: f64,
     /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of
@@ -164,7 +164,8 @@ impl System {
         Ok(Self { bodies, potential, frame_rate: Vector3::zeros() })
     }
 
-    /// Returns one body in an environment, whose frame may turn. It translates where it has a mass.
+    /// Returns one body in an environment, whose frame may turn. A body with a mass also
+    /// translates.
     ///
     /// # Errors
     /// [`SystemError::Mass`].
@@ -259,7 +260,7 @@ impl System {
         self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
     }
 
-    /// Energy, momenta and orthogonality.
+    /// Returns energy, momenta and orthogonality.
     pub fn invariants(&self, state: &SystemState) -> Invariants {
         let (poses, momenta) = (state.poses(), state.momenta());
         let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(poses));
@@ -306,9 +307,9 @@ impl Potential for EnvironmentPotential {
 
 /// The loads on all bodies within a step, counted.
 ///
-/// Within a step the methods use the inertial axes that coincide with those of the reference
-/// frame at its start. The potential is fixed in the reference frame: its poses are turned back
-/// by the rotation of the frame so far, and its forces forward.
+/// The methods use one set of inertial axes within a step, which coincides with the axes of the
+/// reference frame at its start. The potential is fixed in the reference frame: its poses are
+/// turned back by the rotation of the frame so far, and its forces forward.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     pub system: System,
@@ -326,18 +327,18 @@ impl Loads {
         Self { system: system.clone(), step, evaluations: 0, turned }
     }
 
-    /// Returns whether nothing acts: no potential and no inputs.
+    /// Returns whether the bodies are free: no potential and no inputs.
     pub fn is_free(&self, inputs: &[Input]) -> bool {
         self.system.potential.is_none() && inputs.is_empty()
     }
 
-    /// Returns the rotation vector that takes everything into the frame's axes at the end of a
+    /// Returns the rotation vector that turns all quantities into the frame's axes at the end of a
     /// step; `None`: the frame is inertial.
     pub fn frame_turn(&self) -> Option<Vector3> {
         (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)
     }
 
-    /// The potential's wrenches at a node.
+    /// Evaluates the potential's wrenches at a node.
     pub fn field(&mut self, poses: &[Pose], wrenches: &mut [Wrench]) {
         let Some(potential) = &self.system.potential else {
             wrenches.fill(Wrench::zero());
@@ -347,11 +348,11 @@ impl Loads {
         potential.wrenches(poses, wrenches);
     }
 
-    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in
-    /// `total`.
+    /// Evaluates the potential's gradient at `fraction` of the step, n×n blocks, poses and forces
+    /// as in `total`.
     ///
     /// # Panics
-    /// Returns zero if the potential has no gradient.
+    /// Panics if the system has no potential, or if the potential does not provide its gradient.
     pub fn gradient(&mut self, fraction: f64, poses: &[Pose], gradient: &mut [Blocks]) {
         let potential = self.system.potential.clone().expect("a potential");
         let Some(turn) = self.frame_turn() else {
@@ -387,7 +388,8 @@ impl Loads {
         }
     }
 
-    /// Potential and inputs at `fraction` of the step, poses and forces in the axes of its start.
+    /// Evaluates potential and inputs at `fraction` of the step, poses and forces in the axes of
+    /// its start.
     pub fn total(&mut self, fraction: f64, poses: &[Pose], inputs: &[Input], wrenches: &mut [Wrench]) {
         let Some(turn) = self.frame_turn() else {
             self.field(poses, wrenches);

@@ -11,10 +11,10 @@
 //! Every motion between the two attitudes has a largest rate of at least the mean rate, by the mean
 //! value theorem. A mean rate above the limit is therefore a violation for any motion of the body.
 //!
-//! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
+//! An angle along the cubic through attitudes and rates changes at most at the steepest slope of
 //! the rotation vector, and at the rate of the target. A stretch is clear if the distance of its
-//! middle from the rim exceeds
-//! half of this change. Any other stretch is halved, until it is shorter than the tolerance.
+//! middle from the rim exceeds half of this change. Any other stretch is halved, until it is
+//! shorter than the tolerance.
 
 use super::{AttitudeReport, Motion};
 use crate::Vector3;
@@ -51,8 +51,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
 }
 
-/// Returns the direction while the body goes from row `k` to the next, in the axes of the reference
-/// frame.
+/// Returns the direction between row `k` and the next, in the axes of the reference frame.
 pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
@@ -161,7 +160,7 @@ fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
         return end;
     }
     let (mut bad, mut good) = (violated, end);
-    // Fifty halvings leave nothing of a double.
+    // Fifty halvings exhaust the digits of a double.
     for _ in 0..50 {
         let middle = 0.5 * (bad + good);
         if room(middle) < 0.0 { bad = middle } else { good = middle }

@@ -1,7 +1,7 @@
 //! Checks of a motion of which only attitudes and rates are known.
 //!
-//! - **Ends and duration** must be those of the problem, and the rows must cover the time between
-//!   them.
+//! - **Ends and duration** must agree with the problem, and the rows must cover the time between
+//!   the ends.
 //! - **Cones and rates** are judged at the rows and on the motion between them. There the body
 //!   turns about one axis at one rate, and the extremum of every angle has a closed form. If
 //!   the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
@@ -31,12 +31,13 @@ pub struct AttitudeRows<'a> {
     pub time: &'a [f64],
     /// Quaternions from body to reference, `[w, x, y, z]`, of length 1, one for each time.
     pub quaternion: &'a [[f64; 4]],
-    /// Angular velocity against the reference frame, body axes [rad/s]; as many, or none.
+    /// Angular velocity relative to the reference frame, body axes [rad/s], one for each time;
+    /// empty if the file has no rates.
     pub rate: &'a [Vector3],
-    /// Rows before which nothing may be interpolated.
+    /// Rows that must not be connected with the row before by interpolation.
     pub breaks: &'a [usize],
-    /// Which rows the file states; between them a polynomial makes the others. Empty: all are
-    /// stated. Between stated rows a motion may enter a cone by the tolerance.
+    /// For each row, whether the file states it; a polynomial gives the rows between stated rows.
+    /// Empty: all are stated. Between stated rows a motion may enter a cone by the tolerance.
     pub told: &'a [bool],
     /// The rounding of the printed digits.
     pub rounding: Rounding,
@@ -61,15 +62,14 @@ pub struct AttitudeReport {
     pub checks: Vec<Check>,
     /// The violations in words, each with its time.
     pub violations: Vec<String>,
-    /// The row at which each violation is, or the row before it.
+    /// The row of each violation, or the row before it.
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
     /// The largest mean torque between two rows that a free body without wheels needs to have the
     /// rates \[N·m\]; `None` for others and without rates.
     pub peak_torque_n_m: Option<f64>,
-    /// The torque that such a body needs to have the attitudes: the largest, by the mean rates
-    /// between rows \[N·m\].
+    /// The largest torque that the attitudes require, from the mean rates between rows \[N·m\].
     pub peak_torque_of_attitudes_n_m: Option<f64>,
 }
 
@@ -87,7 +87,8 @@ impl AttitudeReport {
 
 /// The largest relative error of the duration: many programs print times to a nanosecond.
 const DURATION: f64 = 1e-6;
-/// A rate may be off by what turns the body by the tolerance in this share of the duration.
+/// The part of the duration that defines the allowed error of a rate: such an error turns the body
+/// by the tolerance in this time.
 const RATE_SHARE: f64 = 0.01;
 
 /// The name of the check that rates are the derivatives of the attitudes.
@@ -125,7 +126,7 @@ impl Motion<'_> {
         self.rows.time[k + 1] - self.rows.time[k]
     }
 
-    /// Returns the inertial angular velocity in body axes, if the file has one.
+    /// Returns the inertial angular velocity in body axes, if the file has rates.
     fn inertial(&self, k: usize) -> Option<Vector3> {
         self.rows.rate.get(k).map(|rate| rate + self.attitude[k].tr_mul(&self.frame_rate))
     }
@@ -145,8 +146,8 @@ impl Motion<'_> {
 }
 
 /// Returns the attitude and the angular velocity, among all ends on the target, that come nearest
-/// to the last row: the plan chooses the roll, free or within a band. `None` where the end is
-/// stated, or where the target leaves it open at that time.
+/// to the last row: the plan chooses the roll, free or within a band. `None` if the spec states the
+/// end, or if the target does not define it at that time.
 fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
     let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
     Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))

@@ -15,7 +15,7 @@ use crate::{Vector3, lie};
 /// accepted: a plan that keeps its limits to round-off, printed with many digits.
 const SLACK: f64 = 1e-6;
 
-/// Reports the required torque, and where it exceeds the limits.
+/// Reports the required torque, and the times at which it exceeds the limits.
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let alone = problem.environment.is_free() && problem.actuation.wheels.is_none();
     if !alone {

@@ -13,7 +13,7 @@ use crate::maneuver::constraint::{Alternatives, Arc, BOUNDARY_ROUNDING, Pointing
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 
-/// How often an interval is halved.
+/// The number of halvings of an interval.
 const HALVINGS: u32 = 12;
 
 /// Returns the maneuver with its alternatives in the shifts of a plan: the shifts of `own`, the

@@ -34,7 +34,7 @@ pub struct ConeAngle {
 }
 
 impl Meter<'_> {
-    /// An attitude, body → reference, at `time`.
+    /// Receives an attitude, body → reference, at `time`.
     fn attitude(&mut self, time: f64, attitude: &Matrix3) {
         let frame_rate = self.frame_rate;
         for entry in &mut self.entries {

@@ -190,7 +190,7 @@ fn merge_refuses_what_is_not_whole_and_names_it() {
     folder.slew(&["merge", "a.jsonl", "-o", "a.jsonl", "--force"]).ends(8).tells("E0100");
 }
 
-/// Killed at moments that differ from run to run, and continued: no case is lost or doubled.
+/// Runs are killed at different moments and continued: no case is lost or doubled.
 #[test]
 fn killed_runs_go_on_to_the_same_bytes() {
     // So many cases that there is something left after some kills.
@@ -205,7 +205,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
         let mut child = folder.command(&args).stdout(Stdio::null()).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(20 + 37 * attempt % 170));
         let ended = child.try_wait().unwrap().is_some();
-        // SIGKILL: the process has no say.
+        // The process cannot react to SIGKILL.
         child.kill().unwrap();
         child.wait().unwrap();
         let text = fs::read_to_string(folder.path("killed.jsonl")).unwrap_or_default();
@@ -280,7 +280,7 @@ fn results_of_another_batch_are_never_mixed() {
     folder.slew(&own).ends(8).tells("error[E0114]").tells("all.jsonl, line 3").tells("it is case 3, not 2");
     fs::write(folder.path("all.jsonl"), text.replacen("\"case\":2", "\"case\":x", 1)).unwrap();
     folder.slew(&own).ends(8).tells("error[E0114]").tells("line 3");
-    // A line cut short is planned again, and said.
+    // The case of a truncated line is planned again, and a message reports it.
     fs::write(folder.path("all.jsonl"), &text[..text.len() - 1]).unwrap();
     let told: Vec<&str> = own.iter().copied().filter(|word| *word != "-q").collect();
     folder.slew(&told).ends(0).tells("warning[W0113]").tells("after 2 cases that were there");

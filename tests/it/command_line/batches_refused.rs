@@ -125,7 +125,7 @@ fn a_file_in_use_or_write_protected_is_refused() {
     folder.slew(&command).ends(8).tells("error[E0096]").tells("write-protected");
 }
 
-/// The system refuses what goes beyond a limit of the file size, as a full disk does.
+/// The system refuses output beyond a limit of the file size, like a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_keeps_what_is_finished() {
@@ -172,7 +172,7 @@ fn no_output_is_an_input_and_no_plan_file_is_replaced_unasked() {
     assert_eq!(folder.read("plans/case-2.json"), "mine");
     batch(&["--plans", "plans", "--force"]).ends(0);
     assert!(folder.read("plans/case-2.json").contains("\"status\": \"solved\""));
-    // A run that goes on replaces what a kill has left.
+    // A continued run replaces the line that a kill truncated.
     batch(&["-o", "all.jsonl", "--plans", "more"]).ends(0);
     let half: Vec<String> =
         folder.read("all.jsonl").lines().take(2).map(|line| format!("{line}\n")).collect();

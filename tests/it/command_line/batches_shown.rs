@@ -51,7 +51,7 @@ fn random_draws_have_their_distribution_and_hostile_names_are_text() {
     let page = folder.read("all.html");
     assert!(page.contains("fig-distribution") && page.contains("Costliest cases"));
     assert!(!page.contains("</script><b>") && page.contains("&lt;/script&gt;&lt;b&gt;0"));
-    // A file that is still being written is shown as far as it is.
+    // A file that is still being written is shown up to its last complete line.
     let text = folder.read("all.jsonl");
     fs::write(folder.path("part.jsonl"), &text[..text.len() / 2]).unwrap();
     folder.slew(&["report", "part.jsonl", "-o", "part.html"]).ends(0);
@@ -71,7 +71,7 @@ fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     let folder = Folder::new();
     let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_xte.toml");
     let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
-    // The words of a sweep are those of a plan.
+    // The page of a sweep uses the same words as the page of a plan.
     folder.slew(&over).ends(0).tells("proof       2 local minima to first order");
     folder
         .slew(&["plan", spec, "-o", "one.json"])

@@ -1,4 +1,4 @@
-//! The real binary in a folder of its own.
+//! The real binary in a temporary folder.
 
 use serde_json::Value;
 use std::fs;
@@ -99,8 +99,8 @@ impl Run {
         self
     }
 
-    /// Returns the command as a shell accepts it: joined if it goes on in the next line, and with
-    /// its comment behind it.
+    /// Returns the command as a shell accepts it: joined if it continues on the next line, and with
+    /// its comment at the end.
     fn typed(&self) -> String {
         let mut text = String::new();
         for line in self.stderr.lines() {

@@ -1,4 +1,4 @@
-//! Reports in a real browser, where there is one: `.ci/run` installs Chromium, and without any the
+//! Reports in a real browser, if one is installed: `.ci/run` installs Chromium, and without any the
 //! tests skip aloud.
 
 use super::binary::Folder;
@@ -16,7 +16,7 @@ const WATCH: &str = include_str!("../../browser/watch.js");
 const CHECK: &str = include_str!("../../browser/check.js");
 const PAINT: &str = include_str!("../../browser/paint.js");
 
-/// The page around the one under test, which hands the result on.
+/// The page around the page under test, which returns the result.
 const FRAME: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body style="margin:0"><script>
 const frame = document.createElement("iframe");
 Object.assign(frame, { srcdoc: PAGE, width: WIDTH, height: 900, style: "border:0" });
@@ -39,7 +39,8 @@ fn browser() -> Option<PathBuf> {
     found
 }
 
-/// Opens the page `name` of `folder` at so many pixels, uses it, and returns what came of it.
+/// Opens the page `name` of `folder` in a window of this size in pixels, uses it, and returns the
+/// results.
 fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     let page = folder.read(name);
     let (head, tail) = ("<style>", "</body>");
@@ -68,8 +69,8 @@ fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     serde_json::from_str(&plain).unwrap_or_else(|error| panic!("{error}: {plain}"))
 }
 
-/// When the page `name` of `folder` shows something, and when all of it \[ms\]; by the clock of the
-/// machine.
+/// Returns the times at which the page `name` of `folder` shows a first picture, and all of them
+/// \[ms\], by the clock of the machine.
 fn painted(browser: &Path, folder: &Folder, name: &str) -> Option<(f64, f64)> {
     let page = folder.read(name).replace("</body>", &format!("<script>{PAINT}</script></body>"));
     fs::write(folder.path("painted.html"), page).unwrap();
@@ -107,7 +108,7 @@ fn a_report_of_a_thousand_steps_has_its_first_paint_within_a_second() {
         "a report of 1000 steps: {size:.2} MB, first paint {first:.0} ms, all drawn {drawn:.0} ms, least of {RUNS}"
     );
     assert!(first < 1000.0, "{runs:?}");
-    // The measure sees what holds a page up.
+    // The measurement detects a delay of the page.
     let busy = "<script>for (const end = Date.now() + 1100; Date.now() < end; );</script><style>";
     fs::write(folder.path("busy.html"), folder.read("a.html").replacen("<style>", busy, 1)).unwrap();
     assert!(painted(&browser, &folder, "busy.html").is_none_or(|(first, _)| first > 1000.0));
@@ -118,7 +119,7 @@ fn figures(found: &Value) -> Vec<(String, i64)> {
     figures.map(|(key, curves)| (key.clone(), curves.as_i64().unwrap())).collect()
 }
 
-/// The angles of every sequence that the page offers, put together again, are its quaternion.
+/// Checks that the angles of every sequence of the page compose to its quaternion.
 fn angles_are_the_attitude(found: &Value) {
     let number = |value: &Value| value.as_str().unwrap().replace('−', "-").parse::<f64>().unwrap();
     let numbers = |value: &Value| value.as_array().unwrap().iter().map(number).collect::<Vec<f64>>();

@@ -59,7 +59,7 @@ fn verify_judges_a_plan_file_by_its_spec() {
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
     let json = verify("plan.json", &["-q", "--format", "json"]).ends(0).silent().json();
     assert_eq!((json["status"].as_str(), json["steps"].as_u64()), (Some("solved"), Some(80)));
-    // The witnesses find what the planner found.
+    // The witnesses compute the values that the planner found.
     let plan = folder.json("plan.json");
     let mut verified = json["verified"].clone();
     let checks = verified["checks"].as_array_mut().unwrap();
@@ -80,7 +80,7 @@ fn verify_judges_a_plan_file_by_its_spec() {
         verify("false.json", &[]).ends(7).tells(name);
     }
 
-    // Words that contradict one another, or what is found.
+    // Words that contradict one another or the computed values.
     let status = "recorded status";
     for (key, word, name) in [
         ("status", "verification_failed", status),
@@ -264,7 +264,7 @@ fn what_does_not_fit_into_memory_ends_with_6() {
     let refused = within("plan spec.toml --format json --set maneuver.steps=1000000").ends(6);
     assert_eq!(refused.tells("E0125").json()["status"], "limit_reached");
     within("check spec.toml --set maneuver.steps=1000000").ends(0).tells("W0142").tells("`maneuver.steps`");
-    // The reader cannot know how long a file goes on.
+    // The reader cannot know the length of a file.
     let huge = format!("{{\"trajectory\": {{\"time_s\": [{}0]}}}}", "0,".repeat(20_000_000));
     fs::write(folder.path("huge.json"), huge).unwrap();
     within("verify huge.json").ends(6).tells("memory allocation of");

@@ -87,7 +87,7 @@ fn compare_sets_least_time_fuel_and_effort_side_by_side() {
     let row = |row: usize, key: &str| document["objectives"][row][key].as_f64().unwrap();
     assert!(row(0, "duration_s") < row(1, "duration_s"));
     assert!(row(1, "fuel") < row(2, "fuel") && row(2, "effort") < row(1, "effort"));
-    // A maneuver of minimum time has ways of its own before them.
+    // A maneuver of minimum time has other methods before them.
     let time = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_cube_090.toml");
     let run = folder.slew(&["compare", time]).ends(0);
     run.tells("objectives compared")
@@ -185,7 +185,7 @@ fn compare_sets_integrators_side_by_side_and_draws_them() {
     assert_eq!(drawn.len(), 10);
     let picture = fs::read_to_string(folder.path("figures/trajectories.svg")).unwrap();
     assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n") && picture.contains(">b</text>"));
-    // Figures that exist stay, and nothing is run.
+    // Existing figures are kept, and no method is run.
     folder.slew(&args[..4]).ends(8).tells("E0098").tells("--force");
     fs::write(folder.path("figures/work_precision.svg"), "mine").unwrap();
     let few = ["--integrators", "lie_verlet,rkf78", "--step", "0.2,0.1", "--horizon", "2", "--error", "1e-5"];

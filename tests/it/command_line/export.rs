@@ -37,7 +37,7 @@ fn every_format_is_written_by_its_ending() {
     // The same from the planner at once.
     folder.slew(&[&["plan", "spec.toml", "-q", "-o", "at_once.42"], &SET[..]].concat()).ends(0);
     assert_eq!(folder.read("at_once.42"), folder.read("plan.42"));
-    // Names from the command line stand in what is written next.
+    // The output has the names from the command line.
     let json =
         folder.slew(&["export", "plan.json", "--format", "json", "--set", "names.object=X"]).ends(0).json();
     assert_eq!(json["spec"]["names"]["object"], "X");
@@ -239,7 +239,8 @@ fn help_has_topics_and_commands_and_there_is_a_manual() {
     folder.slew(&["man", "nothing"]).ends(2).tells("export");
 }
 
-/// A plan that misses says by how much and how many steps would suffice, and these do.
+/// A plan that misses its end reports the miss and the number of steps that would suffice, and
+/// these steps suffice.
 #[test]
 fn the_steps_that_are_named_reach_the_accuracy() {
     let folder = Folder::new();
@@ -270,8 +271,26 @@ fn the_steps_that_are_named_reach_the_accuracy() {
     }
 }
 
-/// A body that is where it should be has a plan of one moment, which formats of motions cannot
-/// tell.
+#[test]
+fn an_export_needs_a_file_or_a_format() {
+    let folder = planned();
+    folder.slew(&["export", "plan.json"]).ends(2).tells("-o plan.aem");
+    folder.slew(&["export", "plan.json", "--format", "csv"]).ends(0);
+}
+
+/// A plan file of an infeasible maneuver has a reason and no motion.
+#[test]
+fn a_file_without_a_motion_is_refused_as_such() {
+    let folder = Folder::new();
+    let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/infeasible_cones.toml");
+    folder.slew(&["plan", infeasible, "-q", "-o", "none.json"]).ends(4);
+    let why = "the solve ended without a plan";
+    folder.slew(&["export", "none.json", "-o", "none.csv"]).ends(8).tells(why).tells("slew report");
+    folder.slew(&["verify", "none.json"]).ends(7).tells(why).tells("slew report");
+}
+
+/// A body that is already where it should be has a plan of one moment, which formats of motions
+/// cannot represent.
 #[test]
 fn plans_of_no_time_are_refused_by_formats_of_motions() {
     let folder = Folder::new();
@@ -290,8 +309,8 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);
 }
 
-/// Exported plans are judged as right again: the boresight if the roll is free, and one of two
-/// trackers if one has to see.
+/// Exported plans pass the check of their attitudes, also with a free roll, and with two trackers
+/// of which one must see.
 #[test]
 fn attitudes_that_are_written_agree_with_their_spec() {
     let folder = Folder::new();
@@ -322,8 +341,8 @@ fn attitudes_that_are_written_agree_with_their_spec() {
     folder.slew(&other).ends(7).tells("attitude at the end");
 }
 
-/// Damaged plan files are drawn and written as what they are, with the exit code of plans that
-/// fail.
+/// Damaged plan files are drawn and exported with the verdict that they failed, and with the exit
+/// code of failed plans.
 #[test]
 fn what_the_witnesses_refuse_is_never_told_as_verified() {
     let folder = planned();
@@ -353,7 +372,7 @@ fn what_the_witnesses_refuse_is_never_told_as_verified() {
         assert!([7, 8].contains(&export.code), "{key}: {}", export.code);
         assert!(!export.stdout.contains("\"status\": \"solved\""), "{key}");
     }
-    // One line reports the failure if nothing else does.
+    // One line reports the failure if no other output reports it.
     let short = ["plan", "spec.toml", "-q", "--set", "maneuver.duration_s=1e-3"];
     let torque =
         ["--set", "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 1e-9 }"];

@@ -4,7 +4,7 @@ use super::binary::Folder;
 use serde_json::Value;
 use std::fs;
 
-/// Returns the folder with what `slew init` writes for a purpose.
+/// Returns the folder with the spec that `slew init` writes for a purpose.
 fn begun(purpose: &str) -> Folder {
     let folder = Folder::new();
     folder.slew(&["init", "--for", purpose, "-o", "begun.toml"]).ends(0);
@@ -38,11 +38,11 @@ fn thrusters_are_shown_as_they_were_told() {
         let told = run.stderr.contains(&format!("{} on ", name.as_str().unwrap()));
         assert_eq!(on, told, "{name}: {}", run.stderr);
     }
-    // The sum of all impulses is what is least.
+    // The sum of all impulses is the objective.
     let push = run.stderr.split("net of ").nth(1).unwrap().split(' ').next().unwrap();
     let (push, cost): (f64, f64) = (push.parse().unwrap(), plan["cost"].as_f64().unwrap());
     assert!((push / cost - 1.0).abs() < 5e-3, "{push} {cost}");
-    // Where they sit is kept, and the plan is judged by it.
+    // The plan keeps the positions of the thrusters, and is judged by them.
     let thruster = &plan["spec"]["actuators"]["thruster"][0];
     assert_eq!(thruster["position_m"], serde_json::json!([0.5, 0.0, 0.4]));
     assert_eq!(thruster["force_limit_n"], 1.0);

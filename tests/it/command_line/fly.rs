@@ -6,7 +6,7 @@ use std::fs;
 
 const FLIES: &str = include_str!("../../../problems/flies.toml");
 
-/// Returns the spec with actuators that follow at once.
+/// Returns the spec with actuators without lag and delay.
 fn at_once() -> &'static str {
     FLIES.split("[plant]").next().unwrap()
 }
@@ -50,7 +50,7 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
     // Φ⁻¹(0.99).
     assert!((margin / sigma - 2.326_347_874).abs() < 1e-3, "{margin} {sigma}");
     assert!(number(&plan["cost"]) > number(&uncertain["margins"]["cost_without"]));
-    // The file is judged by what it holds, sections and all.
+    // The file is judged by its own spec, with all sections.
     let judged = folder.slew(&["verify", "plan.json", "--format", "json", "-q"]).ends(0).json();
     assert_eq!(judged["differences"], serde_json::json!([]));
 }
@@ -107,7 +107,7 @@ fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
     assert!(rows[0].starts_with("loop,case,attitude_error_x_rad,"), "{}", rows[0]);
     let cells: Vec<&str> = rows[18].split(',').collect();
     assert_eq!(cells[..2], ["closed loop", "18"]);
-    // Cases count from 1, as those of batches do.
+    // Cases count from 1, like the cases of batches.
     folder.slew(&["fly", "plan.json", "--case", "18", "-o", "one.csv"]).ends(0).tells("18, closed loop");
     folder.slew(&["fly", "plan.json", "--case", "0", "-o", "none.csv"]).ends(2);
     let last = folder.read("one.csv").lines().last().unwrap().to_string();
@@ -142,8 +142,8 @@ fn flights_go_on_where_they_were_left() {
     fly("25", &["--keep", "fewer.jsonl"]).ends(0);
     fly("60", &["--keep", "fewer.jsonl", "--threads", "3"]).ends(0);
     assert_eq!(folder.read("fewer.jsonl"), lines);
-    // Another seed, plan, loop, or fewer cases; a line that does not belong there; what holds no
-    // flights.
+    // Refused: another seed, plan or loop, fewer cases, a line that does not belong there, and a
+    // file without flights.
     let refused = |cases: &str, more: &[&str], why: &str, code: &str| {
         let before = folder.read("fewer.jsonl");
         let exit = if why.contains("more than") { 2 } else { 8 };
@@ -182,7 +182,15 @@ fn what_cannot_be_flown_is_refused() {
         .slew(&[&["fly", "plan.json", "--case", "3", "-o", "x.npz"], &uncertain[..]].concat())
         .ends(2)
         .tells("E0107");
-    folder.slew(&["fly", "spec.toml"]).ends(8);
+    folder.slew(&["fly", "spec.toml"]).ends(8).tells("not a plan file, but a spec");
+    // A changed maneuver: the recorded plan is no plan of it.
+    for set in ["body.inertia_kg_m2=[2, 3, 4]", "maneuver.duration_s=30"] {
+        let args = ["fly", "plan.json", "--cases", "2", "--set", set];
+        folder
+            .slew(&[&args[..], &uncertain[..]].concat())
+            .ends(2)
+            .tells("the plan does not change in flight");
+    }
     folder.slew(&["fly", "plan.json", "-o", "x.aem"]).ends(2);
     // A chance that an end has no room for.
     fs::write(folder.path("near.toml"), FLIES.replace("half_angle_deg = 20", "half_angle_deg = 40.7"))
@@ -198,7 +206,7 @@ fn gains_are_exported_with_the_plan() {
     assert!(table.starts_with("# slewkit flight table 2"));
     let mut rows = table.lines().filter(|line| !line.starts_with('#'));
     let head = rows.next().unwrap();
-    // What is held has another name than what acts at a node.
+    // A held input has another name than an input that acts at a node.
     assert!(head.contains(",held_torque_x_n_m,") && head.contains(",held_input_1_n_m,"), "{head}");
     assert!(head.ends_with("gain_3_rate_y,gain_3_rate_z"));
     let plan = folder.json("plan.json");
@@ -242,8 +250,8 @@ fn plans_of_every_kind_fly() {
 
 const WITHIN_LIMITS: &str = include_str!("../../../problems/flies_within_limits.toml");
 
-/// A plan leaves corrections a reserve of each torque, its file holds limit, chance and reserve,
-/// and flights ask for more as often as was asked.
+/// A plan leaves a reserve of each torque for corrections, and its file has limit, chance and
+/// reserve. Flights exceed the limit as often as the requested chance.
 #[test]
 fn torques_keep_their_chance_and_files_hold_the_reserve() {
     let folder = planned(WITHIN_LIMITS);
@@ -261,7 +269,7 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
     assert_eq!(margins["held"][0]["held"], spec["torque_limit_reserve_n_m"]);
     let chance = &plan["uncertainty"]["closed_loop"]["chances"][0];
     let (sigma, room) = (number(&chance["sigma"]), number(&chance["room"]));
-    // Φ⁻¹(0.99), to what two plans may differ by.
+    // Φ⁻¹(0.99), to the accuracy of two plans.
     assert!((room / sigma - 2.326_347_874).abs() < 0.01, "{chance}");
     assert!(number(&plan["cost"]) > number(&margins["cost_without"]));
     folder.slew(&["verify", "plan.json"]).ends(0).tells("torque limit");
@@ -328,7 +336,7 @@ fn a_cone_and_the_torques_share_a_chance() {
     assert!(part > 0.75 * 0.05 && part < 1.3 * 0.05, "{part}");
 }
 
-/// A controller that measures every second step: files say so, its gains are pairs, and flights
+/// A controller measures every second step: files state it, gains are equal in pairs, and flights
 /// agree with the covariance.
 #[test]
 fn a_slower_controller_is_planned_told_and_flown() {

@@ -1,7 +1,7 @@
-//! The real binary in a folder of its own: what it prints, writes and returns.
+//! The output, files and exit codes of the real binary in a temporary folder.
 //!
-//! It proves that what users see is what the library found: exit codes, words, files and pages,
-//! after interruption too. Whether the library is right is proved elsewhere.
+//! It proves that users see the results of the library: exit codes, words, files and pages, also
+//! after an interruption. Whether the library is right is proved elsewhere.
 
 mod batches;
 mod batches_refused;

@@ -1,5 +1,5 @@
-//! `slew monte-carlo`: draws have the distributions that the spec says, and depend on seed and
-//! number alone.
+//! `slew monte-carlo`: draws have the distributions of the spec, and depend on seed and number
+//! alone.
 
 use super::binary::{Folder, SPEC};
 use slewkit::lie::{exp, log};
@@ -56,7 +56,7 @@ fn draws(batch: &Batch) -> Vec<Case> {
     batch.stream(Shard::ALL, 0).unwrap().map(Result::unwrap).collect()
 }
 
-/// Mean and covariance of the rows.
+/// Returns the mean and the covariance of the rows.
 fn moments<const N: usize>(rows: &[[f64; N]]) -> ([f64; N], [[f64; N]; N]) {
     let count = rows.len() as f64;
     let mean: [f64; N] = std::array::from_fn(|i| rows.iter().map(|row| row[i]).sum::<f64>() / count);

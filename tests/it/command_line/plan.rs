@@ -63,7 +63,7 @@ fn ending_of_the_output_chooses_the_format() {
     assert!(folder.read("a.csv").starts_with("time_s,"));
     folder.slew(&["plan", "spec.toml", "-q", "-o", "a.JSONL"]).ends(0);
     assert!(folder.read("a.JSONL").starts_with("{\"time_s\":0.0,"));
-    // A name that says nothing, and the format that says all.
+    // The name does not determine the format, so `--format` does.
     folder.slew(&["plan", "spec.toml", "-q", "-o", "b.dat", "--format", "json"]).ends(0);
     assert_eq!(folder.json("b.dat")["exit_code"], 0);
     for stdout in ["-", "/dev/stdout"] {
@@ -89,7 +89,7 @@ fn unknown_endings_and_contradictions_are_refused_before_any_work() {
     }
     let contradiction = ["plan", "spec.toml", "-o", "plan.csv", "--format", "json"];
     folder.slew(&contradiction).ends(2).tells("E0106").tells("plan.csv ends as csv does").tells(".json");
-    // Asked for as a document, the refusal is one.
+    // The refusal is a document if a document is requested.
     let refused = folder.slew(&contradiction).json();
     assert_eq!((&refused["status"], &refused["error"]["code"]), (&"usage_error".into(), &"E0106".into()));
     assert_eq!(folder.names(), before);
@@ -104,7 +104,7 @@ fn data_go_to_stdout_only_where_that_is_asked_for() {
         assert_eq!(status.code(), Some(0));
     };
     let file = |name: &str| fs::File::create(folder.path(name)).unwrap();
-    // Asked for, into a file of its own: the plan.
+    // The plan is written to stdout, a separate file, if it is requested.
     for (name, asked) in [("dash", ["-o", "-"]), ("format", ["--format", "json"])] {
         to(file(name).into(), file("summary.txt").into(), &asked);
         assert_eq!(folder.json(name)["status"], "solved");
@@ -113,7 +113,7 @@ fn data_go_to_stdout_only_where_that_is_asked_for() {
     // The log of a script does not get numbers that were not requested.
     to(file("unasked.json").into(), file("summary.txt").into(), &[]);
     assert_eq!(folder.read("unasked.json"), "");
-    // Both into one file: what a script reads is the summary alone.
+    // A script that reads stdout and stderr from one file gets the summary alone.
     let both = file("both.txt");
     to(both.try_clone().unwrap().into(), both.into(), &[]);
     assert!(folder.read("both.txt").contains("solved and verified"));
@@ -121,7 +121,7 @@ fn data_go_to_stdout_only_where_that_is_asked_for() {
     // Only text was requested.
     to(file("none.json").into(), Stdio::null(), &["--format", "text"]);
     assert_eq!(folder.read("none.json"), "");
-    // Into a pipe of its own nothing, and with `-o` nothing but the file.
+    // A pipe gets no output by default, and with `-o` only the file is written.
     assert_eq!(folder.slew(&["plan", "spec.toml"]).ends(0).stdout, "");
     assert_eq!(folder.slew(&["plan", "spec.toml", "-o", "other.json"]).ends(0).stdout, "");
     // A failure has its reason in place of the plan.
@@ -171,8 +171,8 @@ fn a_plan_is_the_best_guess_for_itself() {
     assert!((cost(&again) - cost(&first)).abs() <= 1e-12 * cost(&first));
 }
 
-/// A guess is one more start beside the search: a costly one changes nothing but the list of other
-/// plans, unless it is to be alone.
+/// A guess is an additional start of the search. A costly guess only changes the list of other
+/// plans, unless it is the only start.
 #[test]
 fn a_guess_never_replaces_the_search_unasked() {
     let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
@@ -204,8 +204,8 @@ fn a_guess_never_replaces_the_search_unasked() {
     }
 }
 
-/// A guess of a maneuver whose roll is free is one more start at the roll that it ends with; alone
-/// it leads to the plan at that roll.
+/// A guess for a maneuver with a free roll is an additional start at the final roll of the guess.
+/// As the only start it leads to the plan at that roll.
 #[test]
 fn a_guess_is_taken_for_an_end_on_a_target() {
     let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
@@ -228,7 +228,7 @@ fn a_guess_is_taken_for_an_end_on_a_target() {
     fs::write(folder.path("other.json"), other.to_string()).unwrap();
     let beside = plan(&["--guess", "other.json"]);
     assert!((cost(&beside) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&beside));
-    // At the roll of the other plan, which is nearly the best.
+    // The roll of the other plan is nearly the best.
     let alone = cost(&plan(&["--guess", "other.json", "--guess-alone"])) / cost(&best);
     assert!((1.0..1.02).contains(&alone), "{alone}");
     // Nothing begins from a guess where inputs switch.
@@ -565,7 +565,7 @@ fn a_plan_on_chosen_steps_lands_and_is_written_on_its_own_grid() {
     assert!(given.get("chosen").is_none() && given["cost"] == plan["cost"]);
 }
 
-/// Infeasible specs say why and what to type, within a screen.
+/// Infeasible specs give a reason and a command to type, within a screen.
 #[test]
 fn summaries_of_what_is_infeasible_fit_a_screen() {
     let folder = Folder::new();
@@ -595,7 +595,7 @@ fn a_long_command_to_try_goes_on_in_the_next_line() {
     let words: Vec<&str> =
         told.split('#').next().unwrap().split_whitespace().filter(|word| *word != "\\").collect();
     assert_eq!(words[..3], ["slew", "plan", long]);
-    // It runs, and with the duration that it says; whether that is enough is another matter.
+    // The command runs with the duration that it states, which need not suffice.
     let again = folder.slew(&[&words[1..], &["--format", "json"]].concat());
     assert!([0, 5].contains(&again.code), "{}", again.stderr);
     let advised = words.iter().find_map(|word| word.strip_prefix("maneuver.duration_s=")).unwrap();

@@ -1,4 +1,4 @@
-//! `slew report` and `slew plot`: what is in the files, what is escaped, what is refused.
+//! `slew report` and `slew plot`: contents of the files, escaped text, refusals.
 
 use super::binary::{Folder, SPEC};
 use super::page::{data, picture, problem};
@@ -38,7 +38,7 @@ fn a_report_has_every_part_and_no_address() {
         assert!(page.contains(&format!("<h2>{heading}</h2>")), "{heading}");
     }
     assert!(page.contains("solved and verified") && page.contains("no conjugate point"));
-    // The name of the language of drawings is the one address, and nothing is fetched from there.
+    // The only address is the namespace of SVG, from which nothing is fetched.
     let elsewhere = page.replace("http://www.w3.org/2000/svg", "");
     for foreign in ["http://", "https://", "src=", "@import", "url(http"] {
         assert!(!elsewhere.contains(foreign), "{foreign}");
@@ -107,7 +107,7 @@ fn text_of_a_spec_is_escaped_in_pages_and_drawings() {
     for file in fs::read_dir(folder.path("figures")).unwrap() {
         let svg = fs::read_to_string(file.unwrap().path()).unwrap();
         assert!(!svg.contains("<img") && !svg.contains("<script") && !svg.contains("%\" font"), "{svg}");
-        // Absolute sizes alone: percent of the page is what one renderer makes of the others.
+        // Font sizes are absolute: one renderer takes a percentage relative to the page.
         assert!(!svg.split("font-size=\"").skip(1).any(|rest| rest.split('"').next().unwrap().contains('%')));
     }
 }
@@ -282,9 +282,13 @@ body.inertia_kg_m2 = [20, 30, 40]
 start.attitude = { axis = [0, 0, 1], angle_deg = 0 }
 end.attitude = { axis = [0, 0, 1], angle_deg = 20 }
 maneuver = { minimize = "fuel", duration_s = 300 }
-constraint = [
-    { kind = "keep_out", name = "Sun", boresight_body = [0, 0, 1], boresight_name = "telescope", direction_inertial = { vector = [1, 0, 1] }, half_angle_deg = 20 },
-]
+[[constraint]]
+kind = "keep_out"
+name = "Sun"
+boresight_body = [0, 0, 1]
+boresight_name = "telescope"
+direction_inertial = { vector = [1, 0, 1] }
+half_angle_deg = 20
 [actuators]
 thruster = [
     { name = "A", position_m = [0.5, 0, 0], force_direction_body = [0, 1, 0], force_limit_n = 2 },

@@ -5,9 +5,8 @@ use super::binary::Folder;
 use super::page::{curve, data, picture, points, problem};
 use std::fs;
 
-/// The maximum principle, drawn: wherever its function is clear of the thresholds an input does
-/// what the function asks, and the functions cross them where the arcs of the continuous extremal
-/// meet.
+/// The maximum principle in pictures: away from the thresholds an input follows its switching
+/// function, and the functions cross the thresholds where arcs of the continuous extremal meet.
 #[test]
 fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
     let folder = Folder::new();
@@ -89,8 +88,8 @@ fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
         assert!(low < 1.005 || (norm - 1.0).abs() < 1e-9, "{step}: {low} {norm}");
         assert!(high > 0.995 || norm < 1e-9, "{step}: {high} {norm}");
     }
-    // A turn of a cube about the diagonal of a face: one input has no function to ask it, and stays
-    // within its limits all the way.
+    // A turn of a cube about the diagonal of a face: the switching function of one input is zero,
+    // and this input stays within its limits all the way.
     fs::write(folder.path("cube.toml"), CUBE).unwrap();
     folder.slew(&["plan", "cube.toml", "-q", "--report", "cube.html"]).ends(0);
     let data = self::data(&folder.read("cube.html"));
@@ -130,8 +129,8 @@ fn the_hamiltonian_is_that_of_the_theory() {
     for value in curve(&data(&folder.read("a.html")), "hamiltonian") {
         assert!((value - wanted).abs() < 2e-3 * wanted.abs(), "{value} {wanted}");
     }
-    // The costates in a field are given beside the nodes: the Hamiltonian at these places is
-    // constant to second order.
+    // The costates in a field belong to places next to the nodes, where the Hamiltonian is constant
+    // to second order.
     let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/pendulum_inversion.toml");
     let spread = |steps: usize| {
         let (set, page) = (format!("maneuver.steps={steps}"), format!("{steps}.html"));

@@ -15,7 +15,7 @@ fn methods_and_objectives_have_a_page_with_their_motions_side_by_side() {
     for key in ["inputs_1", "inputs_2", "inputs_3", "turning", "difference"] {
         assert!(!picture(&data, key)["curves"].as_array().unwrap().is_empty());
     }
-    // They came to the same motion, by roads that share nothing but the problem.
+    // The methods found the same motion, although they share only the problem.
     for curve in picture(&data, "difference")["curves"].as_array().unwrap() {
         assert!(points(&data, curve).iter().all(|point| point.1 < 1e-3));
     }
@@ -131,8 +131,7 @@ fn a_simulation_has_a_report_and_pictures() {
     folder.slew(&["plot", "two.json", "-q", "-o", "two.svg", "--charts", "position,energy"]).ends(0);
     assert!(folder.read("two.svg").contains("(b)"));
 
-    // Cut short it is no simulation.
-    // One that diverges is cut and says so.
+    // Cut short it is no simulation. A curve that diverges is cut, and its name states so.
     let run =
         ["simulate", &problem("dzhanibekov"), "-q", "--integrator", "explicit_midpoint", "-o", "away.json"];
     let set = ["--set", "simulation.step_s=1.5", "--set", "simulation.duration_s=150"];

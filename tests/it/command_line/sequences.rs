@@ -1,5 +1,5 @@
-//! Specs with stops: `slew plan`, `check`, `verify`, `export`, `report`, `plot`, and what refuses
-//! them.
+//! Specs with stops: `slew plan`, `check`, `verify`, `export`, `report` and `plot` of sequences,
+//! and their refusals.
 
 use super::binary::Folder;
 use std::fs;
@@ -105,7 +105,7 @@ fn every_format_has_the_whole() {
         folder.slew(&["export", "plan.json", "-o", name]).ends(0).tells("wrote");
         assert!(fs::read(folder.path(name)).unwrap().starts_with(start), "{name}");
     }
-    // A segment for each leg and each rest, and one more where inputs switch.
+    // A segment for each leg and each rest, and an additional one where inputs switch.
     let aem = folder.slew(&["export", "plan.json", "--format", "aem"]).ends(0).stdout;
     assert!(aem.matches("META_START").count() >= 4);
     let csv = folder.slew(&["export", "plan.json", "--format", "csv"]).ends(0).stdout;

@@ -206,7 +206,7 @@ fn the_template_of_a_simulation_runs() {
     folder.slew(&["simulate", "bodies.toml", "-o", "motion.csv"]).ends(8).tells("E0098");
 }
 
-/// A motion that cannot go on says where and why, and leaves no file.
+/// A motion that cannot continue reports the place and the reason, and leaves no file.
 #[test]
 fn a_collision_leaves_no_file() {
     let folder = folder();
@@ -293,7 +293,7 @@ fn a_sought_duration_says_nothing_of_how_long_to_follow() {
     }
 }
 
-/// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the
+/// After Ctrl-C, or another request to end, the rows so far are kept, and the reached state is the
 /// last of them.
 #[cfg(target_os = "linux")]
 #[test]
@@ -358,7 +358,7 @@ fn an_interrupted_simulation_keeps_its_rows() {
     drop(run);
 }
 
-/// A reader that has gone ends the run: there is nothing to tell of it.
+/// A reader that closes the pipe ends the run, without a message.
 #[test]
 fn a_reader_that_has_gone_is_told_nothing() {
     use std::io::{BufRead, BufReader};
@@ -371,8 +371,8 @@ fn a_reader_that_has_gone_is_told_nothing() {
     Run::of(child.wait_with_output().unwrap(), &args).ends(0).silent();
 }
 
-/// Hardly turning bodies: the round-off of their moments is more of their momenta than an iteration
-/// may leave.
+/// For bodies that hardly turn, the round-off of the moments, relative to the momenta, exceeds the
+/// allowed remainder of an iteration.
 #[test]
 fn the_implicit_midpoint_rule_ends_where_the_motion_is_mild() {
     let folder = Folder::new();
@@ -449,7 +449,7 @@ fn bodies_that_run_through_each_other_are_told_of() {
     let rest = ["--set", "bodies.0.velocity_m_s=[0,0.02,0]", "--set", "bodies.1.velocity_m_s=[0,-0.02,0]"];
     // The stride steps over the moment.
     let args = [&["simulate", "pair.toml", "--format", "json", "--stride", "400"], &rest[..]].concat();
-    let run = folder.slew(&args).ends(0).tells("W0134").tells("ball came within their sizes at t = ");
+    let run = folder.slew(&args).ends(0).tells("W0134").tells("ball came closer than their sizes at t = ");
     let encounter = &run.json()["encounter"];
     let (time, distance) = (encounter["time_s"].as_f64().unwrap(), encounter["distance_m"].as_f64().unwrap());
     assert!((0.1..4.0).contains(&time) && distance < 0.55, "{encounter}");
@@ -458,7 +458,7 @@ fn bodies_that_run_through_each_other_are_told_of() {
     assert!(!calm.stderr.contains("W0134") && calm.json()["encounter"].is_null());
 }
 
-/// Held inputs of wheels: their momenta have columns, and what is beyond a limit a warning.
+/// Held inputs of wheels: the momenta have columns, and a momentum beyond a limit gets a warning.
 #[test]
 fn wheels_have_columns_and_limits() {
     let folder = Folder::new();
@@ -483,12 +483,12 @@ fn wheels_have_columns_and_limits() {
         let column = names.iter().position(|column| *column == name).unwrap();
         assert!((last[column] - momentum).abs() < 1e-12, "{name}: {}", last[column]);
     }
-    // The total momentum is at rest with the wheels': what they lose the body has gained.
+    // The total momentum is constant: the body gains the momentum that the wheels lose.
     let quiet = folder.slew(&[&args[..], &["0,0,0"]].concat()).ends(0);
     assert!(!quiet.stderr.contains("W0135"));
 }
 
-/// A solid whose mass center is not its origin, faces of four corners, and what is wrong with one.
+/// A solid whose mass center is not its origin, faces with four corners, and an invalid solid.
 #[test]
 fn check_tells_what_a_shape_of_faces_comes_to() {
     let folder = folder();

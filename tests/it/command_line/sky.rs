@@ -69,7 +69,7 @@ fn a_report_of_a_pass_shows_what_stands_around() {
     assert!((elevation - wanted).abs() < 1e-6, "{elevation} {wanted}");
 }
 
-/// Nothing stands around a plan without a sky.
+/// A report without a sky has no scenery.
 #[test]
 fn a_report_without_a_sky_has_no_map_of_it() {
     let folder = Folder::new();

@@ -50,7 +50,7 @@ fn quiet_runs_say_that_they_failed() {
         (&["plan", too_short, "-q"], 5, "not_converged (exit code 5)"),
         (&longer, 7, "(exit code 7)"),
     ] {
-        let run = folder.slew(words).ends(code).tells(status).tells("without --quiet it is told why");
+        let run = folder.slew(words).ends(code).tells(status).tells("run it without --quiet for the reason");
         assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
     }
 }
@@ -109,8 +109,8 @@ fn a_full_disk_is_told() {
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     let output = folder.command(&["--help"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
     Run::of(output, &["--help"]).ends(8);
-    // The limit on the size of files refuses what is beyond it; by itself it would kill the
-    // program.
+    // The limit on the size of files refuses further output; its signal would kill the program by
+    // default.
     let limited = "ulimit -f 8; exec \"$0\" plan spec.toml -o plan.json --set maneuver.steps=2000";
     let args = ["-c", limited, env!("CARGO_BIN_EXE_slew")];
     let output = Command::new("bash").args(args).current_dir(folder.path("")).output().unwrap();
@@ -148,7 +148,7 @@ fn commands_that_only_write_sweep_up_when_they_are_ended() {
     }
 }
 
-/// A user who may start a few threads, but not all that there are processors for.
+/// A user who may start a few threads, but fewer than processors exist.
 #[cfg(target_os = "linux")]
 #[test]
 fn too_few_threads_are_enough() {
@@ -164,7 +164,7 @@ fn too_few_threads_are_enough() {
             Command::new("setpriv").args(user).args([slew, threads]).current_dir(folder.path("")).output();
         output.ok().map(|output| Run::of(output, &[threads]))
     };
-    // Whoever is not root cannot become somebody else; nor can everybody read what was built.
+    // Only root can become another user, and not every user can read the binary.
     if run("unlimited").is_none_or(|run| run.code != 0) {
         eprintln!("skipped: no other user to be");
         return;

@@ -1,4 +1,4 @@
-//! `slew timeline`: what it reports, converts, plans and refuses.
+//! `slew timeline`: reports, conversions, plans and refusals.
 
 use super::binary::Folder;
 use slewkit_files::exchange::read_attitudes;
@@ -94,7 +94,7 @@ fn slews_of_a_timeline_are_planned_within_their_time() {
         }
     }
 
-    // Of effort a slew lasts as long as it may, and is not late.
+    // A slew of least effort lasts as long as the timeline allows, and is not late.
     let effort = with(&["--set", "maneuver.minimize=effort", "--set", "maneuver.duration_s=60"]);
     effort.ends(0).tells("   300.00 s   300.00 s");
 

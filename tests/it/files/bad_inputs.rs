@@ -1,4 +1,4 @@
-//! One file per mistake, named after it, with what the user reads.
+//! One file for each mistake, named after the mistake, with the expected message.
 
 use super::{BASE, bad, good};
 use slewkit_files::spec::{self, Format, Severity};

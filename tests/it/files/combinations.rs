@@ -1,4 +1,5 @@
-//! `docs/combinations.md`: what goes with what. `evidence -- combinations` plans every cell.
+//! The tables of `docs/combinations.md`: which combinations are planned. `evidence -- combinations`
+//! plans every cell.
 
 use evidence::ROOT;
 use evidence::combinations::{Became, all, cell};

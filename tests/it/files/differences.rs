@@ -33,7 +33,7 @@ fn two_specs_tell_the_keys_in_which_they_differ() {
     assert_eq!([&found.key[..], &found.first, &found.second], ["solver.tolerance", "1e-12", "1e-9"]);
 }
 
-/// Whatever limits a maneuver makes it another one, and the record says which key.
+/// Every limit makes another maneuver, and the record names the key that differs.
 #[test]
 fn maneuvers_under_other_limits_never_look_the_same() {
     let one = with_constraints(with_wheels(problem(Motion::Attitude, Scheme::LieVerlet)));

@@ -1,5 +1,5 @@
-//! Files of other programs: what is written in which direction and order, what is read back, what
-//! is refused. `tests/exchange` has the other programs read them.
+//! Files of other programs: the written directions and orders, reading back, and refusals.
+//! `tests/exchange` has the other programs read them.
 
 use super::{BASE, WHEELS, bad, good};
 use slewkit::maneuver::Trajectory;
@@ -18,7 +18,7 @@ fn loaded() -> Loaded {
     good(BASE, &["maneuver.steps=4", NAMED, EPOCH])
 }
 
-/// Returns a body that turns about an axis at one rate, and nothing else: in closed form.
+/// Returns the motion of a body that turns about an axis at one rate, in closed form.
 fn turning(axis: Vector3, rate: f64, steps: usize, step: f64) -> Trajectory {
     let time: Vec<f64> = (0..=steps).map(|k| k as f64 * step).collect();
     let half = |t: &f64| 0.5 * rate * t;
@@ -151,7 +151,7 @@ fn c_kernels_of_ours_are_read_back() {
     }
     assert!(found.epoch.unwrap().since(&loaded.identity.epoch.unwrap()).abs() < 1e-9);
     assert_eq!(found.reference_frame.as_deref(), Some("J2000"));
-    // Cut off, or changed, it is refused or read, and nothing else.
+    // A truncated or changed file is either refused or read.
     for end in (0..bytes.len()).step_by(97) {
         let _ = read_attitudes(&bytes[..end], "cut");
     }
@@ -192,7 +192,7 @@ fn what_is_written_reads_back() {
     assert_eq!(found.evenly().len(), 41);
 }
 
-/// Neighbours share their node, and a reader takes it once.
+/// Neighbours share a node, which a reader uses once.
 #[test]
 fn an_ephemeris_has_a_block_for_each_piece_between_switches() {
     let loaded = loaded();
@@ -288,7 +288,7 @@ fn tables_tell_margins_and_angles_where_they_are_asked_for() {
     for (k, (bare, full)) in bare.lines().zip(full.lines()).skip(1).enumerate() {
         let turned = 10.0 * k as f64;
         let torque = if k == 1 { 0.375 } else { 0.5 };
-        // z stays at 90° from −y, x goes away from there.
+        // z stays at 90° from −y, and x moves away from it.
         let expected = [torque, 90.0 - 21.0, 170.0 - turned, 2.0, 90.0 + turned, 90.0, turned];
         let found = numbers(full.strip_prefix(bare).unwrap());
         assert_eq!(found.len(), expected.len());
@@ -523,7 +523,7 @@ fn wrong_files_are_told_with_their_line() {
         ("DATA_STOP\n", "DATA_STOP\nEND\n", 20, "only another META_START"),
     ];
     let xml: &[(&str, &str, usize, &str)] = &[
-        ("version=\"2.0\"", "", 2, "does not say its version"),
+        ("version=\"2.0\"", "", 2, "does not state its version"),
         ("<aem id", "<oem id", 2, "an orbit ephemeris message (OEM)"),
         ("</metadata>", "</meta>", 10, "</meta> stands where <metadata>"),
         ("</aem>\n", "", 15, "an element is not closed"),

@@ -13,7 +13,7 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Equality of floats takes −0 for 0: compare bits.
+/// Compares the bits, because floats treat −0 and 0 as equal.
 fn assert_same_bits(a: &Trajectory, b: &Trajectory) {
     assert_eq!(a, b);
     let momenta = (&a.wheel_momentum, &b.wheel_momentum);

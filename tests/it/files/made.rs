@@ -1,4 +1,5 @@
-//! Plans and trajectories of every kind, full of numbers that a careless writer loses.
+//! Plans and trajectories of every kind, with many numbers that a careless writer does not
+//! preserve.
 
 use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Problem, Scheme, State};
@@ -12,7 +13,8 @@ use slewkit::plan::{Plan, Status};
 use slewkit::verify::{Check, Verification};
 use slewkit::{Matrix3, Vector3};
 
-/// Numbers that a careless writer loses: signed zero, subnormals, 17 digits, the ends of the range.
+/// Numbers that a careless writer does not preserve: signed zero, subnormals, 17 digits, the ends
+/// of the range.
 const AWKWARD: [f64; 9] = [
     -0.0,
     5e-324,
@@ -53,7 +55,7 @@ pub fn problem(motion: Motion, scheme: Scheme) -> Problem {
     problem.with_steps(4).with_scheme(scheme)
 }
 
-/// Four wheels in a pyramid, one of them without a limit of its momentum.
+/// Adds four wheels in a pyramid, one of them without a limit of its momentum.
 pub fn with_wheels(problem: Problem) -> Problem {
     let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
     let torque = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap();
@@ -68,7 +70,7 @@ pub fn wheel_count(problem: &Problem) -> usize {
     problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len())
 }
 
-/// Every kind of constraint, all held by the ends.
+/// Adds every kind of constraint; the ends satisfy all of them.
 pub fn with_constraints(problem: Problem) -> Problem {
     let direction = |vector, turns_with_frame| {
         if turns_with_frame { Direction::InFrame(vector) } else { Direction::Fixed(vector) }

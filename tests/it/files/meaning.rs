@@ -426,7 +426,7 @@ fn an_end_with_a_rate_alone_leaves_the_attitude_open() {
         let told = bad(text, &[set]).to_string();
         assert!(told.contains(why), "{set}: {told}");
     }
-    // An end of which nothing is given is a mistake still.
+    // An empty end is still a mistake.
     let nothing = text.replace("end.angular_velocity_deg_s = [0, 0, 1]\n", "end = {}\n");
     let told = bad(&nothing, &[]).to_string();
     assert!(told.contains("E0021") && told.contains("[end] needs"), "{told}");

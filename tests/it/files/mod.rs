@@ -1,4 +1,4 @@
-//! Spec files: what they mean, what is refused and in which words, and that no input breaks the
+//! Spec files: their meaning, refusals and their words, and the proof that no input breaks the
 //! reader.
 
 mod bad_inputs;

@@ -1,5 +1,5 @@
-//! Attitudes of other programs, read and judged by their meaning: what was reported of such files
-//! elsewhere, each with its right value.
+//! Attitudes of other programs, read and judged by their meaning: faults that users reported of
+//! such files, each with its right value.
 //!
 //! All are of one motion, 120° about z in 60 s from rest to rest, θ = 120° (3s² − 2s³) with s =
 //! t/60 s, so that its rate is 720°/60 s · s (1 − s) and largest, 3 deg/s, in the middle.
@@ -112,7 +112,7 @@ fn assert_agrees(text: &str) -> FileReport {
     found
 }
 
-/// Returns the checks that fail, and what is violated.
+/// Returns the failed checks and the violated limits.
 fn told(found: &FileReport) -> Vec<String> {
     let checks = found.attitudes.checks.iter().filter(|check| !check.passed).map(|check| check.name.clone());
     checks.chain(found.attitudes.violations.iter().cloned()).collect()
@@ -124,8 +124,8 @@ fn with_rate(time: f64) -> String {
 
 const ANGVEL: [(&str, &str); 2] = [("ATTITUDE_TYPE", "QUATERNION/ANGVEL"), ("ANGVEL_FRAME", "SC_BODY_1")];
 
-/// x of the body passes 30° at 15 s: a cone about there of 10° is entered at 10 s and left at 20 s
-/// at one rate, by all of it.
+/// The body's x axis passes 30° at 15 s. At a constant rate it enters a cone of 10° about this
+/// direction at 10 s and leaves it at 20 s, through its axis.
 #[test]
 fn a_cone_entered_between_two_rows_is_violated() {
     let loaded = good(&format!("{REST}{CONE}"), &[]);
@@ -149,8 +149,7 @@ fn a_cone_entered_between_two_rows_is_violated() {
     assert!(judged_by(&beside, &aem(&[], at_one_rate, &[0.0, 60.0])).unwrap().passed());
 }
 
-/// A mean rate of 2 deg/s between rows is some rate of at least 2 deg/s, whatever happens between
-/// them.
+/// A mean rate of 2 deg/s between rows implies a rate of at least 2 deg/s somewhere between them.
 #[test]
 fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
     let limit = |degrees: f64| {
@@ -200,13 +199,13 @@ fn rates_that_are_not_those_of_the_attitudes_are_told() {
             let told = other(rates);
             assert!(told.iter().any(|name| name == "rates against attitudes"), "{step}: {told:?}");
         }
-        // Attitudes ten seconds apart do not tell their rate that closely.
+        // Attitudes ten seconds apart do not determine the rate that closely.
         if step < 10 {
             let told = other(&|time| [0.0, 0.0, 1.05 * rate(time)]);
             assert!(told.iter().any(|name| name == "rates against attitudes"), "{step}: {told:?}");
         }
     }
-    // Two rows are too few to tell.
+    // Two rows are too few to decide.
     let found = assert_agrees(&file(&with_rate, 60));
     assert!(
         found.not_judged.iter().any(|text| text.contains("the rows are too far apart to decide")),
@@ -244,7 +243,7 @@ fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_
     );
 }
 
-/// The keyword of a frame is a name of it; about z both frames have one rate.
+/// The keyword of a frame is one of its names; the rate about z is the same in both frames.
 #[test]
 fn the_frame_of_rates_may_be_named_by_its_keyword() {
     for frame in ["REF_FRAME_A", "REF_FRAME_B", "ICRF", "sc_body_1"] {
@@ -444,7 +443,7 @@ fn xml_has_either_quotes_blanks_and_prefixes() {
     assert_agrees(&text.replace("version=\"2.0\"", "a = '>' version = \"2.0\""));
     let prefixed = text.replace("<aem ", "<n:aem xmlns:n=\"urn:ccsds\" ").replace("</aem>", "</n:aem>");
     assert_agrees(&prefixed);
-    // Named components need no order, whatever QUATERNION_TYPE says.
+    // Named components need no order, whatever QUATERNION_TYPE states.
     let one = text.replace("version=\"2.0\"", "version=\"1.0\"").replace(
         "<TIME_SYSTEM>",
         "<ATTITUDE_DIR>A2B</ATTITUDE_DIR><QUATERNION_TYPE>FIRST</QUATERNION_TYPE><TIME_SYSTEM>",
@@ -452,7 +451,7 @@ fn xml_has_either_quotes_blanks_and_prefixes() {
     assert_agrees(&one);
 }
 
-/// Angles of version 1.0 stand by their place in the sequence.
+/// Angles of version 1.0 are named by their place in the sequence.
 #[test]
 fn euler_angles_in_xml_are_read() {
     let rows: Vec<String> = times(5)
@@ -507,7 +506,7 @@ fn tables_of_any_program_are_read_by_one_rule() {
         [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
     let error = read_attitudes(&utf16[..], "file").unwrap_err();
     assert_eq!((error.0[0].code, error.0[0].remedy.as_str()), ("E0003", "save it as UTF-8"));
-    // A table that begins at another time does not say when.
+    // A table that begins at another time does not state the moment.
     let late = table(plain, ",", false).replace("\n0,", "\n-0.5,");
     let found = judged_by(&good(REST, &["maneuver.duration_s=60.5"]), &late).unwrap();
     assert!(found.not_judged.iter().any(|text| text.contains("begin at -0.5 s")), "{found:?}");
@@ -667,7 +666,7 @@ fn cones_are_judged_on_the_motion_that_a_file_declares() {
     assert!(found.attitudes.violations[0].contains("enters the cone by 1.6"), "{found:?}");
     assert_eq!(found.attitudes.violated_at.len(), 1);
     assert!(of("1").passed());
-    // Seven rows more than there are: nobody can go by that.
+    // The degree needs seven rows more than exist, so the interpolation is not judged.
     let found = of("9");
     assert!(found.passed());
     assert!(
@@ -695,7 +694,7 @@ fn hermite_between_rows_follows_the_rates() {
     assert!(told.contains("Sun: the boresight enters the cone by 0.5 deg at 19.56"), "{told}");
 }
 
-/// The messages that stand in one `<ndm>`: the attitude ephemeris is read, whatever is before it.
+/// The attitude ephemeris of an `<ndm>` is read, whatever message is before it.
 #[test]
 fn an_ephemeris_behind_other_messages_is_read() {
     let state = |time: f64| {
@@ -766,7 +765,7 @@ fn what_is_no_text_is_named() {
         let error = read_attitudes(bytes, "file").unwrap_err();
         assert!(error.0[0].reason.contains(reason), "{}", error.0[0].reason);
     }
-    // A kernel says no ticks of its clock.
+    // A kernel does not state the ticks of its clock.
     let mut kernel = vec![0; 2048];
     kernel[..8].copy_from_slice(b"DAF/CK  ");
     kernel[88..96].copy_from_slice(b"LTL-IEEE");

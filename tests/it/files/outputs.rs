@@ -1,4 +1,4 @@
-//! Output files: whole or not at all, never over another file without being asked.
+//! Output files are written completely or not at all, and replace another file only on request.
 
 use slewkit_files::export::{FileError, Target};
 use std::fs;
@@ -91,7 +91,7 @@ fn devices_and_rights_are_respected() {
             assert_eq!(Target::new(name, force).unwrap_err().code(), "E0099", "{name}");
         }
     }
-    // Here nobody can make a file, whoever asks.
+    // No user can create a file here.
     #[cfg(target_os = "linux")]
     assert_eq!(Target::new("/sys/plan.json", false).unwrap_err().code(), "E0096");
     let folder = tempfile::tempdir().unwrap();
@@ -104,7 +104,7 @@ fn devices_and_rights_are_respected() {
     Target::new(&path, true).unwrap().write(|output| Ok(output.write_all(b"x")?)).unwrap();
     assert_eq!(mode("ours") & 0o777, 0o640, "a replaced file keeps its rights");
     std::os::unix::fs::symlink(folder.path().join("nowhere"), folder.path().join("dangling")).unwrap();
-    // A name that is taken, and that nothing can be written to, by force or without.
+    // The name exists and cannot be written to, with or without `--force`.
     for force in [false, true] {
         assert_eq!(Target::new(folder.path().join("dangling"), force).unwrap_err().code(), "E0099");
     }

@@ -51,8 +51,8 @@ fn a_plan_has_the_columns_of_csv_to_the_last_bit() {
             path
         };
         let text = std::fs::read_to_string(written("csv")).unwrap();
-        // Fields of doubles are equal as numbers are; none of them is NaN, and zeros of either sign
-        // are one to no reader.
+        // Fields of doubles are equal if their numbers are equal. No field is NaN, and readers
+        // distinguish zeros of either sign.
         assert_eq!(rows(&written("parquet")), csv(&text));
     }
 }
@@ -108,7 +108,7 @@ fn results_of_a_batch_are_a_row_a_case() {
     assert_eq!(column("verified_passed"), [Field::Bool(true), Field::Bool(true), Field::Null]);
     let code = all[2].error.as_ref().map(|error| text(&error.code)).unwrap();
     assert_eq!(column("error_code"), [Field::Null, Field::Null, code]);
-    // A missing key of a shard is reported as by `merge`, and nothing is written.
+    // A missing key of a shard is reported as by `merge`, and no file is written.
     let lacking = Target::new(folder.path().join("part.parquet"), false).unwrap();
     let refused = merge_to_parquet(&shards[..1], &lacking).unwrap_err().to_string();
     assert!(refused.contains("missing: shard 2/2") && !lacking.path().exists(), "{refused}");

@@ -5,7 +5,7 @@ use slewkit_files::spec::{self, Format, MAX_BYTES};
 use std::fs;
 use std::path::Path;
 
-/// Returns the one code that reading `path` ends with.
+/// Returns the single error code of reading `path`.
 fn refused(path: &Path) -> (&'static str, String) {
     let errors = spec::read(path, &[]).expect_err("accepted");
     assert_eq!(errors.0.len(), 1, "{errors}");

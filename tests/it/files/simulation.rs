@@ -98,7 +98,7 @@ fn shapes_give_mass_and_inertia() {
     assert_eq!(given.inertia.j()[(1, 1)], 2.0, "a given inertia comes before that of the shape");
 }
 
-/// The folder of the spec is all that an OBJ file may come from.
+/// An OBJ file must be in the folder of the spec.
 #[test]
 fn shapes_come_from_files_beside_the_spec_and_from_nowhere_else() {
     let folder = tempfile::tempdir().unwrap();
@@ -117,7 +117,7 @@ fn shapes_come_from_files_beside_the_spec_and_from_nowhere_else() {
         std::fs::write(&path, text).unwrap();
         spec::load(&path, Format::Toml, &[])
     };
-    // A file of holes takes no space on the disk, but would take minutes to read.
+    // A sparse file takes no space on the disk, but would take minutes to read.
     let huge = std::fs::File::create(inner.join("huge.obj")).unwrap();
     huge.set_len(1 << 32).unwrap();
     let errors = spec("huge.obj").unwrap_err();

@@ -1,5 +1,5 @@
-//! Specs that aim at the sky: what they mean, that what is written of them reads back to the same
-//! bits, that plans stand by themselves.
+//! Specs that aim at the sky: their meaning, exact reading of written specs, and plan files that
+//! are complete without other files.
 
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Rule, Settings};
@@ -16,7 +16,7 @@ fn shipped(name: &str) -> Loaded {
     }
 }
 
-/// The full theories, which the planner does not use, see the targets in these directions.
+/// The directions of the targets by the full theories, which the planner does not use.
 #[test]
 fn targets_are_where_the_full_theories_see_them() {
     let loaded = shipped("ground_pass");
@@ -44,8 +44,8 @@ fn targets_are_where_the_full_theories_see_them() {
     assert!((earth.directions[0].angular_radius(0.0).to_degrees() - 63.06).abs() < 0.1);
 }
 
-/// The boresight of the plan, flown, is on the target as the full theories see it, and at its rate;
-/// the file reads back.
+/// The boresight of the flown plan is on the target by the full theories, with the rate of the
+/// target, and the file reads back.
 #[test]
 fn a_plan_to_a_station_points_at_it_and_stands_without_its_orbit() {
     let loaded = shipped("ground_pass");
@@ -153,8 +153,8 @@ fn zenith(file: &str, from: f64) -> Result<(Vector3, Vec<String>), String> {
     Ok((seen, loaded.warnings.iter().map(|found| format!("{}: {}", found.code, found.reason)).collect()))
 }
 
-/// The declared polynomial goes between rows: Hermite's of degree 7 through four rows, and through
-/// quarters of an hour, for which Lagrange's has a reported error of kilometres.
+/// The declared polynomial interpolates between rows: Hermite's of degree 7 through four rows, and
+/// through quarters of an hour, for which Lagrange's has a reported error of kilometres.
 #[test]
 fn an_ephemeris_message_is_followed_by_what_it_declares() {
     let n = mean_motion();
@@ -182,7 +182,7 @@ fn rows_of_an_ephemeris_that_contradict_one_another_are_told() {
     let good = oem("ICRF", 60.0, 15, |time| on_circle(n * time));
     let (_, none) = zenith(&good, 300.0).unwrap();
     assert!(none.is_empty(), "{none:?}");
-    // A row 50 km beside what its neighbours say.
+    // A row that is 50 km off the position that its neighbours imply.
     let line = good.lines().nth(12 + 6).unwrap();
     let words: Vec<&str> = line.split(' ').collect();
     let wrong: f64 = words[2].parse::<f64>().unwrap() + 50.0;

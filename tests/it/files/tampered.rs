@@ -122,7 +122,7 @@ steps = 12
     ]
 }
 
-/// Returns the text of a plan file as JSON, and what it was made from.
+/// Returns the text of a plan file as JSON, and the spec and the plan that it was made from.
 fn planned(name: &str, text: &str) -> (Value, Loaded) {
     let loaded = good(text, &[]);
     let made = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
@@ -141,7 +141,7 @@ fn judged(file: &Value) -> Option<Judgement> {
     file.judge(&own.problem, &own.settings, &own.identity, &own.closed_loop, &|| false).ok()
 }
 
-/// The path of every figure, word and list of a tree; of long lists some.
+/// Collects the path of every figure, word and list of a tree, and some paths of long lists.
 fn paths(of: &Value, at: &str, found: &mut Vec<String>) {
     if !at.is_empty() {
         found.push(at.into());
@@ -227,7 +227,7 @@ fn is_turn_of_nothing(file: &Value, path: &str) -> bool {
 fn every_figure_is_judged(kind: &str) {
     let (_, text) = kinds().into_iter().find(|(name, _)| *name == kind).unwrap();
     let (mut file, _) = planned(kind, &text);
-    // The checksum of another program is not judged: the witnesses alone must find what is wrong.
+    // The checksum of another program is not judged: the witnesses alone must find the fault.
     file["generator"] = json!("another program");
     file.as_object_mut().unwrap().remove("checksum");
     let right = judged(&file).unwrap();
@@ -360,8 +360,8 @@ fn another_notation_of_the_same_file_keeps_its_checksum() {
     assert!(found.not_judged.iter().any(|text| text.contains("checksum")), "{:?}", found.not_judged);
 }
 
-/// Names and the epoch require nothing: a plan judged by a spec with others is verified, and the
-/// differences are reported.
+/// Names and the epoch are no requirements: a plan that is judged by a spec with other names is
+/// verified, and the differences are reported.
 #[test]
 fn names_and_epoch_change_no_verdict_and_are_told() {
     let (file, loaded) = planned("effort", &kinds()[0].1);

@@ -95,8 +95,8 @@ fn least_fuel_in_a_given_duration_is_planned_in_turns() {
     assert!(without * (1.0 - 1e-9) < turns && turns < halfway * (1.0 + 1e-6), "{without} {turns} {halfway}");
 }
 
-/// One of the trackers is off the Sun at every node of the motion, whatever the plan states about
-/// its shifts.
+/// At every node of the motion one of the trackers is away from the Sun, independent of the shifts
+/// that the plan states.
 #[test]
 fn one_tracker_sees_at_every_time() {
     let found = planned(&in_turns(), Target::Motion);

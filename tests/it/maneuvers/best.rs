@@ -1,5 +1,5 @@
-//! The default answer is the best one: minima only, symmetric problems alike, the way round as
-//! asked.
+//! The default answer is the best one: only minima, equal answers to symmetric problems, and the
+//! requested homotopy class.
 
 use evidence::Random;
 use nalgebra::DMatrix;
@@ -47,7 +47,7 @@ fn boxes_that_turn_about_a_principal_axis_come_to_a_minimum_and_mirror_images_to
     assert!(bent > 0, "no box had a saddle to leave");
 }
 
-/// One way alone is begun on very few steps; the best way is found by descents on many.
+/// Only one way starts on very few steps; the best way is found by descents on many steps.
 #[test]
 fn one_way_begun_on_few_steps_is_the_best_way_where_that_goes_so() {
     let mut random = Random::new(21);
@@ -90,8 +90,8 @@ fn the_best_way_of_a_few_steps_is_that_of_many() {
     }
 }
 
-/// The search finds an equal extremal if the test of second order is off, also a saddle; then it
-/// claims nothing about the test.
+/// If the second-order test is off, the search finds an equal extremal, also a saddle, and claims
+/// no result of the test.
 #[test]
 fn what_is_not_tested_is_the_same_extremal_and_says_so() {
     let untested = Settings { test_second_order: false, ..Settings::discrete() };
@@ -142,8 +142,8 @@ fn a_rotation_that_is_given_is_taken_in_its_class_or_not_called_solved() {
 
 #[test]
 fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
-    // The long way of a large turn has the direct turn as a saddle; its minimum goes round the same
-    // way.
+    // The direct turn is a saddle of the long way of a large turn; the minimum has the same
+    // homotopy class.
     let moments = Vector3::new(1.0, 2.0, 2.6);
     let problem = turn(&moments, &(Vector3::y() * (TAU - 3.6))).with_path(Path::Long);
     let solution = answer(&problem);
@@ -152,8 +152,8 @@ fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
     assert_eq!(solution.optimality.second_order(), SecondOrder::Minimum);
 }
 
-/// An extremal of the asked class is taken before one of the other, however much nearer that one's
-/// ∫Ω is to the rotation.
+/// An extremal of the requested class is preferred to an extremal of the other class, however much
+/// nearer its ∫Ω is to the rotation.
 #[test]
 fn the_class_of_a_given_rotation_comes_before_its_length() {
     let asked = Vector3::new(-2.889, -9.099, -5.05);

@@ -1,5 +1,5 @@
-//! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as
-//! cheap as the best that is known.
+//! Maneuvers whose best plan a search from the start alone, or on the given grid alone, has missed.
+//! Each plan costs as little as the best known one.
 
 use evidence::metamorphic::images;
 use evidence::switching::{Kind, cost_and_gap, maneuver};
@@ -49,8 +49,8 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
-/// About the axis of the rotation the way round that is quicker about another axis takes a quarter
-/// longer.
+/// The other way round is quicker about another axis: a turn about the axis of the rotation takes a
+/// quarter longer.
 #[test]
 fn the_other_way_round_is_quicker_about_an_axis_of_its_own() {
     let over = over_the_best("time_other_axis");
@@ -107,8 +107,8 @@ fn plans_that_switch_meet_their_end_on_ten_thousand_steps() {
     assert!(over < 1.001, "{over}");
 }
 
-/// Nearly all of a long duration is coast, where costates that are off by little say that much is
-/// to be gained.
+/// A maneuver of long duration coasts for nearly all of it. There a small error of the costates
+/// suggests a large gain.
 #[test]
 fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_path() {
     let gap = |duration: f64| {
@@ -123,8 +123,8 @@ fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_pa
     }
 }
 
-/// A body that moves at an end of a long duration coasts for nearly all of it, turning as often as
-/// it comes.
+/// A body that moves at an end of a long duration coasts for nearly all of it, with as many turns
+/// as its motion makes.
 #[test]
 fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     for name in ["fuel_long_between_rates", "fuel_thrusters_spin"] {
@@ -134,9 +134,9 @@ fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     }
 }
 
-/// Random maneuvers that had other answers backwards, or no answer: branches that are visible from
-/// one end of a maneuver alone, arcs that show late or whose grid is far from them, and arcs of a
-/// costlier branch than the one from which they were read.
+/// Random maneuvers that once had another answer backwards, or no answer. The causes: branches that
+/// are visible from only one end of a maneuver, arcs that show late or whose grid is far from them,
+/// and arcs of a costlier branch than the one from which they were read.
 #[test]
 fn a_maneuver_has_one_answer_forwards_and_backwards() {
     let settings = Settings { target: Target::Discrete, ..Settings::default() };

@@ -91,7 +91,7 @@ fn the_tightest_tolerance_is_met_or_the_outcome_says_no() {
     }
 }
 
-/// Returns a number that may be anything.
+/// Returns an arbitrary number.
 fn any(random: &mut Random) -> f64 {
     let size = 10f64.powf(40.0 * random.unit() - 20.0);
     random.pick(&[0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX, size, -size, 1.0])
@@ -127,7 +127,7 @@ fn problems_with_absurd_numbers_are_errors() {
     assert!(refused > 1000, "{refused}");
 }
 
-/// Returns a maneuver from the corners of what is allowed.
+/// Returns a maneuver from the corners of the allowed range.
 fn corner(random: &mut Random) -> Option<Problem> {
     let thin = random.pick(&[1.0, 1.0, 0.1, 1e-3, 1e-6, 0.0]);
     let thinner = random.pick(&[1.0, 1.0, thin]);
@@ -209,7 +209,7 @@ impl Observer for StopsOnTheGrid {
     }
 }
 
-/// The sweeps over the grid of a plan of least time look at the flag: on a million steps they take
+/// The sweeps over the grid of a plan of least time poll the flag: on a million steps they need
 /// many seconds.
 #[test]
 fn a_stop_is_heard_on_the_grid_of_a_plan_that_switches() {

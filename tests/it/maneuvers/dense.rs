@@ -1,5 +1,5 @@
-//! The optimum by another method: every input is an unknown, with nothing but the dynamics and the
-//! limits.
+//! The optimum by another method: every input is an unknown, and only the dynamics and the limits
+//! are shared.
 //!
 //! Sequential quadratic programs in the inputs of a free body with three body torques. The steps
 //! solve the implicit equation in the rotation vector, the Jacobian comes from finite differences,
@@ -66,7 +66,7 @@ impl<'a> Dense<'a> {
         f
     }
 
-    /// Terminal error of attitude and momentum.
+    /// Returns the terminal error of attitude and momentum.
     fn error(&self, inputs: &DVector<f64>) -> SVector<f64, 6> {
         let State { attitude, angular_velocity, .. } = self.problem.start;
         let j = self.problem.body.inertia.j();

@@ -1,5 +1,5 @@
-//! Least effort with a duration that is sought, within cones, rate limits and wheels, and where
-//! limits leave nothing shorter.
+//! Least effort with a sought duration, within cones, rate limits and wheels, and where limits
+//! allow no shorter duration.
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use super::shortest::{cone, rate, turn, wheeled};
@@ -72,8 +72,8 @@ fn up_to_a_longest_duration() {
     assert!((duration(&free.with_duration_at_most(short)) / short - 1.0).abs() < 1e-12);
 }
 
-/// A price at which time is all that counts: the plan takes hardly longer than the shortest, which
-/// about one axis of a sphere is `2 √(φ J/u)` by the bound of the norm.
+/// At a very high price only time matters: the plan takes hardly longer than the shortest, which is
+/// `2 √(φ J/u)` about one axis of a sphere by the bound of the norm.
 #[test]
 fn a_price_too_high_is_paid_at_the_shortest() {
     let limits = slewkit::mechanics::Limits { norm: Some(1.0), ..Default::default() };

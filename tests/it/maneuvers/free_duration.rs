@@ -154,7 +154,7 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let problem =
         Problem::attitude(body([1.0, 1.5, 2.0]), coasting[0], coasting[1], Duration::SOUGHT).with_steps(60);
     let found = solved(&problem.clone().with_duration_at_most(10.0));
-    // tan(hω/2) is what a step turns: the discrete coast takes 3 s but for h².
+    // A step turns by tan(hω/2), so the discrete coast takes 3 s up to h².
     assert!((duration(&found) - 3.0).abs() < 1e-3 && found.solution.cost < 1e-20, "{}", duration(&found));
 
     for (longest, acts) in [(2.0, true), (20.0, false)] {

@@ -109,8 +109,8 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
 #[test]
 fn moves_along_a_bend_are_corrected_and_few() {
     // A pendulum's field bends the dynamics along a move: the defects at the end of a move give
-    // back the duration that the move takes away. Without corrections of second order moves shrink,
-    // and the iteration needs ten times as many moves.
+    // back the duration that the move takes away. The iteration needs ten times as many moves,
+    // which shrink, if it has no corrections of second order.
     let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
     let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
     let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));
@@ -153,13 +153,13 @@ fn on_an_orbit(rate: f64) -> Problem {
     problem.with_steps(STEPS)
 }
 
-/// Least effort with a price of time.
+/// Returns the objective of least effort with a price of time.
 fn effort(price: f64) -> Objective {
     Objective::Effort(Weights { time_price: Some(price), ..Weights::default() })
 }
 
 /// Requires that a plan with a sought duration costs at most as much as plans in durations near it,
-/// and exactly as much as a plan in its own.
+/// and exactly as much as a plan in that duration.
 fn is_cheapest_in_its_duration(sought: &Problem, price: f64) {
     let found = solved(sought);
     let duration = *found.solution.trajectory.time.last().unwrap();
@@ -182,7 +182,7 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     let fuel = |price| Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
     let turn = on_an_orbit(0.2).with_steps(FEW).with_duration(Duration::SOUGHT);
     is_cheapest_in_its_duration(&turn.clone().with_objective(fuel(0.05)), 0.05);
-    // The shortest one leaves nothing shorter, and a little more than it has a plan.
+    // No plan is shorter than the shortest duration, and a plan exists in a little more.
     let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
     let given = |duration: f64| {
         let given = turn.clone().with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
@@ -218,13 +218,13 @@ fn a_duration_of_least_effort_is_the_best_of_those_given_to_the_shooting_in_a_fr
 
 #[test]
 fn a_duration_is_sought_where_a_body_moves_through_a_field() {
-    // Fast at both ends: the unit of length goes with the duration.
+    // The body is fast at both ends, so the unit of length scales with the duration.
     let mut flight = flight([0.5, -0.7, 0.3], [1.2, 0.4, -0.2], each(2.5), AxisFrame::Reference);
     flight.start.position = Vector3::new(1.0, 0.2, 0.1);
     flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
     flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
     let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
-    // On fewer steps discrete motions pass by the center of the field as no body does.
+    // Discrete motions on fewer steps pass by the center of the field as no body does.
     let flight = flight.with_steps(2 * STEPS).with_environment(pull).with_duration(Duration::SOUGHT);
     let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
     is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);

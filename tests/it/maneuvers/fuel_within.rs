@@ -92,7 +92,7 @@ fn fuel_is_that_of_another_program_on_the_same_grid() {
     }
 }
 
-/// Where rates about axes are at their limits for most of the way.
+/// The rates about axes are at their limits for most of the way.
 #[test]
 fn fuel_along_limits_of_the_rates_is_that_of_another_program() {
     let problem = burn(MOMENTS, [1.0, 2.0, 3.0], 120.0, 7.0);
@@ -100,8 +100,8 @@ fn fuel_along_limits_of_the_rates_is_that_of_another_program() {
     assert!(along.abs() < 1e-6, "{along:.1e}");
 }
 
-/// About one axis the wheel, or the rate, has no more than `L`: what is given is taken again,
-/// `2 L`, whatever the time.
+/// About one axis the wheel, or the body, has at most the momentum `L`. It is given and taken
+/// again, so the fuel is `2 L` in any duration.
 #[test]
 fn a_full_wheel_is_filled_and_emptied_once() {
     let sphere = burn([1.0; 3], [0.0, 0.0, 1.0], 120.0, 6.0);
@@ -110,7 +110,7 @@ fn a_full_wheel_is_filled_and_emptied_once() {
     let fastest = 3.0 - (9.0 - angle).sqrt();
     let used = fuel(&wheeled(sphere.clone(), [0.0; 3], [1e-3, 1e-3, 2.0]));
     assert!((used / (2.0 * fastest) - 1.0).abs() < 1e-3, "{used} {fastest}");
-    // The motor of one axis with a rate limit of its own that just does it: no more fuel.
+    // A rate limit that just suffices costs no more fuel.
     let limited = fuel(&rate(sphere, Rule::RateNorm(1.01 * fastest)));
     assert!((limited / used - 1.0).abs() < 1e-3, "{limited} {used}");
 }
@@ -134,8 +134,8 @@ fn a_price_goes_through_to_the_cost() {
     assert!((cost / (3.0 * reference) - 1.0).abs() < 1e-6, "{cost}");
 }
 
-/// More time from rest to rest burns less, so all of it is used. With a price that exceeds the
-/// gain, it is not.
+/// More time from rest to rest burns less, so all of it is used. It is not, if the price exceeds
+/// the gain.
 #[test]
 fn up_to_a_longest_duration_all_of_it_or_what_is_worth_its_price() {
     let (_, problem, reference) = cases().swap_remove(6);

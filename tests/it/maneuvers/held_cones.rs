@@ -57,8 +57,8 @@ fn boresights_held_on_two_cones_turn_about_their_axis() {
     assert!(free < 0.95 * one && one < 0.99 * found, "{free} {one} {found}");
 }
 
-/// The nodes are on the cone, to round-off, and what an arc leaves it by between them falls with
-/// the square of the step.
+/// The nodes are on the cone to round-off. Between them the distance of an arc from the cone falls
+/// with the square of the step.
 #[test]
 fn a_boresight_is_held_at_the_nodes_and_strays_by_the_square_of_the_step() {
     let boresight = Vector3::new(0.6, 0.0, 0.8);
@@ -100,7 +100,7 @@ fn a_cone_has_no_say_but_while_it_acts() {
     assert!(always > 1.01 * free, "{always} {free}");
     let (never, margin) = cost(During::intervals([]));
     assert!((never / free - 1.0).abs() < 1e-9 && margin.is_none());
-    // The cone acts before the boresight comes to it, and after it has gone.
+    // The cone has an effect before the boresight reaches it, and after the boresight has left it.
     let (aside, margin) = cost(During::intervals([[0.0, 2.0], [8.2, 10.0]]));
     assert!((aside / free - 1.0).abs() < 1e-9 && margin.is_some_and(|margin| margin > 0.0), "{aside} {free}");
     // A cone acts all the time that it is in the way, or a part of it: the cost is at least the

@@ -1,5 +1,5 @@
-//! Inputs of a plane, of maneuvers that stay in it: closed forms, and what leaves the plane is
-//! refused.
+//! Inputs of a plane for maneuvers that stay in it: closed forms, and the refusal of maneuvers that
+//! leave the plane.
 
 use super::fuel_of_forces::{each, flight, near, pushes};
 use super::minimum_time::solved;
@@ -7,7 +7,8 @@ use slewkit::maneuver::{Duration, Objective, Problem};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::{Body, Inertia, Matrix3, State, Vector3, lie};
 
-/// Four thrusters along x, two to either side of the mass center, as far from it as `arm` \[m\].
+/// Returns four thrusters along x, two on either side of the mass center, at the distance `arm`
+/// \[m\].
 fn four(arm: f64, directions: [f64; 4]) -> Actuation {
     let positions = [-arm, -arm, arm, arm].map(|y| Vector3::new(0.0, y, 0.0));
     let limits = Limits { size: Some(vec![1.25; 4]), one_sided: true, ..Limits::default() };
@@ -40,7 +41,7 @@ fn a_shift_by_thrusters_of_a_plane_costs_what_one_force_does() {
     near(solved(&by_four([0.0; 3], [0.9, 0.0, 0.0])).solution.cost, pushes(0.9, 3.0, 2.5), 1e-8);
 }
 
-/// The shift is across all thrusters, so the body has to turn for it, and back.
+/// The shift is normal to all thrusters, so the body must turn for it, and turn back.
 #[test]
 fn a_shift_across_all_thrusters_is_made_by_turning() {
     let problem = by_four([0.0; 3], [0.0, 0.3, 0.0]).with_duration(6.0);

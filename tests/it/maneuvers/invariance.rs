@@ -29,7 +29,7 @@ impl Units {
         self.mass * self.length * self.length
     }
 
-    /// Unit of a weight `W` of torques, and of forces.
+    /// Returns the units of the weights `W` of torques and of forces.
     fn weights(&self) -> (f64, f64) {
         let torque = self.inertia() / self.time / self.time;
         let force = torque / self.length;
@@ -84,7 +84,7 @@ fn dumbbell(units: Units) -> Problem {
         .with_path(Path::Shortest)
 }
 
-/// Unit of each of the costates of a row.
+/// Returns the unit of each costate of a row.
 fn costate_units(units: Units, dimension: usize) -> Vec<f64> {
     let momentum = units.inertia() / units.time;
     let linear = momentum / units.length;
@@ -208,8 +208,8 @@ fn half_a_turn_goes_round_as_it_is_given() {
     }
 }
 
-/// The long way from rest to rest often begins at a saddle: what lies below it must be found within
-/// limits too, and no rival may be cheaper.
+/// The long way from rest to rest often begins at a saddle. The minimum below it must be found
+/// within limits too, and no rival may be cheaper.
 #[test]
 fn limits_that_do_not_act_change_nothing_on_the_long_way() {
     let inertia = Matrix3::new(2.644, -0.312, 0.0802, -0.312, 2.799, 0.793, 0.0802, 0.793, 2.046);

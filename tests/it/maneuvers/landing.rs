@@ -20,7 +20,7 @@ const ON_EQUAL_STEPS: [&str; 7] = [
     "keep_out_small",
     "wheels_pyramid",
 ];
-/// Least time and least fuel, on arcs with steps of their own.
+/// Least time and least fuel, on arcs with their own steps.
 const SWITCHING: [&str; 2] = ["minimum_time_xte", "minimum_fuel_xte"];
 
 /// Returns a shipped maneuver, and how it is planned with this target.
@@ -69,8 +69,8 @@ fn a_plan_lands_while_the_body_nutates() {
     }
 }
 
-/// Integrates Euler's equations in a quaternion under the held inputs, which share nothing with
-/// planner, correction or witnesses.
+/// Integrates Euler's equations with a quaternion under the held inputs, by code that planner,
+/// correction and witnesses do not use.
 #[test]
 fn the_true_motion_of_a_plan_that_lands_meets_the_end() {
     for name in ON_EQUAL_STEPS {
@@ -192,7 +192,7 @@ fn the_true_motion_is_on_record() {
         assert!(rate.norm() * trajectory.time[last] < 1e-8, "{name}");
         let tolerance = settings.continuous_limit();
         assert!(slewkit::verify::verify(&problem, &trajectory, 1e-12, tolerance).passed(), "{name}");
-        // Another end is reported, though the discrete motion meets a target of its own.
+        // Another end is reported, though the discrete motion meets its own target.
         let mut elsewhere = problem.clone();
         elsewhere.end.angular_velocity.z += 1e-3 / trajectory.time[last];
         assert!(!slewkit::verify::verify(&elsewhere, &trajectory, 1e-12, tolerance).passed(), "{name}");

@@ -1,5 +1,5 @@
-//! Optima that are one of a family of equal ones, by a symmetry: the cost is level along the
-//! family, and round-off must not make a saddle of it.
+//! Optima that belong to a family of equal optima, by a symmetry. The cost is level along the
+//! family, and round-off must not make an optimum a saddle.
 
 use slewkit::maneuver::{Problem, SecondOrder, Settings, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};

@@ -52,7 +52,7 @@ fn with_norm(channel: &ActuatorSet, limit: f64) -> ActuatorSet {
     channel.clone().with_limits(Limits { norm: Some(limit), ..Limits::default() }).unwrap()
 }
 
-/// Every torque limited to a part of the largest without limits.
+/// Limits every torque to a part of its largest value without limits.
 fn within(problem: &Problem, part: f64) -> Problem {
     let limit = part * largest_input(&shot(problem));
     let torque = with_size(&problem.actuation.torque, limit);
@@ -90,8 +90,8 @@ fn the_published_limits_are_met_in_as_many_iterations_as_published() {
     }
 }
 
-/// Nearly bang-bang, where Newton fails from the costates without limits: those of the interior point
-/// lead there.
+/// A nearly bang-bang plan. Newton fails from the costates without limits, and converges from the
+/// costates of the interior point.
 #[test]
 fn tight_limits_are_reached_from_the_interior_point() {
     let free = rest_to_rest(120.0)
@@ -256,7 +256,7 @@ fn every_frame_scheme_and_kind_of_limit_plans_and_verifies() {
     }
 }
 
-/// A norm limit under equal weights does not know axes: the same plan in any of them.
+/// A norm limit under equal weights has no preferred axes: the plan is the same in all axes.
 #[test]
 fn a_norm_limit_is_the_same_in_turned_axes() {
     let turn = lie::exp(&Vector3::new(0.4, -1.1, 0.3));
@@ -335,8 +335,8 @@ fn a_guess_near_the_costates_is_polished_in_two_steps() {
     }
 }
 
-/// A norm limit below what a bang-bang turn about a fixed axis takes, four sixths of the peak
-/// without limits; not far enough for a proof. Nothing is found, and nothing pretends to be.
+/// The norm limit is below the need of a bang-bang turn about a fixed axis, four sixths of the peak
+/// without limits, but not far enough for a proof. No plan is found, and no result claims one.
 #[test]
 fn the_path_of_a_guess_begins_the_convex_road() {
     let problem = within(&rest_to_rest(120.0), 0.75);

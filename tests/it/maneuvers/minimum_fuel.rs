@@ -104,8 +104,8 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
 }
 
-/// A sphere turns about one axis, whatever points the torque: two burns of `½ (T − √(T² − T_min²))`
-/// with `T_min = 2 √(jθ/U)`, and a price of time chooses `T` as above.
+/// A sphere turns about one axis, whatever the direction of the torque inputs: two burns of
+/// `½ (T − √(T² − T_min²))` with `T_min = 2 √(jθ/U)`, and a price of time chooses `T` as above.
 #[test]
 fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     let (inertia, limit, price, angle) = (2.0_f64, 0.8, 2.5, 1.9);
@@ -155,8 +155,8 @@ fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_
     assert!(around <= 3.0_f64.sqrt() * norm * (1.0 + 1e-9), "{around} {norm}");
 }
 
-/// Fuel from rest to rest falls with the duration, so all of it is used. With a price, the duration
-/// is the duration of the closed form, if it is allowed.
+/// Fuel from rest to rest falls with the duration, so all of it is used. The duration at a price of
+/// time is the duration of the closed form, if it is allowed.
 #[test]
 fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let (limit, price) = (0.8, 0.3);

@@ -56,8 +56,8 @@ fn a_maneuver_takes_as_long_backwards() {
     assert!((there / back - 1.0).abs() < 1e-9, "{there} {back}");
 }
 
-/// Hardly a turn, the long way round: the whole turn about the axis of the least moment takes
-/// `2√(2πJ/U)`, whichever axis the end is turned about, and what is left of it hardly any time.
+/// A tiny turn, the long way round. The whole turn about the axis of the least moment takes
+/// `2√(2πJ/U)`, whatever the axis of the tiny turn, which itself takes hardly any time.
 #[test]
 fn the_long_way_of_hardly_a_turn_takes_no_longer_than_a_whole_turn_about_the_quickest_axis() {
     let (least, small) = (1.0, 1e-4);
@@ -151,8 +151,7 @@ fn redundant_canted_torques_of_a_full_inertia_are_planned_and_one_more_makes_it_
     assert!(four < three, "{four} {three}");
 }
 
-/// A cube about each of its axes, which people try first, in the published time (Bilimoria and Wie
-/// 1993) for every axis.
+/// A cube turns about each of its axes in the published time (Bilimoria and Wie 1993).
 #[test]
 fn a_cube_turns_alike_about_all_its_axes() {
     for (degrees, published) in [(180.0_f64, 3.2431), (135.0, 2.8845), (90.0, 2.4211)] {
@@ -165,8 +164,8 @@ fn a_cube_turns_alike_about_all_its_axes() {
     }
 }
 
-/// Boxes about an axis by limits that differ: the same time in whatever axes it is written, and
-/// less than about that axis.
+/// Boxes turn about an axis with unequal limits. The time is equal in all body axes in which the
+/// maneuver is written, and shorter than a turn about that axis.
 #[test]
 fn the_time_of_a_box_is_the_same_in_all_axes() {
     let other = lie::exp(&Vector3::new(0.3, -0.5, 0.7));

@@ -30,7 +30,7 @@ fn apart(a: f64, b: f64) -> f64 {
 }
 
 /// Bilimoria and Wie, Time-optimal three-axis reorientation of a rigid spacecraft, 1993: 2.4211 s
-/// for a quarter of a turn of a sphere, of which a turn about the axis alone takes 2.5066 s.
+/// for a quarter of a turn of a sphere. A turn about the axis alone takes 2.5066 s.
 #[test]
 fn a_quarter_of_a_turn_takes_what_was_published() {
     let quarter = slew([1.0; 3], 90.0);
@@ -51,8 +51,8 @@ fn least_fuel_is_that_of_the_arcs_but_for_the_grid() {
     assert!(apart(found, arcs) < 2e-3, "{found} {arcs}");
 }
 
-/// The cost of least effort in the best duration is that of the shooting in this duration, which
-/// knows no other, and no neighboring duration costs less.
+/// The interior point and the shooting find the same least effort in the best duration, which the
+/// shooting takes as given; no neighboring duration costs less.
 #[test]
 fn a_duration_that_is_sought_is_the_best_of_those_given_to_the_shooting() {
     let (price, weights) = (0.05, Weights { time_price: Some(0.05), ..Weights::default() });

@@ -121,7 +121,7 @@ fn moving_ends(file: &Value, field: &str) -> Problem {
     problem.with_environment(UniformGravity::new(1.0, weight, Vector3::z(), arm).unwrap())
 }
 
-/// Slope of `log error` over `log h` between the first and the last grid.
+/// Returns the slope of `log error` over `log h` between the first and the last grid.
 fn slope(errors: &[f64], steps: &[usize]) -> f64 {
     let last = errors.len() - 1;
     (errors[0] / errors[last]).ln() / (steps[last] as f64 / steps[0] as f64).ln()

@@ -1,4 +1,4 @@
-//! How far plans are proved to be optima: one scale for all.
+//! The scale of proofs of optimality, which is one for plans of all methods.
 
 use evidence::Random;
 use evidence::switching::{Kind, maneuver};
@@ -12,7 +12,7 @@ fn answer(problem: &Problem, settings: &Settings) -> Solution {
     solve(problem, settings, None, &mut Silent).unwrap()
 }
 
-/// A slab that turns about the axis of its middle moment.
+/// Returns the turn of a slab about the axis of its middle moment.
 fn slab(angle: f64) -> Problem {
     let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.9)).unwrap();
     let end = State::at_rest(lie::exp(&Vector3::new(0.0, angle, 0.0)));

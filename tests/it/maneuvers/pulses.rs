@@ -13,7 +13,7 @@ use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec::{self, Format, SpecDocument};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Returns the same maneuver with a shortest pulse.
+/// Returns the maneuver with a shortest pulse.
 fn pulsed(problem: &Problem, shortest: f64) -> Problem {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };
@@ -105,8 +105,8 @@ fn the_best_duration_of_pulses_is_that_of_the_closed_form() {
     }
 }
 
-/// No given duration near the one that is found costs less, its price included; and the grid's
-/// duration goes to it as its cost does.
+/// No given duration near the found one costs less, its price included. The duration of the grid
+/// converges to it as the cost does.
 #[test]
 fn the_best_duration_of_pulses_is_the_best_of_those_given() {
     let (price, given) = (0.05, pulsed(&moving_slowly(), 0.3));
@@ -146,7 +146,7 @@ fn pulses_take_no_longer_than_a_bound() {
     assert!((given.cost / bounded.cost - 1.0).abs() < 1e-12, "{} {}", given.cost, bounded.cost);
 }
 
-/// Returns the end that the arcs lead to by Kutta's method, which shares nothing with the solver.
+/// Returns the end of the arcs by Kutta's method, which the solver does not use.
 fn replayed(problem: &Problem, switching: &Switching) -> (Matrix3, Vector3) {
     let j = *problem.body.inertia.j();
     let inverse = j.try_inverse().unwrap();
@@ -203,7 +203,7 @@ fn case(random: &mut Random, canted: bool, moves: bool) -> Problem {
     let size = Some(axes.iter().map(|_| random.within(1.0, 2.0)).collect());
     let limits = Limits { size, one_sided: canted, ..Limits::default() };
     let torques = ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap();
-    // Somewhat more than what the smallest torque about any axis needs.
+    // Somewhat more than the duration that the smallest torque about any axis needs.
     let duration = random.within(1.3, 2.5) * 2.0 * (5.0 * turn).sqrt();
     Problem::minimum_fuel(body, State::attitude(Matrix3::identity(), rates[0]), end, duration)
         .with_actuation(Actuation::torques(torques))
@@ -296,7 +296,7 @@ fn an_input_that_is_half_open_and_a_pulse_that_is_too_short_are_noticed() {
     assert!(fails(&problem, &changed(0.5 * value), &["inputs off or at a limit"]));
     assert!(fails(&problem, &changed(value * (1.0 + 1e-9)), &["inputs off or at a limit"]));
     assert!(fails(&problem, &changed(f64::NAN), &["inputs off or at a limit"]));
-    // An interruption: the rest of the pulse is too short, as is what follows.
+    // After an interruption both parts of the pulse are too short.
     let mut interrupted = trajectory.clone();
     interrupted.input[(last - 1) * count + input] = 0.0;
     assert!(fails(&problem, &interrupted, &["shortest pulse"]));

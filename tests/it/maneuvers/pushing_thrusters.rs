@@ -1,5 +1,5 @@
-//! Minimum fuel and time by thrusters that push and turn a body at once: closed forms, torques and
-//! forces of their own with an equal effect, refused specs.
+//! Minimum fuel and time by thrusters that push and turn a body at once: closed forms, separate
+//! torques and forces with an equal effect, refused specs.
 
 use super::fuel_of_forces::{FEW, MASS, each, flight, near, pushes};
 use super::minimum_time::solved;
@@ -10,9 +10,9 @@ use slewkit::{Vector3, lie};
 /// Half the distance of the two thrusters that push along one axis the same way \[m\].
 const ARM: f64 = 0.5;
 
-/// Twelve thrusters of `limit` \[N\]: for each axis two that push along it and two against it,
-/// beside each other along the next axis. Couples turn about the third, and what they give adds to
-/// any push.
+/// Returns twelve thrusters of `limit` \[N\]: for each axis two that push along it and two that
+/// push against it, next to each other along the next axis. Couples turn the body about the third
+/// axis, in addition to any push.
 fn twelve(limit: f64) -> Actuation {
     let (mut positions, mut directions) = (Vec::new(), Vec::new());
     for axis in 0..3 {

@@ -9,8 +9,8 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Most that arcs whose every sign is right may leave to be gained, as a part of their cost: what
-/// differences of the flow and the rule of the integral leave.
+/// The largest gap of arcs with the right signs, as a part of their cost: the error of differences
+/// of the flow and of the integral.
 pub(super) const GAP: f64 = 1e-9;
 
 pub(super) fn turn(axis: [f64; 3], degrees: f64) -> State {
@@ -24,7 +24,8 @@ fn slew(moments: [f64; 3], end: State) -> Problem {
         .with_actuation(torques(&CUBE, &[1.0; 3]))
 }
 
-/// A maneuver that SCP plans from seeds of its own refuses to be shot, and costates as a guess.
+/// Checks that a maneuver which SCP plans from its own seeds refuses the shooting, and costates as
+/// a guess.
 pub(super) fn takes_no_guess_and_no_shooting(problem: &Problem) {
     let shooting = Settings { method: Method::Shooting, ..Settings::discrete() };
     let refused = plan(problem, &shooting, None, &mut Silent).unwrap_err();
@@ -72,10 +73,11 @@ fn duration(problem: &Problem, steps: usize) -> f64 {
     duration
 }
 
-/// Returns the cases, and their durations [s] by another program: direct multiple shooting by the
-/// Runge–Kutta method of order 4 with quaternions, inputs constant (or linear, under a limit of
-/// their slope) on each interval, CasADi 3.8.2 and IPOPT, the lowest of ten starts, extrapolated
-/// from the two finest grids (160 and 320 intervals, or 192 and 384).
+/// Returns the cases, and their durations [s] by another program: direct multiple shooting with
+/// CasADi 3.8.2 and IPOPT. It uses quaternions, the Runge–Kutta method of order 4, and inputs that
+/// are constant (or linear, under a limit of their slope) on each interval. The duration is the
+/// lowest of ten starts, extrapolated from the two finest grids (160 and 320 intervals, or 192 and
+/// 384).
 fn cases() -> Vec<(&'static str, Problem, f64)> {
     const MOMENTS: [f64; 3] = [1.0, 2.0, 3.0];
     let free = || slew(MOMENTS, turn([1.0, 2.0, 3.0], 120.0));
@@ -165,8 +167,8 @@ fn plans_of_fine_grids_are_those_of_their_arcs() {
     }
 }
 
-/// About one axis: to full rate, on, and to rest. A ball for the torque and a sphere for the body
-/// leave nothing to gain beside the axis.
+/// About one axis: to full rate, on, and to rest. With a ball of torques and a sphere as body, no
+/// turn away from the axis is quicker.
 #[test]
 fn a_sphere_speeds_up_coasts_and_brakes() {
     let (angle, fastest) = (120f64.to_radians(), 0.5);
@@ -176,8 +178,8 @@ fn a_sphere_speeds_up_coasts_and_brakes() {
     assert!(off.abs() < 1e-3, "{off:.1e}");
 }
 
-/// The same in continuous time is the closed form, as near to the estimate from two grids as that
-/// says, and far nearer than the grid of the plan comes.
+/// The duration of this slew in continuous time is the closed form. The estimate from two grids is
+/// as near to it as its error states, and far nearer than the duration on the grid.
 #[test]
 fn the_duration_in_continuous_time_is_estimated_from_two_grids() {
     let (angle, fastest) = (120f64.to_radians(), 0.5);
@@ -196,7 +198,8 @@ fn the_duration_in_continuous_time_is_estimated_from_two_grids() {
     }
 }
 
-/// The momentum of the wheel is the rate of the body. The other wheels can take next to nothing.
+/// The momentum of the wheel is the rate of the body. The other wheels can store hardly any
+/// momentum.
 #[test]
 fn a_wheel_fills_stays_full_and_is_emptied() {
     let (angle, most) = (120f64.to_radians(), 0.5);
@@ -205,8 +208,8 @@ fn a_wheel_fills_stays_full_and_is_emptied() {
     assert!(off.abs() < 1.5e-3, "{off:.1e}");
 }
 
-/// Full torque for t, the way from +U to −U at the slope j in r = 2U/j, and full torque for t:
-/// θ = U t² + U t r + ⅔ U³/j². Next to no rate about the other axes.
+/// Full torque for t, the change from +U to −U at the slope j in r = 2U/j, and full torque for t: θ
+/// = U t² + U t r + ⅔ U³/j². The other axes may have hardly any rate.
 #[test]
 fn a_torque_turns_round_as_fast_as_it_may() {
     let angle = 120f64.to_radians();
@@ -226,7 +229,7 @@ fn what_limits_more_takes_longer_and_what_does_not_act_as_long() {
     assert!((loose / unlimited - 1.0).abs() < 5e-4, "{loose} {unlimited}");
     let tight = rate(free(), Rule::RateNorm(0.6));
     let around = cone(tight.clone(), Side::KeepOut, [1.0, 0.0, 0.0], [0.5, 0.75f64.sqrt(), 0.1], 20.0);
-    // A cone beside the way costs nothing but round-off.
+    // A cone that does not touch the way changes the cost only by round-off.
     let durations = [loose, duration(&tight, 60), duration(&around, 60)];
     assert!(durations.windows(2).all(|pair| pair[1] > pair[0] * (1.0 - 1e-9)), "{durations:?}");
 }

@@ -18,12 +18,12 @@ pub fn full_body() -> Body {
     Body { inertia: full_inertia(), mass: None }
 }
 
-/// Diagonal weights of three torques.
+/// Returns diagonal weights of three torques.
 pub fn weighted(weight: [f64; 3]) -> Weights {
     Weights::of_torques(nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&weight)))
 }
 
-/// Rest to rest about (1, 2, −0.5) in 2 s.
+/// Returns a slew from rest to rest about (1, 2, −0.5) in 2 s.
 pub fn rest_to_rest(degrees: f64) -> Problem {
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
     let end = State::at_rest(lie::exp(&(axis * degrees.to_radians())));
@@ -45,7 +45,7 @@ pub fn planned(problem: &Problem) -> Plan {
     plan
 }
 
-/// `a` and `b` agree to `limit`, relative to the largest of `b`.
+/// Asserts that `a` and `b` agree to `limit`, relative to the largest of `b`.
 pub fn assert_close(name: &str, a: &[f64], b: &[f64], limit: f64) {
     assert_eq!(a.len(), b.len(), "{name}");
     let size = b.iter().fold(0.0f64, |size, value| size.max(value.abs()));

@@ -1,6 +1,6 @@
-//! Ends on a target: free rolls, matched rates, targets that move, cones that move, against optima
-//! by two other methods (`reference/targets`), whose directions are the Chebyshev polynomials that
-//! define them.
+//! Ends on a target: free rolls, matched rates, moving targets and moving cones, compared with
+//! optima by two other methods (`reference/targets`). The directions are the Chebyshev polynomials
+//! that define the references.
 
 use super::support::extrapolated;
 use evidence::{list, matrix3, number, numbers, reference, vector};
@@ -43,7 +43,7 @@ fn agrees(name: &str, problem: &Problem, steps: usize, within: f64) {
     assert!((found / wanted - 1.0).abs() < within, "{name}: {found} {wanted} {:.2e}", found / wanted - 1.0);
 }
 
-/// p01 and p02: at rest on a direction that stands; p03: with the rate of one that moves.
+/// p01 and p02: at rest on a fixed direction; p03: with the rate of a moving direction.
 #[test]
 fn a_free_roll_costs_what_it_costs_at_best() {
     for name in ["p01_freeroll_diag123", "p02_freeroll_full_nonrest", "p03_moving_matched_full"] {
@@ -79,7 +79,7 @@ fn targets_of_an_orbit_are_met_at_the_least_cost() {
     }
 }
 
-/// q04: the duration is sought at a price of time, and the target moves on meanwhile.
+/// q04: the duration is sought at a price of time, while the target moves.
 #[test]
 fn a_target_that_moves_is_met_at_the_best_time() {
     let given = &reference("targets/q04")["problem"];
@@ -90,7 +90,7 @@ fn a_target_that_moves_is_met_at_the_best_time() {
     agrees("q04", &problem.with_duration(slewkit::Duration::SOUGHT), 50, 1e-7);
 }
 
-/// p04: all of an attitude that turns, at a price of time.
+/// p04: a whole attitude that turns, at a price of time.
 #[test]
 fn a_body_that_tumbles_is_met_at_the_best_time() {
     let given = &reference("targets/p04_rotframe_free_time")["problem"];
@@ -120,9 +120,9 @@ fn a_target_that_moves_is_met_in_the_shortest_time() {
     agrees("q06", &problem, 100, 1e-7);
 }
 
-/// A plan of least time meets a moving target at its arrival, on grids that hold its arcs and on
-/// those that do not, with limits of the rates too: the target runs away or comes nearer, at up to
-/// a third of the rate of the turn.
+/// A plan of least time meets a moving target at its arrival, on grids with and without its arcs,
+/// also with limits of the rates. The target runs away or comes nearer, at up to a third of the
+/// rate of the turn.
 #[test]
 fn the_shortest_plan_is_on_its_target_when_it_arrives() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
@@ -157,9 +157,9 @@ fn the_shortest_plan_is_on_its_target_when_it_arrives() {
     }
 }
 
-/// Maneuvers that were planned badly or slowly, against costs by an interior point on multiple
-/// shooting whose states are momenta of the body: the roll left free within a rate limit, and spins
-/// whose natural motion turns the body by several turns.
+/// Maneuvers that were once planned badly or slowly: a free roll within a rate limit, and spins
+/// whose natural motion turns the body by several turns. The reference costs come from an interior
+/// point on multiple shooting whose states are momenta of the body.
 #[test]
 fn free_rolls_and_spins_cost_what_another_program_finds() {
     for (name, cost, within) in
@@ -175,8 +175,8 @@ fn free_rolls_and_spins_cost_what_another_program_finds() {
     }
 }
 
-/// Wheels alone turn a body to a target that moves, in least time and with its rate, as quickly to
-/// one side as to the other: the total momentum is nothing all the time.
+/// Wheels alone turn a body to a moving target, in least time and with the target's rate, as
+/// quickly to one side as to the other: the total momentum is zero at all times.
 #[test]
 fn wheels_meet_a_target_that_moves_to_either_side_in_the_same_time() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0)).unwrap(), mass: None };
@@ -198,9 +198,9 @@ fn wheels_meet_a_target_that_moves_to_either_side_in_the_same_time() {
     assert!((left / right - 1.0).abs() < 1e-6, "{left} {right}");
 }
 
-/// With four wheels, a rate limit and a cone in the way: no given roll is cheaper than the one that
-/// the plan chooses, in least time and in least effort, on a target that stands and on one that
-/// moves, at rest.
+/// No given roll is cheaper than the roll that the plan chooses, with four wheels, a rate limit and
+/// a cone in the way. This holds in least time and in least effort, at rest on a fixed and on a
+/// moving target.
 #[test]
 fn no_given_roll_is_cheaper_than_a_free_one_within_limits() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0)).unwrap(), mass: None };
@@ -233,7 +233,8 @@ fn no_given_roll_is_cheaper_than_a_free_one_within_limits() {
         (moving.clone(), false),
         (moving, true),
     ] {
-        // With the rate of the target a given roll would have another rate about the boresight.
+        // If the end had the rate of the target, a given roll would have another rate about the
+        // boresight.
         let aim = Aim::new(Vector3::x(), at).at_rest();
         let of = |aim: Aim| {
             let problem = bare.clone().with_aim_at_end(aim);
@@ -287,9 +288,9 @@ fn a_cone_that_moves_is_touched_where_it_is_by_then() {
     assert!((found[1] / wanted - 1.0).abs() < 1e-7, "{found:?} {wanted}");
 }
 
-/// The best of a band of rolls lies between the aligned roll and the free one, and nowhere else is
-/// anything cheaper: by values where costates do not tell the slope, and at the edge of the band
-/// where the slope leads out of it.
+/// The best roll of a band lies between the aligned roll and the free one, and no other roll of the
+/// band is cheaper. Values show it where costates do not give the slope, and at the edge of the
+/// band where the slope leads out of it.
 #[test]
 fn no_roll_of_a_band_is_cheaper_than_the_answer() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
@@ -333,7 +334,7 @@ fn no_roll_of_a_band_is_cheaper_than_the_answer() {
     }
 }
 
-/// A cone to stay in is counted from the limb outward, as one to keep out of is.
+/// A keep-in cone is measured from the limb outward, like a keep-out cone.
 #[test]
 fn a_boresight_stays_within_an_angle_of_the_limb() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
@@ -345,8 +346,8 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
     let disc = Direction::Disc { centre: centre.unwrap(), radius: 5.0 * 20.0_f64.to_radians().sin() };
     let half_angle = 10.0_f64.to_radians();
     let cone = Pointing::new(Side::KeepIn, vec![Vector3::x()], vec![disc], half_angle);
-    // About an axis aside of the way from start to end, and by way of rates that carry the
-    // boresight beyond.
+    // The cone's axis is beside the way from start to end, and the rates carry the boresight beyond
+    // it.
     let start = State::attitude(slewkit::Matrix3::identity(), Vector3::new(0.0, 0.0, 0.4));
     let end = State::attitude(lie::exp(&Vector3::new(0.0, 0.0, -0.3)), Vector3::zeros());
     let free = Problem::attitude(body, start, end, 10.0).with_steps(80);
@@ -360,9 +361,9 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
     assert!(margin.margin.abs() < 1e-7, "{margin:?}");
 }
 
-/// The limb of the Earth from an eccentric orbit, which grows while the tracker goes along it. On
-/// twice the steps, where the growth within a step counted half, the same plan costs 0.143476
-/// (found from outside of this crate).
+/// The limb of the Earth from an eccentric orbit grows while the tracker moves along it. An
+/// independent program found the cost 0.143476 on twice as many steps, where the growth within a
+/// step counted half.
 #[test]
 fn a_limb_that_grows_is_no_wider_within_a_step() {
     let text = "format = 1\nepoch = \"2026-11-21T07:25:00 UTC\"\n[orbit]\nsemi_major_axis_m = 7531578.947368422\n\
@@ -409,8 +410,8 @@ fn a_target_that_moves_is_met_at_rest_at_the_best_time() {
 }
 
 /// Two extremals of least time are 3e-4 apart here, and the search finds no cheaper neighbour of
-/// the costlier one a moment later. The plan still ends on the station, as the full theories see
-/// it.
+/// the costlier one a moment later. The plan still ends on the station, by the full theories of the
+/// sky.
 #[test]
 fn what_moves_is_met_where_two_extremals_are_near() {
     let text = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\nsemi_major_axis_m = 6844308\n\
@@ -432,7 +433,7 @@ fn what_moves_is_met_where_two_extremals_are_near() {
     assert!(angle_between(&boresight, &seen) < 4e-6, "{}", angle_between(&boresight, &seen));
 }
 
-/// A spin about the axis that points, kept at the end: its phase is the roll, and no other phase
+/// A spin about the pointing axis is kept at the end: its phase is the roll, and no other phase
 /// costs less.
 #[test]
 fn a_spin_about_the_boresight_ends_at_its_best_phase() {

@@ -24,7 +24,7 @@ fn the_course_has_the_margins_and_the_end_of_the_verdict() {
         let course = course(&problem, trajectory).unwrap();
         assert_eq!(course.apart.len(), problem.steps + 1);
         let end = *course.apart.last().unwrap();
-        // The discrete motion ends at the target, so that both distances are one.
+        // The discrete motion ends at the target, so both distances are equal.
         let wanted = found.continuous_attitude_rad;
         assert!((end - wanted).abs() < 1e-11, "{file}: {end} {wanted}");
         for clearance in &course.clearances {

@@ -1,5 +1,5 @@
-//! Specs and messages with which somebody found a fault: each has its right value, from outside of
-//! this crate. They stand in `tests/reference/found`; more of them in `evidence/best_known`, which
+//! Specs and messages in which somebody found a fault. Each has its right value from an independent
+//! source. The specs stand in `tests/reference/found`; `evidence/best_known` has more, which
 //! `maneuvers::best_known` plans.
 
 use crate::command_line::binary::Folder;
@@ -29,8 +29,9 @@ fn planned(name: &str, set: &[&str]) -> Plan {
     plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap()
 }
 
-/// Costs that other programs, given rolls, given paths and closed forms have; a plan may be cheaper
-/// than what is known by as much as a better optimum of the same kind has been seen to be.
+/// Plans cost no more than the costs found by other programs, given rolls, given paths and closed
+/// forms. A plan may be cheaper, by as much as a better optimum of the same kind has been found to
+/// be.
 #[test]
 fn plans_cost_what_is_known_from_elsewhere() {
     let known = [
@@ -51,7 +52,7 @@ fn plans_cost_what_is_known_from_elsewhere() {
         ("spin_up_fuel", 62.843, 1e-4),
         // The momentum of the spin over the longest arm, 0.5 m.
         ("free_roll_stop_spinner", 60.0 * 30.0_f64.to_radians() / 0.5, 1e-4),
-        // CasADi and IPOPT, 40 intervals, of which torques change more slowly: 11.2318 s.
+        // CasADi and IPOPT, 40 intervals: 11.2318 s, where torques change more slowly.
         ("wheels_with_torque_rate", 11.2318, 4e-3),
     ];
     for (name, cost, within) in known {
@@ -62,7 +63,8 @@ fn plans_cost_what_is_known_from_elsewhere() {
     }
 }
 
-/// No cone is near the cheapest motion, which a search among three sets of cones has to find too.
+/// The search among three sets of cones also finds the cheapest motion, which is far from every
+/// cone.
 #[test]
 fn cones_that_are_far_away_cost_nothing() {
     let [among, alone] = [&[][..], &["constraint=[]", "any_of=[]"]]
@@ -70,9 +72,9 @@ fn cones_that_are_far_away_cost_nothing() {
     assert!((among / alone - 1.0).abs() < 1e-6, "{among} {alone}");
 }
 
-/// Durations around the shortest: 13.0900 s, in which full wheels turn the body by a right angle at
-/// 0.12 rad/s, and those that IPOPT finds from ten starts, 25.509 and 61.3875 s. What is advised is
-/// a plan.
+/// A refused duration comes with a longer one, for which a plan exists. The shortest durations are
+/// 13.0900 s, in which full wheels turn the body by a right angle at 0.12 rad/s, and 25.509 and
+/// 61.3875 s, which IPOPT finds from ten starts.
 #[test]
 fn what_is_too_short_is_told_with_a_duration_that_does() {
     for (name, least) in [("pyramid_too_short", 13.08996), ("infeasible_try", 34.69)] {
@@ -97,8 +99,9 @@ fn what_is_too_short_is_told_with_a_duration_that_does() {
     assert_eq!(planned("pyramid_too_short", &["maneuver.duration_s=13.095"]).status, Status::Solved);
 }
 
-/// A body with a full pitch wheel nutates; its plan lands on the steps that are chosen. Coarse grids
-/// resolve the nutation, too: of the others one nutates by 0.47 rad/s, and one by 96 rad in all.
+/// A body with a full pitch wheel nutates; its plan lands on the chosen number of steps. Coarse
+/// grids resolve the nutation too. Among the other cases, one nutates at 0.47 rad/s, and one by 96
+/// rad in all.
 #[test]
 fn a_biased_body_lands_on_the_steps_that_are_chosen() {
     for name in ["biased_wheel", "nutating_fast", "nutating_far"] {
@@ -106,8 +109,8 @@ fn a_biased_body_lands_on_the_steps_that_are_chosen() {
     }
 }
 
-/// Without limits a plan is as quick as one likes, so that no duration is the shortest. On so few
-/// steps there is no plan.
+/// No shortest duration is reported for a maneuver without limits, whose plans can be arbitrarily
+/// quick. No plan of it exists on so few steps.
 #[test]
 fn without_limits_no_duration_is_the_shortest() {
     let found = planned("nutating_fast", &["maneuver.steps=24"]);
@@ -123,8 +126,8 @@ fn a_free_roll_at_the_end_of_a_pass_is_no_dearer_than_a_given_one() {
     assert!(free.solution.cost <= given.solution.cost, "{} {}", free.solution.cost, given.solution.cost);
 }
 
-/// The motion under the means of the rows, which alone act, ends at the target, and these are zero
-/// while a wheel is full.
+/// Only the means of the rows act on the body. The motion under these means ends at the target, and
+/// they are zero while a wheel is full.
 #[test]
 fn the_torque_of_a_full_wheel_is_zero() {
     let loaded = spec::read(&file("full_wheel.toml"), &[]).unwrap_or_else(|errors| panic!("{errors}"));
@@ -165,7 +168,7 @@ fn directions_are_those_of_other_programs() {
     }
 }
 
-/// What is refused, warned of, or not judged, with its reason.
+/// Specs and files that are refused, warned of, or not judged, each with its reason.
 #[test]
 fn what_is_wrong_with_a_file_is_said() {
     let folder = folder();
@@ -207,7 +210,7 @@ fn what_is_wrong_with_a_file_is_said() {
             3,
             "--set end.attitude.angle_deg=3\n",
         ),
-        // The switches of its grid are some steps from those of continuous time.
+        // The switches of the plan's grid are some steps away from the switches in continuous time.
         (&["plan", "free_roll_stop_spinner.toml", "-q", "-o", "stop.json"], 0, ""),
         (&["verify", "stop.json"], 0, "verified"),
         (&["plan", "flight_two_rows.toml", "-q", "-o", "plan.json"], 0, ""),

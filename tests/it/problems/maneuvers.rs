@@ -1,5 +1,5 @@
-//! Every shipped problem planned as a user would, against numbers that nobody here computed with
-//! this crate.
+//! Every shipped problem is planned as by a user, and compared with numbers that were not computed
+//! with this crate.
 
 use super::told::{picture_faults, summary_faults};
 use slewkit::maneuver::problem::Problem;
@@ -113,8 +113,8 @@ fn solve(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap_or_else(|error| panic!("{}: {error}", problem.name))
 }
 
-/// Returns the cost of the discrete problem, which is what expectations are of: of a plan that
-/// lands before its target was shifted.
+/// Returns the cost of the discrete problem, with which expectations are compared. For a plan that
+/// lands this is the cost before its target was shifted.
 fn discrete_cost(plan: &Plan) -> f64 {
     let Plan { solution, .. } = plan;
     solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before)

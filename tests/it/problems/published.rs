@@ -1,5 +1,5 @@
-//! `docs/published.md` is the table of published maneuvers: of every spec that has a published cost
-//! beside ours.
+//! `docs/published.md` is the table of published maneuvers: it has every spec with a published
+//! cost.
 //!
 //! Each row is read from a spec, whose plan `maneuvers.rs` holds to these numbers.
 //! `BLESS=1 cargo test --test it -- published` writes the table.

@@ -1,5 +1,5 @@
-//! Every shipped sequence planned as a user would, against numbers that nobody here computed with
-//! this crate.
+//! Every shipped sequence is planned as by a user, and compared with numbers that were not computed
+//! with this crate.
 
 use slewkit::plan::{Silent, Status};
 use slewkit::sequence::order::Proof;
@@ -61,7 +61,7 @@ fn faults(loaded: &LoadedSequence, plan: &SequencePlan) -> Vec<String> {
     faults
 }
 
-/// The plan is what `[expect]` says, its file is judged as verified, and reads back as it was.
+/// The plan agrees with `[expect]`, its file is verified, and reading the file gives the same plan.
 #[test]
 fn every_sequence_comes_to_what_it_says() {
     let mut count = 0;

@@ -34,7 +34,7 @@ fn simulations() -> Vec<(String, LoadedSimulation)> {
     loaded.collect()
 }
 
-/// The results of a run, besides its rows.
+/// The results of a run, without its rows.
 struct Seen {
     first: SimulationRow,
     last: SimulationRow,

@@ -91,7 +91,7 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     } else {
         wanted.extend(named);
     }
-    // Thrusters that push change the momentum; if nothing acts on the body, nothing else does.
+    // If no field acts on the body, only thrusters that push change its momentum.
     if let (Some(pushed), Some(mass)) = (text.split("push (").nth(1), problem.body.mass)
         && problem.actuation.thrusters.is_some()
         && problem.environment.is_free()

@@ -74,8 +74,8 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn a_coarse_cubature_conserves_what_an_exact_one_does() {
-    // One Gauss point a face, at a distance where the potential is off in its third digit: what an
-    // integrator conserves does not care.
+    // One Gauss point for each face, at a distance where the third digit of the potential is wrong:
+    // an integrator still conserves its invariants.
     let bodies = vec![solid(octahedron(), 1), solid(octahedron(), 1)];
     let rigid = bodies.iter().map(|body| body.body().unwrap()).collect();
     let gravity = Arc::new(MutualGravity::new(1.0, bodies).unwrap());

@@ -127,7 +127,7 @@ fn parts_attract_as_the_whole() {
     }
 }
 
-/// Mass center of the horseshoe as drawn: bars of 3, 2 and 2 cubes of 0.2 m.
+/// Returns the mass center of the horseshoe as drawn: bars of 3, 2 and 2 cubes of 0.2 m.
 fn whole_center() -> Vector3 {
     0.2 * (3.0 * Vector3::new(1.5, 0.5, 0.5)
         + 2.0 * Vector3::new(0.5, 2.0, 0.5)
@@ -155,7 +155,7 @@ fn a_face_without_area_changes_nothing() {
     }
 }
 
-/// Returns an octahedron whose faces are cut in four again and again, its vertices on the unit
+/// Returns an octahedron whose faces are repeatedly divided in four, with its vertices on the unit
 /// sphere.
 fn sphere(cuts: usize) -> Polyhedron {
     let shape = Polyhedron::octahedron(&Vector3::repeat(1.0)).unwrap();
@@ -203,7 +203,7 @@ fn finer_and_finer_polyhedra_attract_as_a_sphere() {
     }
 }
 
-/// Force and moment on the first body.
+/// Returns force and moment on the first body.
 fn exchange(bodies: [Attractor; 2], poses: &[Pose; 2]) -> Wrench {
     let mut wrenches = [Wrench::zero(); 2];
     MutualGravity::new(1.0, bodies.to_vec()).unwrap().wrenches(poses, &mut wrenches);

@@ -1,4 +1,5 @@
-//! Far away every body attracts as MacCullagh's formula and then as a point says, at their orders.
+//! Far away the attraction of every body converges to MacCullagh's formula, and then to a point
+//! mass, each at its order.
 
 use super::systems::cloud;
 use crate::evidence::Random;
@@ -35,7 +36,7 @@ fn errors(shape: &PointCloud, scale: f64) -> (f64, f64) {
     (force, moment)
 }
 
-/// Observed order from halving the size.
+/// Returns the observed order as the size is halved.
 fn orders(shape: &PointCloud) -> (f64, f64) {
     let (coarse, fine) = (errors(shape, 0.1), errors(shape, 0.05));
     ((coarse.0 / fine.0).log2(), (coarse.1 / fine.1).log2())

@@ -45,7 +45,7 @@ fn a_pyramid_in_every_form() {
 
 #[test]
 fn vertices_at_one_place_are_one() {
-    // Every face with corners of its own, one of them written twice at the tip.
+    // Every face has its own corners; one of them is written twice at the tip.
     let corners = ["1 1 0", "-1 1 0", "-1 -1 0", "1 -1 -0", "0 0 1.5"];
     let mut text = String::new();
     for face in [&[0, 1, 4, 4][..], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4], &[3, 2, 1, 0]] {

@@ -61,7 +61,7 @@ fn reduction_and_restoration_are_inverse() {
     assert!((turned - total.angular_momentum).amax() < 1e-14);
 }
 
-/// Fourth-order Runge–Kutta on the numbers of a state.
+/// Integrates the numbers of a state by the Runge–Kutta method of order four.
 fn integrate<const N: usize>(
     mut y: [f64; N],
     steps: usize,
@@ -133,7 +133,7 @@ fn reduced_equations_move_as_the_inertial_ones() {
         all(&rates.map(|rate| rate.0), &rates.map(|rate| rate.1))
     });
 
-    // Reduced, with the attitude of body 2 beside.
+    // The reduced motion, with the attitude of body 2.
     let (relative, anchor) = two.reduce(&poses, &momenta);
     let state = |y: &[f64; 30]| Relative {
         position: vector(y),

@@ -1,4 +1,4 @@
-//! Volume, mass center and inertia of solids, their checks, and points that stand for them.
+//! Volume, mass center and inertia of solids, their checks, and points that represent them.
 
 use super::systems::{horseshoe, octahedron, solid, tetrahedron};
 use crate::evidence::Random;

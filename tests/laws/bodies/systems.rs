@@ -63,7 +63,7 @@ pub fn solid(shape: Polyhedron, order: usize) -> Attractor {
     Attractor::Polyhedron(HomogeneousPolyhedron::with_mass(shape, 1.1, order).unwrap())
 }
 
-/// Returns every potential. A new one is one line here.
+/// Returns every potential. A new system is one line here.
 pub fn all() -> Vec<System> {
     let closed = |dumbbells: &[Dumbbell]| Dumbbells::new(0.9, dumbbells).unwrap();
     let mutual = |bodies: Vec<Attractor>| MutualGravity::new(0.9, bodies).unwrap();

@@ -13,7 +13,7 @@ type D = Dual<Dual<Dual64>>;
 type Position = SVector<D, 3>;
 type Attitude = SMatrix<D, 3, 3>;
 
-/// A potential written out again, for dual numbers.
+/// The formula of a potential for dual numbers.
 type Potential = Box<dyn Fn(&Position, &Attitude) -> D>;
 
 /// An environment and its potential.
@@ -34,7 +34,7 @@ fn case(
     Case { name, environment: Box::new(environment), potential: Box::new(potential), distance }
 }
 
-/// Returns every environment. A new one is one line here.
+/// Returns every environment. A new environment is one line here.
 fn environments() -> Vec<Case> {
     let points = cloud();
     vec![
@@ -96,7 +96,7 @@ fn norm(v: &Position) -> D {
     v.dot(v).sqrt()
 }
 
-/// `G·JG`, `G = Rᵀo`.
+/// Returns `G·JG`, `G = Rᵀo`.
 fn orbit(r: &Attitude, outward: &Vector3) -> D {
     let g = r.transpose() * lift(outward);
     g.dot(&(lift_matrix(inertia().j()) * g))
@@ -125,19 +125,19 @@ fn moved_potential(case: &Case, pose: &Pose, v: [&Variation; 3]) -> D {
     (case.potential)(&x, &r)
 }
 
-/// `[f; M]`: minus the derivative of the potential.
+/// Returns `[f; M]`, minus the derivative of the potential.
 fn dual_wrench(case: &Case, pose: &Pose) -> Variation {
     let zero = Variation::zeros();
     Variation::from_fn(|i, _| -moved_potential(case, pose, [&zero, &zero, &unit(i)]).eps.re.re)
 }
 
-/// `Γ`: column `j` is the derivative of `[f; M]` along the variation `j`.
+/// Returns `Γ`, whose column `j` is the derivative of `[f; M]` along the variation `j`.
 fn dual_gradient(case: &Case, pose: &Pose) -> SMatrix<f64, 6, 6> {
     let zero = Variation::zeros();
     SMatrix::from_fn(|i, j| -moved_potential(case, pose, [&zero, &unit(j), &unit(i)]).eps.eps.re)
 }
 
-/// `𝒯`: entry (i, j) is the derivative along `j` of `λ·Γ` along `i`.
+/// Returns `𝒯`, whose entry (i, j) is the derivative along `j` of `λ·Γ` along `i`.
 fn dual_curvature(case: &Case, pose: &Pose, costates: &Variation) -> SMatrix<f64, 6, 6> {
     SMatrix::from_fn(|i, j| -moved_potential(case, pose, [&unit(j), &unit(i), costates]).eps.eps.eps)
 }
@@ -161,7 +161,7 @@ fn assembled(blocks: &Blocks) -> SMatrix<f64, 6, 6> {
 
 const POSES: usize = 60;
 
-/// Random poses at the distance of the case, and costates.
+/// Returns random poses at the distance of the case, and costates.
 fn samples(case: &Case) -> Vec<(Pose, Wrench)> {
     let mut random = Random::new(11);
     (0..POSES)
@@ -262,7 +262,7 @@ fn only_the_orbital_frame_turns_and_about_its_normal() {
     }
 }
 
-/// Attitude alone, the body at the origin.
+/// Returns the pose with this attitude at the origin.
 fn attitude(r: Matrix3) -> Pose {
     Pose { position: Vector3::zeros(), attitude: r }
 }
@@ -272,7 +272,7 @@ fn close<const R: usize, const C: usize>(a: &SMatrix<f64, R, C>, b: &SMatrix<f64
     assert!(error <= tolerance, "off by {error:e}\n{a}{b}");
 }
 
-/// Returns the environments of the attitude files: the numbers stand in trajectories.json.
+/// Returns the environments of the attitude files, whose numbers are in trajectories.json.
 fn reference_environment(name: &str) -> Box<dyn Environment> {
     let file = reference("trajectories");
     match name {

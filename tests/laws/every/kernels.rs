@@ -43,7 +43,7 @@ fn all_angles() -> Vec<f64> {
     [angles(), long_angles()].concat()
 }
 
-/// Norm without underflow.
+/// Returns the norm without underflow.
 fn norm(v: &Vector3) -> f64 {
     let scale = v.amax();
     if scale == 0.0 { 0.0 } else { (v / scale).norm() * scale }
@@ -55,16 +55,16 @@ fn assert_close(a: &Matrix3, b: &Matrix3, tolerance: f64, what: &str) {
     assert!(error <= tolerance, "{what}: off by {error:e}\n{a}{b}");
 }
 
-/// Distance of two matrices from each other, and what round-off may make of it.
+/// The distance between two matrices, and its bound by round-off.
 type Defect = (f64, f64);
 
-/// A law of the kernels: its name, the angles at which it holds, and how far it is from holding at
-/// a rotation vector.
+/// A law of the kernels: its name, the angles at which it holds, and its defect at a rotation
+/// vector.
 struct Law(&'static str, fn() -> Vec<f64>, fn(&Vector3) -> Defect);
 
 const ONE: fn() -> Matrix3 = Matrix3::identity;
 
-/// Every law of one rotation vector. A new one is one line here.
+/// Every law of one rotation vector. A new law is one line here.
 const LAWS: [Law; 21] = [
     Law("log exp f = f", angles, |f| (norm(&(log(&exp(f)) - f)), 5.0 * EPS * norm(f))),
     Law("exp(f)ᵀ exp(f) = 1", all_angles, |f| {
@@ -217,7 +217,8 @@ fn log_of_a_half_turn_has_its_first_component_positive() {
     assert!((almost - PI * Vector3::new(0.0, 0.6, 0.8)).norm() <= 6.0 * EPS * PI, "{almost:?}");
 }
 
-/// `exp S(f)` in dual numbers, by the plain formula: good for angles that are not small.
+/// Returns `exp S(f)` in dual numbers, by the plain formula, which is accurate for angles that are
+/// not small.
 fn dual_exp(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSVec64<3>, 3, 3> {
     use num_dual::DualNum;
     let t = f.dot(f).sqrt();
@@ -225,7 +226,7 @@ fn dual_exp(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSV
     nalgebra::SMatrix::identity() + s * (t.sin() / t) + s * s * ((-t.cos() + 1.0) / (t * t))
 }
 
-/// `J_r(f)` in dual numbers.
+/// Returns `J_r(f)` in dual numbers.
 fn dual_right_jacobian(f: &nalgebra::SVector<DualSVec64<3>, 3>) -> nalgebra::SMatrix<DualSVec64<3>, 3, 3> {
     use num_dual::DualNum;
     let t = f.dot(f).sqrt();
@@ -332,7 +333,7 @@ fn log_agrees_with_the_reference_half_turns() {
     }
 }
 
-/// `b exp S(a ⊖ b) = a`, whoever made the rotations.
+/// `b exp S(a ⊖ b) = a`, for rotations from any constructor.
 #[test]
 fn differences_of_rotations_lead_from_one_to_the_other() {
     let mut random = Random::new(31);

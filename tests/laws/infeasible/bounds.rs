@@ -24,14 +24,14 @@ fn no_slew_is_faster_than_its_torque_allows() {
             let found = denied(&problem(factor)).duration_lower_bound.unwrap();
             assert!(found >= 0.9998 * least, "{case}: {found} {least}");
         }
-        // The axis of the smallest moment moves only by turns about the others.
+        // The axis of the smallest moment moves only by turns about the two other axes.
         let axis = smallest_axis(&body);
         let way = (lie::exp(&rotation) * axis).dot(&axis).clamp(-1.0, 1.0).acos();
         let sharper = 2.0 * (way * middle / limit).sqrt();
         let expected = least.max(sharper);
         let found = denied(&problem(0.5)).duration_lower_bound.unwrap();
         assert!(found >= 0.99 * expected, "{case}: {found} {expected}");
-        // Never above what an eigenaxis slew needs with its gyroscopic torque.
+        // The bound never exceeds the duration of an eigenaxis slew with its gyroscopic torque.
         let (angle, e) = (rotation.norm(), rotation.normalize());
         let je = body.inertia.j() * e;
         let eigenaxis = (je.norm_squared() + angle * angle * e.cross(&je).norm_squared()).sqrt();
@@ -100,7 +100,8 @@ fn rate_limits_bound_the_time() {
     shortest(&about_z.with_constraint(axes), 2.0 / 0.1_f64.sqrt(), 1e-6);
 }
 
-/// A sphere, torque rising and falling at r: θ = r T³/12J, whatever the torque itself may be.
+/// A sphere whose torque rises and falls at the rate r turns by θ = r T³/12J, without a limit of
+/// the torque itself.
 #[test]
 fn torque_rate_limits_bound_the_time() {
     let sphere = Body { inertia: Inertia::diagonal(Vector3::repeat(2.0)).unwrap(), mass: None };
@@ -165,8 +166,9 @@ fn forces_and_distances_are_bounded() {
     assert!(found.reason.contains("beyond the mean") && found.duration_lower_bound.is_none(), "{found}");
 }
 
-/// What is advised is a plan: with little momentum in four wheels, and about an axis that no
-/// inertia favours, where 1.2 times the bound is none (41.63 s; the shortest found was 56.96 s).
+/// A plan exists for the advised duration, with little momentum in four wheels, and about an axis
+/// that no inertia favours. No plan was found in 1.2 times the bound (41.63 s; the shortest found
+/// was 56.96 s).
 #[test]
 fn the_duration_that_is_advised_has_a_plan() {
     let four = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
@@ -189,8 +191,8 @@ fn the_duration_that_is_advised_has_a_plan() {
     assert_eq!(planned(advised).status, Status::Solved);
 }
 
-/// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. What
-/// is advised is a little more. Between rates none is known.
+/// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. The
+/// advised value is a little more. No such duration is known between rates.
 #[test]
 fn the_duration_that_is_advised_is_that_of_a_turn_about_a_fixed_axis() {
     let j = Matrix3::from_diagonal(&Vector3::new(60.0, 80.0, 95.0));

@@ -49,7 +49,7 @@ fn rest_to_rest(body: Body, rotation: Vector3, duration: f64, actuation: Actuati
 // ---- no maneuver that exists is denied
 // --------------------------------------------------------------
 
-/// Aimed at where its inputs lead.
+/// Returns the maneuver whose end is the end of the motion under `inputs`, and that motion.
 fn aimed(mut problem: Problem, inputs: &[f64]) -> Option<(Problem, Trajectory)> {
     let plan = replay(&problem, inputs).ok()?;
     problem.end = State::attitude(
@@ -59,7 +59,7 @@ fn aimed(mut problem: Problem, inputs: &[f64]) -> Option<(Problem, Trajectory)> 
     Some((problem, plan))
 }
 
-/// Inputs of several shapes: noise, bang-bang, smooth, one axis.
+/// Returns inputs of several shapes: noise, bang-bang, smooth, one axis.
 fn shaped_inputs(random: &mut Random, rows: usize, count: usize, size: f64) -> Vec<f64> {
     let shape = (random.bits() % 5) as usize;
     let phase: Vec<f64> = (0..count).map(|_| 3.0 * random.uniform()).collect();

@@ -119,9 +119,9 @@ fn weakened(problem: &Problem, factor: f64) -> Problem {
 }
 
 /// A motion that the witness's own propagation makes within limits is never reported as impossible
-/// with exactly these limits: bodies of all kinds, both schemes, long steps and short, wheels,
-/// fields, turning frames, torques fixed to the reference frame, moving ends, cones that are just
-/// touched.
+/// with exactly these limits. The motions cover bodies of all kinds, both schemes, long steps and
+/// short, wheels, fields, turning frames, torques fixed to the reference frame, moving ends, and
+/// cones that are just touched.
 ///
 /// `FEASIBLE_CASES` sets how many are drawn, for longer runs.
 #[test]
@@ -246,8 +246,8 @@ fn critical(problem: &Problem) -> f64 {
     low
 }
 
-/// An attack: hill climbing on the torques of short maneuvers with long steps, for the maneuver
-/// that comes nearest to what the proof denies. It comes near, and never there.
+/// An attack on the proof: hill climbing on the torques of short maneuvers with long steps, towards
+/// maneuvers that the proof excludes. It comes near the bound and never reaches it.
 #[test]
 fn torques_made_to_break_the_bound_do_not() {
     let mut random = Random::new(77);
@@ -256,8 +256,8 @@ fn torques_made_to_break_the_bound_do_not() {
         let body = random_body(&mut random);
         let steps = 3 + case / 2;
         let start = State::at_rest(Matrix3::identity());
-        // The angle goes from a small fraction of a radian per step to nearly the largest turn of a
-        // step.
+        // The angle ranges from a small fraction of a radian per step to nearly the largest turn of
+        // a step.
         let angle = 0.1 * 10.0_f64.powf((case % 4) as f64 / 3.2);
         let limit = 4.0 * angle * body.inertia.principal()[0] / steps as f64;
         let problem = Problem::attitude(body.clone(), start, start, steps as f64)

@@ -1,4 +1,4 @@
-//! Proofs by what wheels can store and by cones in the way.
+//! Proofs by the capacity of wheels and by cones in the way.
 
 use super::*;
 use slewkit::maneuver::Settings;
@@ -14,8 +14,8 @@ fn three_wheels(momentum: [f64; 3], limit: f64, torque: f64) -> Actuation {
     Actuation { wheels: Some(wheels), ..Actuation::torques(channel) }
 }
 
-/// Turned by 90° about x, the momentum that the z wheel holds must be held by the y wheel, and the
-/// body has to end with none.
+/// After a turn by 90° about x the y wheel must hold the momentum of the z wheel, and the body must
+/// end at rest.
 #[test]
 fn momentum_that_the_wheels_cannot_hold_in_the_end_is_named() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 3.0, 4.0)).unwrap(), mass: None };
@@ -66,9 +66,9 @@ fn wheels_take_up_momentum_no_faster_than_their_torques() {
     assert!(found.reason.contains("absorb 8 N·m·s"), "{found}");
 }
 
-/// A gyrostat spun up and down about one axis against what its wheel holds, in long steps: it turns
-/// farther than without the wheel, and just as far as the bound says, for the body as for each of
-/// its other axes.
+/// A gyrostat accelerates and decelerates about one axis against the momentum of its wheel, in long
+/// steps. It turns farther than without the wheel, and exactly as far as the bound, for the body
+/// and for each of its other axes.
 #[test]
 fn a_gyrostat_about_one_axis_attains_its_bound() {
     for scheme in SCHEMES {
@@ -102,7 +102,7 @@ fn a_gyrostat_about_one_axis_attains_its_bound() {
 // ---- cones
 // ------------------------------------------------------------------------------------------
 
-/// A cone in the way makes the way longer: for the boresight z, from 60° on one side of a cone of
+/// A cone in the way makes the way longer. The boresight z moves from 60° on one side of a cone of
 /// 50° about the middle to 60° on the other.
 #[test]
 fn a_cone_in_the_way_needs_time() {
@@ -132,8 +132,8 @@ fn a_cone_in_the_way_needs_time() {
     assert!(proof(&problem.with_constraint(cone(most + 0.05))).is_some(), "{reason}");
 }
 
-/// A boresight to be kept near the zenith of an orbit, and away from a star that the zenith passes:
-/// at that moment there is no attitude. Both ends are fine.
+/// A boresight must stay near the zenith of an orbit, and away from a star that the zenith passes.
+/// No attitude satisfies both at that moment, although both ends do.
 #[test]
 fn cones_that_meet_on_the_way_are_named_both() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 3.0, 4.0)).unwrap(), mass: None };
@@ -160,7 +160,7 @@ fn cones_that_meet_on_the_way_are_named_both() {
     assert!(found.reason.contains("t = 1000 s") && found.reason.contains("10 deg"), "{found}");
 }
 
-/// The momentum of a tumble stays, whatever the attitude at the end and however long it takes.
+/// The momentum of a tumble is conserved for any attitude at the end and any duration.
 #[test]
 fn wheels_too_small_for_a_tumble_are_named_for_any_end_and_any_duration() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(20.0, 30.0, 40.0)).unwrap(), mass: None };

@@ -74,8 +74,8 @@ fn the_symplectic_witness_ends_where_the_continuous_one_does() {
     }
 }
 
-/// The field that the planner sees differs from the field that acts, because its force is no
-/// function of the pose. The witnesses evaluate it at other places and other times.
+/// The planner evaluates another field than the acting one, because the force is not a function of
+/// the pose. The witnesses evaluate it at other places and other times.
 #[test]
 fn witnesses_that_see_different_fields_do_not_agree() {
     #[derive(Debug, Default)]

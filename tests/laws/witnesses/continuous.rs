@@ -2,7 +2,7 @@
 
 use super::support::*;
 
-/// Each number of steps with each exact propagator.
+/// Returns all pairs of a number of steps and an exact propagator.
 fn each<const K: usize>(steps: [u64; K]) -> impl Iterator<Item = (u64, Propagator)> {
     steps.into_iter().flat_map(|steps| EXACT.map(|propagator| (steps, propagator)))
 }

@@ -302,9 +302,9 @@ fn cone_margins_are_those_of_a_dense_sampling() {
     }
 }
 
-/// The boresight x turns by 20° a step about z and passes a direction 10° off its plane
-/// midway
-/// between two nodes, 30° on: 10° from it there, and acos(cos 10° cos 10°) = 14.1° at the nodes.
+/// Returns a motion whose boresight x turns by 20° in each step about z. Midway between two nodes,
+/// at 30°, it passes a direction 10° off its plane: at a distance of 10° there, and of acos(cos 10°
+/// cos 10°) = 14.1° at the nodes.
 fn passing_between_nodes(half_angle_deg: f64) -> (Problem, Trajectory) {
     let steps = 9;
     // J sin f = hΠ about a principal axis.
@@ -373,7 +373,7 @@ fn margins_that_are_not_known_are_not_held() {
     assert_eq!(worst_violation(&[held.clone(), missed.clone()]), 0.25);
     assert_eq!(worst_violation(std::slice::from_ref(&held)), 0.0);
     assert!(worst_violation(&[missed, nan.clone(), held]).is_nan() && !nan.holds());
-    // A plan without constraints has nothing to check.
+    // A plan without constraints has no margin to check.
     let free = Problem { constraints: vec![], ..problem };
     assert!(verify(&free, &plan, 1e-12, None).checks.iter().all(|check| check.name != "constraints"));
 }

@@ -1,4 +1,4 @@
-//! Problems, plans and fields of their own for the tests of the witnesses.
+//! Problems, plans and fields for the tests of the witnesses.
 
 pub use crate::evidence::{Random, list, matrix3, number, numbers, reference, vector};
 pub use slewkit::Matrix3;
@@ -88,7 +88,8 @@ pub fn torques(b: Matrix3, frame: AxisFrame) -> Actuation {
     Actuation::torques(ActuatorSet::new(axes, frame).unwrap())
 }
 
-/// Returns a moving start, an end that nothing aims at: for tests of the propagation alone.
+/// Returns a problem with a moving start, for tests of the propagation alone: no plan aims at its
+/// end.
 pub fn ballistic(j: Matrix3, rate: Vector3, duration: f64) -> Problem {
     let start = State::attitude(lie::exp(&Vector3::new(0.4, -0.3, 0.5)), rate);
     Problem::attitude(body(j), start, State::at_rest(Matrix3::identity()), duration)
@@ -114,7 +115,7 @@ pub fn attitude_error(row: &SimulationRow, expected: &Matrix3) -> f64 {
     lie::log(&(expected.transpose() * lie::rotation_from_quaternion(&row.bodies[0].quaternion))).norm()
 }
 
-/// Smooth inputs of a few units.
+/// Returns smooth inputs of a few units.
 pub fn smooth_inputs(problem: &Problem) -> Vec<f64> {
     let rows = problem.scheme.input_rows(problem.steps);
     let count = problem.actuation.count();

@@ -187,7 +187,7 @@ fn total_momentum_in_space_is_conserved_to_round_off() {
     }
 }
 
-/// Wheels that stand still and are not driven are not there, to the last bit.
+/// Wheels at rest that are not driven change no bit of the motion.
 #[test]
 fn wheels_at_rest_change_nothing() {
     for scheme in SCHEMES {
@@ -209,8 +209,8 @@ fn wheels_at_rest_change_nothing() {
     }
 }
 
-/// About one principal axis, from rest, what the wheels store has no leverage: a torque is a
-/// torque.
+/// In a turn about one principal axis from rest, the stored momentum has no gyroscopic effect:
+/// wheels act like plain torques.
 #[test]
 fn one_axis_from_rest_is_the_plain_body() {
     let j = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
@@ -242,7 +242,7 @@ fn continuous_spherical_gyrostat_is_exact() {
         let turned = lie::exp(&(t / size * mu)) * rate;
         assert!((row.bodies[0].angular_velocity - turned).norm() < 1e-13);
     }
-    // The discrete witness comes to the same end at second order.
+    // The discrete witness converges to the same end at second order.
     let errors = [100, 200, 400]
         .map(|steps| attitude_error(&final_row(&problem, Propagator::LieVerlet, steps, None), &expected));
     for pair in errors.windows(2) {
@@ -265,7 +265,7 @@ fn gyrostat_left_alone_conserves_energy() {
 // ---- the two together
 // -------------------------------------------------------------------------------
 
-/// A pendulum in a frame that turns, so that wheels, field and frame are all there at once.
+/// A pendulum in a turning frame, which combines wheels, field and frame.
 #[derive(Clone, Debug)]
 struct Swinging(Vector3);
 
@@ -307,8 +307,8 @@ fn driven_wheels_converge_at_the_order_of_the_scheme() {
     }
 }
 
-/// Halving the plan's own step: the continuous motion under its torques comes to its end at second
-/// order.
+/// The end of the continuous motion under the torques of a plan converges at second order as the
+/// plan's step is halved.
 #[test]
 fn continuous_terminal_error_falls_at_second_order() {
     let found = [160, 320].map(|steps| {
@@ -386,7 +386,7 @@ fn recorded_wheels_that_are_not_the_motion_fail() {
     assert!(!check(&verify(&otherwise, &plan, 1e-12, None), "discrete terminal"));
 }
 
-/// Random bodies, wheels and torques: no step fails, and every plan is what it says.
+/// Random bodies, wheels and torques: no step fails, and every plan passes the witnesses.
 #[test]
 fn random_gyrostats_are_judged() {
     let mut random = Random::new(5);

@@ -197,7 +197,7 @@ fn simulation_hands_out_the_rows_asked_for() {
     ));
 }
 
-/// A field that is no function of the pose: its moment depends on how often it was asked.
+/// A field that is not a function of the pose: its moment depends on the number of evaluations.
 #[test]
 fn witnesses_that_disagree_fail_the_order_check() {
     #[derive(Debug, Default)]

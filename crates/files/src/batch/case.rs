@@ -20,9 +20,9 @@ pub struct Case {
     pub number: u64,
     /// The name in the table or the folder.
     pub name: Option<String>,
-    /// Keys that it sets in the spec, in the order of the columns.
+    /// Keys that the case sets in the spec, in the order of the columns.
     pub set: Vec<Override>,
-    /// The spec of the case, where each case has its own.
+    /// The spec of the case, if each case has its own.
     pub spec: Option<PathBuf>,
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
 use std::path::Path;
 
-/// The first line: what decides all cases. How many there are does not.
+/// The first line: the values that determine all cases. The number of cases does not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightHeader {
     /// Version of the format, [`FlightHeader::FORMAT`]; its key identifies the file.
@@ -38,11 +38,11 @@ pub struct FlightHeader {
 pub struct FlightCase {
     /// Number of the case, from 1.
     pub case: u64,
-    /// Parameters of the case; none where it was lost in every loop.
+    /// Parameters of the case; empty if the case was lost in every loop.
     pub parameters: Vec<f64>,
     /// The number of impossible inertias that were drawn.
     pub rejected_inertias: u32,
-    /// End of the flight in each loop; `None` where it could not be followed.
+    /// End of the flight in each loop; `None` if it could not be followed.
     pub loops: Vec<Option<FlightEnd>>,
 }
 

@@ -1,4 +1,4 @@
-//! The file of results: written line by line, and continued where it was left.
+//! The file of results: written line by line, and continued after its last line.
 //!
 //! A line counts when its line break is written. A partial line that a kill left is removed when
 //! the file is continued. Every other line is read and checked, so that no case is lost, doubled
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// A line of a file that is continued, one for each case.
 pub trait Entry: DeserializeOwned {
-    /// The first line: what decides all others.
+    /// The first line: the values that determine all other lines.
     type Header: Serialize + PartialEq;
 
     /// The remedy if a file holds results of another batch.
@@ -27,7 +27,7 @@ pub trait Entry: DeserializeOwned {
     /// It holds no such results.
     fn header(path: &Path, line: &[u8]) -> Result<Self::Header, BatchError>;
 
-    /// Checks that it is the line after `done` others.
+    /// Checks that the entry belongs in the line after `done` other lines.
     ///
     /// # Errors
     /// Returns the reason for which the line is not the expected entry.
@@ -50,18 +50,18 @@ pub struct Journal {
 /// The contents of a file of results when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Results that are there.
+    /// The number of existing results.
     pub done: u64,
     /// Bytes of a line without its end, which were cut off.
     pub torn: u64,
 }
 
 impl Journal {
-    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of
-    /// them. Each result that is there goes to `take`. `anew` throws away whatever the file holds.
+    /// Opens the file at `path` for the results of `header`: a new file, or one that has some of
+    /// them. Passes each existing result to `take`. `anew` discards the contents of the file.
     ///
     /// # Errors
-    /// A file of another batch, one that is damaged, in use, or cannot be written.
+    /// A file of another batch, or a file that is damaged, in use, or cannot be written.
     pub fn open<E: Entry>(
         path: &Path,
         header: &E::Header,
@@ -101,8 +101,8 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// Fails when the disk does. The file still holds whole lines, if the system allows to
-    /// cut the rest.
+    /// The disk fails. The file still has whole lines only, if the system allows to truncate the
+    /// rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
         text.push_str(line);
@@ -149,7 +149,7 @@ fn check<E: Entry>(
     let mut lines = Lines::new(path, file);
     let head = match lines.next()? {
         None => return Ok((Found::default(), 0)),
-        // Killed while the first line was written: nothing is lost.
+        // The run was killed while it wrote the first line: no result is lost.
         Some(Line::Torn(text)) if first.as_bytes().starts_with(&text) => {
             return Ok((Found { done: 0, torn: text.len() as u64 }, 0));
         }

@@ -77,7 +77,7 @@ pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
 }
 
-/// Returns the header of the whole batch of a file that holds a part of it.
+/// Returns the header of the whole batch from a file of one shard.
 fn whole(file: &Results) -> Header {
     Header { shard: None, ..file.header().clone() }
 }

@@ -61,16 +61,16 @@
 //! # Why is everything in memory that the quantiles need?
 //!
 //! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there
-//! may be, are 80 MB. All else of the summary is counted as lines go by, and a file that is
-//! continued is counted on the way.
+//! may be, are 80 MB. All other figures of the summary are counted line by line; a continued file
+//! is counted while it is read.
 //!
 //! # Why do batches not write Parquet at once?
 //!
-//! A Parquet file has its table of contents at its end. After a kill it cannot be read, and
-//! cannot be continued. Results must be lines: appended, checked, continued after any kill,
-//! merged from shards. `slew merge` reads and checks all of them anyway and makes one file of
-//! many, so it also makes the table, of one file or of all shards. It reads them twice, because a
-//! column of a key is numeric only if all its values are; it holds 65,536 rows.
+//! A Parquet file has its table of contents at its end. If the run is killed, the file can neither
+//! be read nor continued. Results must be lines: appended, checked, continued after any kill,
+//! merged from shards. `slew merge` reads and checks all of them anyway and makes one file of many,
+//! so it also makes the table, of one file or of all shards. It reads them twice, because a column
+//! of a key is numeric only if all its values are; it holds 65,536 rows.
 
 mod case;
 mod cases;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::thread;
 
-/// Most threads.
+/// The largest number of threads.
 pub const MAX_THREADS: usize = 1024;
 
 /// The options of planning the cases; no option changes a result.

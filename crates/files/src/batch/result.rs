@@ -24,12 +24,12 @@ pub struct Header {
     pub cases: u64,
     /// Keys that the cases set, in the order of their columns; empty for a folder.
     pub keys: Vec<String>,
-    /// Hash of the spec, of all that is set, and of the program.
+    /// Hash of the spec, of all set values, and of the program.
     pub fingerprint: String,
     /// Lines hold wall times, which differ between runs.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub times: bool,
-    /// The part of the batch; absent where it is the whole.
+    /// The shard of the batch; absent if the batch is not divided.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
 }
@@ -41,8 +41,8 @@ impl Header {
 
 /// The result of one case.
 ///
-/// Numbers are those of the plan file. A number that does not exist is absent: no cost without a
-/// plan, no error without one.
+/// All numbers equal the numbers of the plan file. A number that does not exist is absent: without
+/// a plan, a result has neither a cost nor an error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
     /// Number of the case, from 1.
@@ -50,7 +50,7 @@ pub struct CaseResult {
     /// Name of the case: from the table's column `name`, or of the file in a folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Keys that it sets, with their values; texts as `--set` takes them.
+    /// The keys that the case sets, with their values; texts as in `--set`.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub set: Map<String, Value>,
     /// "solved", "infeasible", …, "spec_invalid": the statuses of the exit codes.
@@ -91,14 +91,14 @@ pub struct CaseResult {
     /// Discrete terminal error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
-    /// How far the plan is proved to be an optimum.
+    /// The degree to which the plan is proved to be an optimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// What neighbouring plans can save, to first order, if inputs switch; such a plan has no
-    /// second-order test.
+    /// The cost that neighbouring plans can save, to first order, if inputs switch; such a plan has
+    /// no second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// The results of the witnesses.
@@ -138,7 +138,7 @@ pub struct CaseError {
 pub struct Verdict {
     /// Whether every check holds.
     pub passed: bool,
-    /// Names of the checks that do not.
+    /// Names of the checks that do not hold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<String>,
     /// Attitude error of the discrete witness \[rad\]; absent if it did not reach the end.
@@ -243,7 +243,7 @@ impl CaseResult {
         }
     }
 
-    /// Returns whether there is a plan that the witnesses confirm.
+    /// Returns whether the result has a plan that the witnesses confirm.
     pub fn is_solved(&self) -> bool {
         self.exit_code == 0
     }
@@ -255,8 +255,8 @@ impl CaseResult {
     }
 }
 
-/// Returns a value for the next program: numbers and lists of numbers as such, anything else as it
-/// was written.
+/// Returns a value for the next program: numbers and lists of numbers as such, other values as
+/// written.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

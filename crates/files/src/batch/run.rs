@@ -1,7 +1,7 @@
 //! Cases on several threads, results in the order of the cases.
 //!
 //! Workers take the next case from one stream. A result that is finished early waits for its
-//! predecessors. At most [`WINDOW`] results wait, which limits the lead of a worker and the
+//! predecessors. No more than [`WINDOW`] results wait, which limits the lead of a worker and the
 //! memory.
 
 use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};
@@ -15,7 +15,8 @@ use std::time::Duration;
 
 /// Results that may wait for a slower case before them.
 const WINDOW: u64 = 4096;
-/// The stack of the main thread: a case that fits one must fit the other.
+/// The stack of a worker equals the stack of the main thread: a case that fits one must fit the
+/// other.
 const STACK: usize = 8 << 20;
 /// The interval at which the caller's `tick` is called.
 const TICK: Duration = Duration::from_millis(100);
@@ -29,7 +30,7 @@ pub enum Ended {
     Stopped,
 }
 
-/// The cases that are still to be taken, and how far the results are.
+/// The remaining cases, and the number of finished results.
 struct Queue<'a> {
     cases: Stream<'a>,
     /// Cases taken.

@@ -19,7 +19,7 @@ pub struct Shard {
 impl Shard {
     /// All cases.
     pub const ALL: Self = Self { index: 1, of: 1 };
-    /// Most shards: they are open together when they are merged.
+    /// The largest number of shards: a merge opens all of them together.
     pub const MOST: u64 = 900;
 
     /// Creates the shard `index` of `of`.
@@ -66,17 +66,17 @@ impl Shard {
         self.of
     }
 
-    /// Returns whether the case of this number belongs to it.
+    /// Returns whether the case with this number belongs to the shard.
     pub fn has(self, case: u64) -> bool {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
 
-    /// Returns how many of `cases` belong to it.
+    /// Returns the number of `cases` that belong to the shard.
     pub fn count(self, cases: u64) -> u64 {
         (cases + self.of).saturating_sub(self.index) / self.of
     }
 
-    /// Returns the number of its case at `place`, from 0.
+    /// Returns the number of the shard's case at `place`, from 0.
     pub fn case(self, place: u64) -> u64 {
         self.index + place * self.of
     }

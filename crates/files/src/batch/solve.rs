@@ -1,4 +1,4 @@
-//! One case from its spec to its result: the way of `slew plan`, with nothing from any other case.
+//! One case from its spec to its result, as `slew plan` solves it, independent of all other cases.
 
 use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
 use crate::export::{PlanFile, Target};
@@ -25,7 +25,7 @@ pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanE
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }
 
-/// Returns the result of a case; `None` where `stop` came first.
+/// Returns the result of a case; `None` if `stop` ended the case.
 pub(super) fn result(
     batch: &Batch,
     case: &Case,

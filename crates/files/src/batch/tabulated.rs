@@ -1,6 +1,6 @@
-//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in
-//! which a batch is run: they can be appended to and continued, and the end of a Parquet file is
-//! written last of all.
+//! Results as Parquet, one row for each case, for analysis. Lines of JSON stay the form in which a
+//! batch is run: they can be appended to and continued, and the end of a Parquet file is written
+//! last of all.
 
 use super::columns::{self, AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -104,7 +104,7 @@ impl Column {
     }
 }
 
-/// Returns a text as it is, anything else as JSON.
+/// Returns a text unchanged, other values as JSON.
 fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }

@@ -1,7 +1,7 @@
 //! The statistics of the cases of a batch: counts, quantiles, the worst cases.
 //!
-//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. Of all other
-//! cases it holds the number only, except for the first of each kind and the worst.
+//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. It holds only the
+//! number of all other cases, except for the first of each kind and the worst.
 
 use super::CaseResult;
 use slewkit::maneuver::Proved;
@@ -20,7 +20,7 @@ pub struct Tally {
     /// The number of wrong specs, by the code of their first error, with the reason of the first
     /// one.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// The number of solved cases by how far they are proved to be optima.
+    /// The number of solved cases for each degree of proof.
     pub proofs: BTreeMap<Proved, u64>,
     /// The case whose neighbouring plans can save the most, to first order.
     pub widest_gap: Option<Worst>,
@@ -44,16 +44,16 @@ pub struct Costs {
     pub all: Vec<f64>,
 }
 
-/// A case that stands out, with what makes it.
+/// A case with an extreme value, and the settings that make the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// The value in which it is the worst.
+    /// The extreme value of the case.
     pub value: f64,
     /// The case.
     pub case: u64,
     /// Name of the case.
     pub name: Option<String>,
-    /// Keys of the case, as `--set` takes them.
+    /// Keys of the case, as in `--set`.
     pub set: Vec<String>,
 }
 

@@ -16,8 +16,8 @@
 //! # Why is AEM 1.0 written with derivatives of the quaternion?
 //!
 //! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others
-//! (Orekit). The derivative is unambiguous, and the rate comes back from it. When reading, such
-//! rates are left out.
+//! (Orekit). The derivative is unambiguous, and the reader computes the rate from it. When reading,
+//! such rates are left out.
 
 use super::{Record, digits, six_of_inertia};
 use crate::export::ExportError;
@@ -65,15 +65,15 @@ fn frames(record: &Record<'_>, output: &mut dyn Write) -> Written {
 }
 
 /// Returns an attitude ephemeris: a block of metadata and data for each smooth piece of the motion,
-/// since nobody may interpolate from one block into the next. Neighbours share the node between
-/// them.
+/// since readers must not interpolate from one block into the next. Neighbours share the node
+/// between them.
 pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut dyn Write) -> Written {
     let number = if version == AemVersion::One { "1.0" } else { "2.0" };
     header(record, &format!("CCSDS_AEM_VERS = {number}"), output)?;
     record.pieces().try_for_each(|nodes| write_block(record, version, nodes, output))
 }
 
-/// Writes one block of it.
+/// Writes one block of the ephemeris.
 fn write_block(
     record: &Record<'_>,
     version: AemVersion,

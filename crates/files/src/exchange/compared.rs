@@ -84,11 +84,11 @@ const MOMENT: &str = "moment of the start";
 /// relative error of the duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
-/// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance`
+/// Judges attitudes of the file `name` against a maneuver and its identity in the spec; `tolerance`
 /// \[rad\] is for attitudes.
 ///
 /// # Errors
-/// Frames between which no rotation is known here: nothing could be judged.
+/// No rotation is known between the two frames, so the attitudes cannot be judged.
 pub fn judge_file(
     found: &Attitudes,
     name: &str,
@@ -142,8 +142,9 @@ pub fn judge_file(
 /// A reason and a remedy.
 pub(crate) type Apart = (String, String);
 
-/// Returns the rotation from components in the file's frame to those in ours; `None` where the two
-/// are one. `turns` states whether our frame turns. Questions that stay open go to `open`.
+/// Returns the rotation from components in the file's frame to components in ours; `None` if the
+/// two frames are equal. `turns` states whether our frame turns. Questions that stay open go to
+/// `open`.
 pub(crate) fn into_our_frame(
     theirs: Option<&str>,
     own: Option<&str>,

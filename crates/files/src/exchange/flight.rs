@@ -25,7 +25,7 @@ use std::io::Write;
 
 /// The largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
-/// Least rows of which one can be left out and found again from its neighbours.
+/// The least number of rows for which one row can be omitted and interpolated from its neighbours.
 const LEFT_OUT: usize = 3;
 /// The most rows.
 const MAX_ROWS: f64 = 1e7;
@@ -118,7 +118,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
         }
         last = q;
         let at = start + times[index];
-        // The last row has no tick that begins there: nothing is held any more.
+        // No tick begins at the last row, so no input is held there.
         let (torque, inputs) = mean(record, at, if index + 1 < rows.len() { tick } else { 0.0 });
         let inputs: Vec<f64> = inputs.iter().zip(&units).map(|(input, unit)| input * unit).collect();
         write!(text, "{index},{}", digits(times[index]))?;

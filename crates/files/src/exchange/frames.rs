@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// Checks that each name gives its own axes, with the right handedness.
+    /// Each name means its own axes, with the right handedness.
     #[test]
     fn frames_of_the_orbit_have_their_axes() {
         let [velocity, normal, outward] = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -53,7 +53,7 @@ pub enum Lacking {
     /// The roll of an observation.
     #[error("a PTR has whole attitudes, and an observation has a free roll or points at the Sun")]
     Roll,
-    /// Observations that follow one another.
+    /// Observations overlap, leave no time for a slew, or have no attitude.
     #[error(
         "the observations do not follow one another with time for a slew, or one has no attitude: its \
         axes are parallel or no unit vectors"
@@ -98,7 +98,9 @@ impl Lacking {
             Self::SpiceFrame => "write [names] reference_frame = \"J2000\"",
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
             Self::Tick => {
-                "give --tick SECONDS so that the duration is a whole number of ticks, at most ten million"
+                "give --tick SECONDS so that the duration is a whole number of ticks, at most ten million; \
+                where no tick fits, as in least time, plan again with minimize = \"effort\" and a longer \
+                duration_s"
             }
             Self::Parquet => {
                 "build it with `cargo install --path crates/slew --features parquet` in its sources, or \

@@ -47,7 +47,7 @@ fn matrix(name: &str, rows: usize, width: usize, numbers: &[f64], output: &mut d
     element(&mut inner, UINT32, &[DOUBLES.to_le_bytes(), [0; 4]].concat());
     element(&mut inner, INT32, &[fits(rows)?.to_le_bytes(), fits(width)?.to_le_bytes()].concat());
     element(&mut inner, INT8, name);
-    // Columns one after the other.
+    // The values, column by column.
     let columns = (0..width).flat_map(|column| numbers.iter().skip(column).step_by(width));
     let doubles: Vec<u8> = columns.flat_map(|number| number.to_le_bytes()).collect();
     fits(doubles.len())?;

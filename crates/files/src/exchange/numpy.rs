@@ -24,7 +24,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(arrays.close()?)
 }
 
-/// Arrays by name, written one after the other.
+/// Named arrays, which are written in order.
 pub struct Arrays<'o>(Archive<'o>);
 
 impl<'o> Arrays<'o> {
@@ -64,7 +64,7 @@ fn array(rows: usize, width: usize, numbers: &[f64]) -> Vec<u8> {
     file
 }
 
-/// A ZIP archive whose files are stored as they are.
+/// A ZIP archive whose files are stored without compression.
 struct Archive<'o> {
     output: &'o mut dyn Write,
     written: usize,
@@ -117,7 +117,7 @@ pub(super) fn crc32(bytes: &[u8]) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    /// The check value that the catalogue of checksums gives for CRC-32/ISO-HDLC.
+    /// The check value of the catalogue of checksums for CRC-32/ISO-HDLC.
     #[test]
     fn checksum_is_that_of_the_catalogue() {
         assert_eq!(super::crc32(b"123456789"), 0xcbf4_3926);

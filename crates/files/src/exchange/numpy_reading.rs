@@ -1,5 +1,5 @@
-//! Reads what [`Arrays`](super::Arrays) writes, and what `numpy.savez` writes of the same arrays:
-//! stored files of little-endian doubles.
+//! Reads the files that [`Arrays`](super::Arrays) writes, and those that `numpy.savez` writes for
+//! the same arrays: stored files of little-endian doubles.
 
 use super::numpy::crc32;
 use std::collections::BTreeMap;
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!((&arrays["one"].shape[..], arrays["one"].numbers[0]), (&[1][..], 0.1));
     }
 
-    /// No cut and no changed byte panics, and none gives other numbers.
+    /// A truncated or changed file causes no panic and no wrong numbers.
     #[test]
     fn damaged_archives_are_errors_or_unchanged() {
         let whole = archive();

@@ -74,7 +74,7 @@ impl<'o> ParquetTable<'o> {
         Ok(Self { output, writer: begun.map_err(io::Error::other)? })
     }
 
-    /// Adds rows: every column in its order, all as long, each of its kind.
+    /// Adds rows: all columns in their order, of equal length, each with values of its type.
     pub fn rows(&mut self, columns: &[Cells]) -> io::Result<()> {
         let mut write = || {
             let mut group = self.writer.next_row_group()?;

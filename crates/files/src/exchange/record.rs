@@ -86,7 +86,7 @@ impl Record<'_> {
         ascii(&self.problem.name)
     }
 
-    /// Returns the moment of time zero; what needs one has been checked for it.
+    /// Returns the moment of time zero. Formats that need it have been checked before.
     pub(super) fn epoch(&self) -> Result<Epoch, super::Lacking> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
     }
@@ -153,7 +153,7 @@ impl Record<'_> {
         self.trajectory.time.len()
     }
 
-    /// Refuses what no format can hold.
+    /// Refuses a motion that no format can represent.
     pub(super) fn check_finite(&self) -> Result<(), ExportError> {
         crate::export::check_finite(self.trajectory)?;
         if self.nodes() < 2 { Err(super::Lacking::Duration.into()) } else { Ok(()) }

@@ -5,7 +5,7 @@
 //!   times tan(φ/4) of the shorter rotation.
 //! - 42: time, quaternion of the body in the reference frame scalar last, rate in body axes.
 //!
-//! Both call their frame N, and take it for inertial. Where the reference frame of the maneuver
+//! Both call their frame N and treat it as inertial. Where the reference frame of the maneuver
 //! turns, N is that frame as it is at time zero.
 
 use super::{Record, digits};

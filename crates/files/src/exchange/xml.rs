@@ -52,7 +52,7 @@ pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(
     Ok(())
 }
 
-/// Writes one segment of it.
+/// Writes one segment of the message.
 fn write_segment(
     record: &Record<'_>,
     nodes: RangeInclusive<usize>,

@@ -90,8 +90,8 @@ impl From<&Matrix3> for Notations {
 /// Returns the angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
 /// [`EULER_SEQUENCES`].
 ///
-/// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`:
-/// row `j` gives `c`, and that column gives `b`. At gimbal lock round-off determines `a`, and `c`
+/// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row
+/// `j` gives `c`, and that column gives `b`. Round-off determines `a` at gimbal lock, and `c`
 /// compensates, so that the product is always `R`.
 pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
     let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');

@@ -1,10 +1,10 @@
-//! The checksum of a plan file: a hash of everything that the file states.
+//! The checksum of a plan file: a hash of all its values.
 //!
 //! The witnesses judge everything that follows from the motion. Costates, gains, covariances,
-//! conjugate points and rivals do not follow from it, so nothing but a checksum shows that one of
-//! their figures was changed. It covers values and not their notation: a program that writes the
-//! same numbers with other digits, blanks or order of keys keeps it. `solve_time_s` is
-//! left out, because it differs between two runs.
+//! conjugate points and rivals do not follow from it, so only a checksum shows that one of their
+//! figures was changed. It covers values and not their notation: a program that writes the same
+//! numbers with other digits, blanks or order of keys keeps it. `solve_time_s` is left out, because
+//! it differs between two runs.
 
 use crate::fingerprint::Fingerprint;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub enum Seal {
     Read(String),
     /// Another program or version wrote the file, or its spec was removed: no checksum can be judged.
     Foreign,
-    /// The contents are those that were written.
+    /// The contents are unchanged since the file was written.
     Intact,
     /// A value was changed after the file was written, or the checksum was removed.
     Broken,
@@ -45,12 +45,12 @@ impl From<Option<String>> for Seal {
 }
 
 impl Seal {
-    /// Returns the checksum as it was read, or nothing.
+    /// Returns the checksum as it was read, if the file has one.
     pub(super) fn text(&self) -> &str {
         if let Self::Read(text) = self { text } else { "" }
     }
 
-    /// Compares the checksum that was read with the contents `file`; `own` tells whether this
+    /// Compares the checksum that was read with the contents `file`; `own` states whether this
     /// version of the program wrote them all.
     pub(super) fn compared(&self, file: &impl Serialize, own: bool) -> Self {
         match self {
@@ -85,7 +85,7 @@ impl<'a, T: Serialize> Sealed<'a, T> {
     }
 }
 
-/// Returns the checksum of everything that a document states.
+/// Returns the checksum of all values of a document.
 ///
 /// # Errors
 /// A trajectory that is not finite.
@@ -110,7 +110,7 @@ struct Values {
 
 impl Formatter for Values {
     fn write_f64<W: Write + ?Sized>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
-        // Adding zero makes −0 zero, which some programs do not tell apart.
+        // Adding zero makes −0 zero, because some programs do not distinguish the two.
         let value = if self.free { 0.0 } else { value + 0.0 };
         writer.write_all(&value.to_bits().to_le_bytes())
     }

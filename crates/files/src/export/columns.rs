@@ -38,7 +38,7 @@ pub(super) enum Values<'a> {
     Numbers(&'a [f64]),
     Quaternions(&'a [[f64; 4]]),
     Vectors(&'a [Vector3]),
-    /// One row after the other, with this number of values each.
+    /// The values row by row, with this number of values in each row.
     Flat(&'a [f64], usize),
 }
 
@@ -130,8 +130,8 @@ pub(crate) struct Names<'a> {
     inputs: &'a [String],
     /// The number of inputs in newtons, which come first.
     forces: usize,
-    /// The levers of thrusters that the spec gives by position and force \[m\], whose torques are
-    /// the inputs of the plan; empty for other inputs.
+    /// The levers \[m\] of thrusters that the spec states by position and force, and whose torques
+    /// are the inputs of the plan; empty for other inputs.
     levers: Vec<f64>,
 }
 
@@ -145,8 +145,8 @@ impl<'a> Names<'a> {
         Self { inputs: if named { &identity.inputs } else { &[] }, forces, levers }
     }
 
-    /// Returns input `index` of the plan in its unit: a thruster that the spec gives by its force
-    /// is a force.
+    /// Returns input `index` of the plan in its unit: the input of a thruster that the spec states
+    /// by its force is a force.
     pub fn in_its_unit(&self, index: usize, value: f64) -> f64 {
         self.levers.get(index).map_or(value, |lever| value / lever)
     }
@@ -242,8 +242,8 @@ fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
-/// Returns all quantities that there are, each with its key, its rows, the numbers in a row, and
-/// the numbers row by row.
+/// Returns all existing quantities, each with its key, its rows, the numbers in a row, and the
+/// numbers row by row.
 pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
     let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
     let numbers = |values: Values<'_>| {

@@ -37,7 +37,7 @@ pub enum FileError {
         /// The message of the system.
         reason: std::io::Error,
     },
-    /// Writing failed on the way: usually a full disk.
+    /// Writing failed before the end: usually a full disk.
     #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
         /// The output as given.
@@ -165,7 +165,7 @@ impl Target {
                 return Err(FileError::Exists { path: shown });
             }
         }
-        // A folder may take no file for many reasons: whether it does shows when one is made.
+        // A folder may refuse a file for many reasons, so a file is created to test it.
         let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
         let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
         drop(temporary);
@@ -272,9 +272,9 @@ type List = Mutex<Vec<PathBuf>>;
 /// The temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and lets none be made any
-/// more: for a program that ends now, without unwinding: a second call, or an output after it,
-/// waits for ever.
+/// Removes the temporary files of all outputs that are being written, and prevents new ones, for a
+/// program that ends at once without unwinding. A second call, or an output after this call, waits
+/// for ever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }

@@ -12,7 +12,7 @@ use slewkit::verify::{self, Check, Verification};
 /// The results of the witnesses for a plan file.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The maneuver that it was judged by, on the grid of the plan.
+    /// The maneuver by which the file was judged, on the grid of the plan.
     pub problem: Problem,
     /// The results, with a check of every figure in the file.
     pub verification: Verification,
@@ -42,7 +42,7 @@ const CHECKSUM: &str = "recorded checksum";
 const UNSEALED: &str = "whether costates, gains, covariances or another figure of the search was changed in \
     the file: it has no checksum of this version, or no spec";
 
-/// The allowed relative error of a recorded figure: that of sums in another order.
+/// The allowed relative error of a recorded figure: the round-off of sums in another order.
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
@@ -62,7 +62,7 @@ impl PlanFile<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
         let held = self.spec.as_ref();
-        // The grid is the plan's own matter, and so is which of several sets of cones holds when.
+        // The plan chooses its grid, and the times at which each of several sets of cones holds.
         let turned;
         let problem = if problem.alternatives.is_empty() {
             problem
@@ -92,7 +92,8 @@ impl PlanFile<'_> {
             not_judged.push(SMOOTHED.into());
         }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
-        // The recorded tolerance is that of the plan, even if another spec has a different one.
+        // The recorded tolerance must be the tolerance of the plan, even if another spec has a
+        // different one.
         let cost = verify::cost(&problem, trajectory);
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));

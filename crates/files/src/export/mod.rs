@@ -51,6 +51,9 @@ pub enum ExportError {
     /// The trajectory.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
+    /// The solve ended without a plan, so the file has the reason and no motion.
+    #[error("the solve ended without a plan, so the file has no motion")]
+    NoMotion,
     /// Writing to or reading from a stream.
     #[error("{0}")]
     Io(#[from] std::io::Error),
@@ -91,7 +94,7 @@ impl ExportError {
             Self::File(error) => error.code(),
             Self::Lacking(lacking) => lacking.code(),
             Self::Json(_) | Self::Format { .. } | Self::NoSpec | Self::Sequence | Self::Scheme(_) => "E0102",
-            Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
+            Self::NoMotion | Self::Trajectory(TrajectoryError::Shape { .. }) => "E0103",
             Self::Trajectory(TrajectoryError::NotFinite { .. }) => "E0104",
             Self::Io(_) => "E0097",
         }
@@ -102,6 +105,7 @@ impl ExportError {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
             Self::Lacking(lacking) => lacking.remedy(),
+            Self::NoMotion => "`slew report` shows the reason; plan again, and give a solved plan",
             Self::NoSpec => "give its spec: `--spec SPEC`",
             Self::Sequence => "take one leg: `jq '.legs[0]' FILE > leg.json`",
             _ => "give a file that `slew plan SPEC -o FILE` wrote",

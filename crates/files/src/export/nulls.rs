@@ -5,7 +5,8 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, IntoDeserializer, V
 use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
-/// For `#[serde(deserialize_with)]` on the small parts of a file; a trajectory never passes here.
+/// Reads `null` as NaN, for `#[serde(deserialize_with)]` on the small parts of a file. Trajectories
+/// do not use it.
 pub(crate) fn null_is_nan<'de, D: Deserializer<'de>, T: DeserializeOwned>(
     deserializer: D,
 ) -> Result<T, D::Error> {

@@ -22,7 +22,7 @@ use slewkit::verify::{Accuracy, Verification};
 use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 
-/// A plan and all that led to it, with the keys of the file in their order.
+/// A plan and the record of its search, with the keys of the file in their order.
 ///
 /// Equal inputs give equal files but for `solve_time_s`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,7 +58,7 @@ pub struct PlanFile<'a> {
     pub solve_time_s: f64,
     /// The outcome of the solve.
     pub outcome: Outcome,
-    /// The start that led here.
+    /// The start that led to the plan.
     pub start: String,
     /// Rotation sense of the path.
     pub sense: Sense,
@@ -79,7 +79,7 @@ pub struct PlanFile<'a> {
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
-    /// How far the plan is proved to be an optimum; absent without a plan.
+    /// The degree to which the plan is proved to be an optimum; absent without a plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
     /// The result of its count of conjugate points.
@@ -112,7 +112,7 @@ pub struct PlanFile<'a> {
     /// The gains along the plan, if `[feedback]` requests them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
-    /// Covariances along it, where something is uncertain.
+    /// The covariances along the plan, if the spec states an uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyRecord>,
     /// The proof that no input can meet the terminal conditions, if one was found.
@@ -141,7 +141,8 @@ pub struct PlanFile<'a> {
     pub costates_0: Vec<f64>,
     /// The trajectory.
     pub trajectory: TrajectoryDocument<'a>,
-    /// Whether the contents are those that were written; the file has a checksum as its last key.
+    /// Whether the contents are unchanged since the file was written; the file has a checksum as
+    /// its last key.
     #[serde(default, rename = "checksum", skip_serializing)]
     pub seal: Seal,
 }
@@ -149,7 +150,7 @@ pub struct PlanFile<'a> {
 /// The work of the convex iteration, without its time, which differs between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvexRecord {
-    /// Subproblems of the seed that won, on all its grids.
+    /// Subproblems of the winning seed, on all its grids.
     pub subproblems: usize,
     /// Subproblems of all seeds.
     pub all_subproblems: usize,
@@ -306,7 +307,7 @@ impl<'a> PlanFile<'a> {
     /// of attitudes. An empty text, or one that is not text, counts as a plan file, so that its
     /// reader reports the error.
     pub fn begins(text: &[u8]) -> bool {
-        // What is no text is named by the reader of attitudes.
+        // The reader of attitudes reports a file that is not text.
         if encoding::is_utf16(text) || encoding::binary(text).is_some() {
             return false;
         }
@@ -323,12 +324,15 @@ impl<'a> PlanFile<'a> {
     /// Returns `problem` on the grid of this plan, if the trajectory fits it.
     ///
     /// # Errors
-    /// The arrays that do not fit.
+    /// The arrays that do not fit, or [`ExportError::NoMotion`].
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
-        // A body that is where it should be needs no step, where time is minimised.
+        // A plan of least time has no step if the body is already where it should be.
         let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
+        if self.outcome != Outcome::Converged && self.trajectory.0.time.is_empty() {
+            return Err(ExportError::NoMotion);
+        }
         if !none && !(Problem::MIN_STEPS..=Problem::MAX_STEPS).contains(&steps) {
             let (found, needed) = (steps, Problem::MAX_STEPS);
             return Err(TrajectoryError::Shape { key: "steps", of: "steps", found, needed }.into());
@@ -388,11 +392,11 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
-/// The largest size of a plan file: several times that of a million steps with every input that a
-/// spec allows.
+/// The largest size of a plan file, several times the size of a plan with a million steps and every
+/// input that a spec allows.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// An input that fails where it is longer than any plan: a pipe need not end.
+/// An input that fails if it is longer than any plan: a pipe need not end.
 pub(super) struct Bounded<R> {
     input: R,
     left: u64,
@@ -426,8 +430,8 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Writes a document: the keys of the two outer levels on lines of their own, so that two files
-/// can be compared line by line, arrays without breaks.
+/// Writes a document. Each key of the two outer levels has its own line, so that two files can be
+/// compared line by line. Arrays have no line breaks.
 ///
 /// # Errors
 /// Returns the errors of the stream.

@@ -222,8 +222,8 @@ impl Apart<'_> {
         self.margin_at(name, time).is_some_and(|(value, largest)| value.abs() <= ACTS * largest)
     }
 
-    /// Returns the margin of a limit at a node, and the largest of all nodes; `None` if the time
-    /// is not that of a node.
+    /// Returns the margin of a limit at a node, and the largest of all nodes; `None` if no node has
+    /// this time.
     fn margin_at(&self, name: &str, time: f64) -> Option<(f64, f64)> {
         let (problem, trajectory) = (self.problem, self.trajectory);
         let rows = problem.input_rows();
@@ -275,7 +275,7 @@ impl Apart<'_> {
             before = arc.end_s;
         }
         self.constraints_of(told);
-        // Along an arc of the full norm the file has no inputs, because they turn, and no input
+        // The file has no inputs along an arc of the full norm, because they turn, and no input
         // that holds a constraint.
         let count = self.trajectory.input_count;
         let actuation = &self.problem.actuation;
@@ -346,10 +346,11 @@ impl Apart<'_> {
             .sum()
     }
 
-    /// Checks that the plan has the inputs of every arc in its middle, or within a step of it: the
-    /// switches of the plan are those of the arcs up to an error of its grid.
+    /// Checks that the plan has the inputs of every arc in the middle of the arc, or within a step
+    /// of it: the switches of the plan differ from the switches of the arcs by an error of its
+    /// grid.
     fn inputs_of(&mut self, told: &Switching) {
-        // At the nodes of equal steps the inputs are a discrete optimum of their own, which is at
+        // The inputs at the nodes of equal steps are a discrete optimum of their own, which is at
         // its limits on the arcs.
         let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
@@ -379,8 +380,8 @@ impl Apart<'_> {
                         || (input[index] - held[index]).abs() <= meanwhile
                 })
             };
-            // Beside arcs a plan of equal steps has its inputs at the nodes, whose ramps a row nearby
-            // may have by chance.
+            // A plan of equal steps with arcs has its inputs at the nodes; a row nearby may be on a
+            // ramp of the inputs by chance.
             let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
             let neighbours = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
             let mut neighbours = neighbours.filter_map(|other| told.arcs.get(other));

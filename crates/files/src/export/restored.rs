@@ -6,8 +6,8 @@ use slewkit::maneuver::{ConvexWork, Method, Proof, Solution};
 use slewkit::plan::Plan;
 
 impl PlanFile<'_> {
-    /// Returns the plan as it was written; the time inside the cone solver, which a file does not
-    /// hold, is zero.
+    /// Returns the plan as it was written. The time inside the cone solver, which is not in the
+    /// file, is zero.
     ///
     /// # Errors
     /// [`ExportError::Scheme`].

@@ -3,8 +3,8 @@
 //! A table has one row for each node, `N + 1` in all. Inputs, torques, forces and costates are in
 //! the row of the node at which the input acts; the costate determines the input next to it
 //! (`u = −W⁻¹ Bᵀ λ`). Lie–Euler has no input at the first node: its fields are empty in CSV and
-//! absent in JSON lines. Inputs that are held over steps, as for switching inputs, are in the row
-//! of the node at which their step starts; the last node has none.
+//! absent in JSON lines. Inputs that are held over steps, such as switching inputs, are in the row
+//! of the node at which their step starts; the last node has no input.
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};
@@ -24,13 +24,13 @@ impl Rows {
     pub fn of(trajectory: &Trajectory) -> Self {
         let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
         let costates = trajectory.costates.len();
-        // The motion over a sequence has none.
+        // The motion over a sequence has no costates.
         let held = inputs + 1 == nodes && (costates == 0 || costates == nodes * costate_width(trajectory));
         Self { nodes, inputs, held }
     }
 
-    /// Returns the row of the input at `node`: Lie–Euler has one fewer than nodes, none at the
-    /// first, and held inputs none at the last, where costates have as many rows as nodes.
+    /// Returns the row of the input at `node`, if that node has an input. Held inputs have no row
+    /// for the last node; the inputs of Lie–Euler have none for the first.
     pub fn input(&self, node: usize) -> Option<usize> {
         if self.held {
             Some(node).filter(|node| *node < self.inputs)
@@ -39,7 +39,7 @@ impl Rows {
         }
     }
 
-    /// Returns the numbers of `column` at `node`, if it has any there.
+    /// Returns the numbers of `column` at `node`, if the column has numbers there.
     pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
         let at_node = !column.of_input || column.values.len() == self.nodes;
         column.values.row(if at_node { node } else { self.input(node)? })

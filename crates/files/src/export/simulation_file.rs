@@ -27,7 +27,7 @@ pub struct SimulationFile {
     pub trajectory: SimulationRows,
 }
 
-/// The rows of a simulation; those of one body, or of several in `bodies`.
+/// The rows of a simulation: the states of one body, or of several in `bodies`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct SimulationRows {
     /// Times \[s\].
@@ -35,7 +35,7 @@ pub struct SimulationRows {
     /// The one body.
     #[serde(flatten)]
     pub body: BodyRows,
-    /// Several bodies.
+    /// The rows of several bodies.
     #[serde(default)]
     pub bodies: Vec<BodyRows>,
     /// Energy \[J\].
@@ -46,7 +46,7 @@ pub struct SimulationRows {
     pub orthogonality_error: Vec<f64>,
 }
 
-/// The rows of one body, SI units; positions and velocities where it moves.
+/// The rows of one body, SI units; positions and velocities if the body moves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
     /// The name of the body, if the simulation has several.

@@ -57,7 +57,7 @@ struct TargetDocument {
     velocity_m_s: Option<[f64; 3]>,
 }
 
-/// An attitude as in a spec, row by row: unlike a quaternion it comes back to its bits.
+/// An attitude as in a spec, row by row. Unlike a quaternion, a matrix is read back bit by bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Matrix {
     matrix: [[f64; 3]; 3],

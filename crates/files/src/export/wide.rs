@@ -1,5 +1,5 @@
-//! The trajectory as one wide table, a column a number, each with its name and unit: what CSV and
-//! Parquet hold.
+//! The trajectory as one wide table for CSV and Parquet: one column for each number, with its name
+//! and unit.
 
 use super::ExportError;
 use super::columns::{Column, Names, check_finite, columns, plain};
@@ -10,7 +10,7 @@ use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::verify::{cone_angles, margins_at_nodes};
 use std::io::Write;
 
-/// A column: its head, and its number at a node, if it has one there.
+/// A column: its head, and its number at a node, if the node has one.
 pub(crate) struct WideColumn<'a> {
     pub head: String,
     pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
@@ -24,7 +24,7 @@ pub(crate) fn wide_table<'a>(
     margins: bool,
 ) -> Vec<WideColumn<'a>> {
     let names = Names::new(problem, identity);
-    // Inputs, as many as the maneuver has, come after the vectors.
+    // The inputs, whose number depends on the maneuver, follow the vectors.
     let mut ordered = columns(trajectory);
     ordered.sort_by_key(Column::is_flat);
     let mut table = Vec::new();

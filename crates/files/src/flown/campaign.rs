@@ -60,13 +60,13 @@ pub struct LoopRecord {
 pub struct CampaignRecord {
     /// Mean attitude error, body axes \[deg\].
     pub attitude_mean_deg: [f64; 3],
-    /// One standard deviation of it.
+    /// One standard deviation of the attitude error.
     pub attitude_sigma_deg: [f64; 3],
-    /// The linear prediction of that.
+    /// The linear prediction of these deviations.
     pub attitude_sigma_linear_deg: [f64; 3],
     /// One standard deviation of the error of the angular velocity [deg/s].
     pub rate_sigma_deg_s: [f64; 3],
-    /// The linear prediction of that.
+    /// The linear prediction of these deviations.
     pub rate_sigma_linear_deg_s: [f64; 3],
     /// Angle of the attitude error that 50, 90, 99 and 99.73 % of the cases do not exceed \[deg\].
     pub angle_quantiles_deg: [f64; 4],

@@ -18,7 +18,7 @@ use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 pub struct FeedbackRecord {
     /// "neighbouring", "tvlqr" or "switching".
     pub kind: String,
-    /// The first step whose gains repeat those of the step before it.
+    /// The first step whose gains repeat the gains of the step before it.
     pub frozen_from: usize,
     /// The number of steps between measurements, over which a correction is held; their gains are
     /// equal. 1 if absent.
@@ -39,7 +39,7 @@ pub struct FeedbackRecord {
     pub arcs: Vec<ArcRecord>,
 }
 
-/// An arc of a plan whose inputs switch: from a start near that of the plan it has the length
+/// An arc of a plan whose inputs switch. From a start near the start of the plan its length is
 /// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
@@ -81,10 +81,10 @@ pub struct LoopUncertainty {
     pub end_attitude_sigma_deg: [f64; 3],
     /// The deviation of the angular velocity at the end [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
-    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every
-    /// error is anywhere within one deviation and none has a distribution \[deg\].
+    /// Half the extent of the attitude's ellipsoid at the end along the body axes \[deg\], if every
+    /// error is anywhere within one deviation, without a distribution.
     pub end_attitude_bound_deg: [f64; 3],
-    /// The part of each of these six variances that comes from a parameter, by parameter.
+    /// The part of each of these six variances that a parameter causes, for each parameter.
     pub shares: Vec<(String, [f64; 6])>,
     /// The pointing error of each boresight at the end.
     pub pointing: Vec<PointingRecord>,
@@ -106,7 +106,7 @@ pub struct PointingRecord {
     pub boresight_body: [f64; 3],
     /// Standard deviations along the axes of its ellipse on the sky \[deg\].
     pub sigma_deg: [f64; 2],
-    /// The angle within which it is with 99.73 % \[deg\].
+    /// The angle within which the boresight is with the probability 99.73 % \[deg\].
     pub within_9973_deg: f64,
 }
 
@@ -297,8 +297,8 @@ pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
 
-/// Returns the boresights of a maneuver: those of its cones and of its end; the body axes if it
-/// has none.
+/// Returns the boresights of the cones and of the end of a maneuver; the body axes if it has no
+/// boresight.
 pub fn boresights(problem: &Problem) -> Vec<Vector3> {
     let mut all: Vec<Vector3> = problem.aim().map(|aim| aim.boresight).into_iter().collect();
     for constraint in &problem.constraints {

@@ -20,7 +20,7 @@ pub struct Runs<'a> {
     pub beside: &'a Beside,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Threads; those there are where none are given. They change no result.
+    /// The number of threads; `None` for all available threads. They change no result.
     pub threads: Option<usize>,
 }
 

@@ -12,14 +12,15 @@
 //!
 //! from body to reference components. ESA's engine (OSVE with AGM) has its transpose.
 //!
-//! Between two observations the spacecraft slews. A file may say so in blocks of their own; they
-//! hold nothing, so they are checked when reading, and written where they belong.
+//! Between two observations the spacecraft slews. A file may have separate blocks for the slews.
+//! They contain no data, so they are checked when a file is read, and written between the
+//! observations.
 //!
 //! # Which subset is read?
 //!
 //! Inertial targets, and of PRM the Sun (templates 4.2 and 4.3). Every other construct is refused
 //! with its element and its line, because a timeline that is read in part is another timeline. A
-//! PTR is held to what OSVE 2.9.0 accepts; `tests/exchange/pointing.py` asks it.
+//! PTR must be one that OSVE 2.9.0 accepts; `tests/exchange/pointing.py` runs OSVE.
 
 mod prm;
 mod ptr;
@@ -43,7 +44,7 @@ use std::io::Read;
 pub struct PointingFile {
     /// The name of the spacecraft.
     pub object: Option<String>,
-    /// Its international designator, or another identifier.
+    /// The international designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
     /// The inertial frame of targets and inertial axes.
     pub reference_frame: String,
@@ -61,11 +62,11 @@ pub struct PointingFile {
 /// A boresight points at a target, from one moment to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// The name, for people.
+    /// The name, for readers of the file.
     pub name: Option<String>,
-    /// Its begin: the spacecraft is at rest.
+    /// The start of the observation: the spacecraft is at rest.
     pub begin: Epoch,
-    /// Its end.
+    /// The end of the observation.
     pub end: Epoch,
     /// The boresight, a unit vector in body axes.
     pub boresight: Vector3,
@@ -162,8 +163,8 @@ impl PointingFile {
         Some(found)
     }
 
-    /// Refuses observations that no file may hold: directions that are not unit vectors, rolls that
-    /// are not defined, or times that do not follow one another.
+    /// Refuses observations that no file may contain: directions that are not unit vectors, rolls
+    /// that are not defined, or times that do not increase.
     fn check(&self) -> Result<(), ExportError> {
         let unit = |vector: &Vector3| (vector.norm() - 1.0).abs() < crate::rounding::ROTATION;
         let sound = |observation: &Observation| {
@@ -186,11 +187,11 @@ impl PointingFile {
     }
 }
 
-/// Reads a pointing file, a PTR or a PRM; `name` stands for the file in messages.
+/// Reads a pointing file, a PTR or a PRM; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// Returns the first fault with its line: what is no XML, every construct outside of the subset,
-/// and observations that overlap.
+/// Returns the first fault with its line: invalid XML, a construct outside of the subset, or
+/// observations that overlap.
 pub fn read_pointing(input: impl Read, name: &str) -> Result<PointingFile, Diagnostics> {
     let text = whole_text(input, name, "a PTR or a pointing request message (PRM)")?;
     let read = |text: &str| {
@@ -232,7 +233,7 @@ fn unit(vector: Vector3) -> Option<Vector3> {
     if largest == 0.0 || !largest.is_finite() {
         return None;
     }
-    // A unit vector keeps its bits, so that what is written is read back.
+    // A unit vector keeps its bits, so that a written vector is read back unchanged.
     let length = vector.norm();
     if (length - 1.0).abs() <= 2.0 * f64::EPSILON {
         return Some(vector);

@@ -3,7 +3,7 @@
 //!
 //! A segment has the definition of its blocks in the metadata, and their times and numbers in the
 //! data. The definition states the axes to which the phase angle refers; without them the roll is
-//! free. Blocks that refer to other axes need a segment of their own.
+//! free. Blocks that refer to other axes need a separate segment.
 //!
 //! # Where does the standard leave a choice?
 //!
@@ -11,7 +11,7 @@
 //! - The second of `spherical` coordinates is the polar angle in table 3-10, and a declination in
 //!   the example of table 4-2: an elevation is read, and reported. Vectors are written.
 //! - Template 4-3 defines the frame of the spacecraft twice, once with no base: both are read.
-//! - Annex F says nothing of an offset angle, and a plan stops at rest: only an offset and a rate
+//! - Annex F does not define an offset angle, and a plan stops at rest: only an offset and a rate
 //!   of zero are read.
 
 use super::tree::{Part, angle};
@@ -138,7 +138,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Keeps a text that all segments share.
+/// Stores a text that all segments share.
 fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong> {
     match kept {
         Some(kept) if kept != said.text => {
@@ -151,7 +151,7 @@ fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong
     }
 }
 
-/// Keeps the name of a frame that all segments share.
+/// Stores the name of a frame that all segments share.
 fn one_frame(kept: &mut String, said: Piece<'_>) -> Result<(), Wrong> {
     let mut named = Some(std::mem::take(kept)).filter(|name| !name.is_empty());
     one(&mut named, said, "the frame")?;
@@ -252,7 +252,7 @@ fn template<'t>(block: Part<'t>, frames: Frames<'t>) -> Result<Template<'t>, Wro
     Ok(Template { name: name.text, phase, offset, rate: rate.is_some(), orbit })
 }
 
-/// Checks that an element is a parameter of a block, of this name and without a value of its own.
+/// Checks that an element is a parameter of a block, with this name and without its own value.
 fn local(part: Part<'_>, name: &str) -> Result<(), Wrong> {
     part.only(&["localName"])?.is("localName", name)?.empty()
 }
@@ -290,7 +290,9 @@ fn observation<'t>(
     let target = match (template.orbit, aim) {
         (Some(_), None) => Target::Sun,
         (Some(_), Some(aim)) => {
-            return aim.name().wrong(format!("<target> in a block {SUN}, which has the Sun"), "remove it");
+            return aim
+                .name()
+                .wrong(format!("<target> in a block {SUN}, whose target is the Sun"), "remove it");
         }
         (None, aim) => {
             let aim = block.needed(aim, "target")?;
@@ -339,7 +341,7 @@ fn observation<'t>(
     Ok((Observation { name, begin, end, boresight, target, roll }, at))
 }
 
-/// Returns the unit of an angle: degrees, unless it says otherwise (annex D).
+/// Returns the unit of an angle: degrees, unless the element states another unit (annex D).
 fn unit(part: Part<'_>) -> Piece<'_> {
     part.attribute("units").filter(|unit| !unit.text.is_empty()).unwrap_or(Piece { at: 0, text: "deg" })
 }

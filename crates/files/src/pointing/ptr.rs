@@ -251,7 +251,7 @@ fn vector(xml: &mut Xml<'_>, depth: usize, opening: &str, vector: &Vector3) -> R
     Ok(xml.line(depth, &format!("<{opening}><x>{x}</x><y>{y}</y><z>{z}</z></{name}>"))?)
 }
 
-/// The shortest observation \[s\]: rounding takes less than a millisecond from either end.
+/// The shortest observation \[s\]: rounding shortens it by less than a millisecond at either end.
 const SHORTEST: f64 = 3e-3;
 
 /// The part of a millisecond within which a time is a whole number of them: a nanosecond, the sum

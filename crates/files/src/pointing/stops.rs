@@ -1,9 +1,9 @@
 //! Converts a pointing file to a sequence of stops, and the plan of that to a file.
 //!
-//! Observations are stops that begin and end when the file says; slews are the legs between them.
-//! The clock of the sequence starts at the epoch of the spec, with the spacecraft in its start. If
-//! the spec has no epoch, it starts at the end of the first observation, with the spacecraft in its
-//! attitude.
+//! Observations are stops that begin and end at the times of the file; slews are the legs between
+//! them. The clock of the sequence starts at the epoch of the spec, with the spacecraft in its
+//! start. If the spec has no epoch, it starts at the end of the first observation, with the
+//! spacecraft in its attitude.
 
 use super::{Observation, PointingFile, Roll, Target};
 use crate::epoch::Epoch;
@@ -18,7 +18,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, SequencePlan, Stop};
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use slewkit_sky::{EarthRotation, Sky};
 
-/// A sequence that observes what a pointing file requests.
+/// The sequence of the observations that a pointing file requests.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     /// The sequence: a stop for each observation, from [`Self::first`] on.
@@ -36,8 +36,9 @@ pub struct Timeline {
 
 impl Timeline {
     /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names
-    /// and the epoch of the start. The Sun is seen from the centre of the Earth, and stays where it
-    /// is in the middle of its observation. `name` stands for the file in messages.
+    /// and the epoch of the start. The Sun is seen from the centre of the Earth. Its direction is
+    /// constant during an observation, as in the middle of it. `name` is the name of the file in
+    /// messages.
     ///
     /// # Errors
     /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no
@@ -129,8 +130,8 @@ impl Timeline {
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
 
-    /// Returns the time that each leg has \[s\]: from the end of the hold before to the begin of
-    /// its own.
+    /// Returns the available time of each leg \[s\]: from the end of the hold before it to the
+    /// start of its own hold.
     pub fn available(&self) -> Vec<f64> {
         let mut free_from = 0.0;
         let gap = |stop: &Stop| {

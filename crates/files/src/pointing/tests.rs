@@ -1,4 +1,5 @@
-//! Pointing files against their samples, against closed forms, and against what they may not hold.
+//! Pointing files: comparison with published samples and closed forms, and refusal of everything
+//! outside of the subset.
 
 use super::{Observation, PointingFile, Roll, Target, Timeline, read_pointing};
 use crate::epoch::Epoch;
@@ -226,8 +227,8 @@ fn a_prm_states_what_a_ptr_states() {
     assert!((direction(second) - wanted).norm() < 1e-15);
 }
 
-/// The definition of the phase angle in 509.0-B-1, 4.2.1 d: in the plane normal to the target, from
-/// the projection of the inertial axis to that of the body axis, positive about the target.
+/// The definition of the phase angle in 509.0-B-1, 4.2.1 d: the angle from the projected inertial
+/// axis to the projected body axis in the plane normal to the target, positive about the target.
 #[test]
 fn attitudes_have_the_properties_that_define_them() {
     let mut draws = Stream::new(7, 0, 0);
@@ -263,7 +264,7 @@ fn files_read_back_what_was_written() {
         .map(|k| {
             let mut next = random_observation(&mut draws, begin.after(1000.0 * f64::from(k)));
             if let (Roll::Referred { body_axis, .. }, true) = (&mut next.roll, k % 3 == 0) {
-                // Some have the axes of their neighbour and so a definition in common.
+                // Some observations have the axes of their neighbour, and share its definition.
                 *body_axis = Vector3::new(0.0, 0.6, 0.8);
             }
             next.name = (k % 2 == 0).then(|| format!("<{k}> & \"co\""));
@@ -279,7 +280,7 @@ fn files_read_back_what_was_written() {
         ..PointingFile::default()
     };
     assert_eq!(read(&prm_of(&whole)), whole);
-    // A PTR has no angle: the inertial axis is turned instead.
+    // A PTR cannot state a phase angle: the inertial axis is turned instead.
     let resolved = read(&ptr_of(&whole));
     assert_eq!(resolved.observations.len(), whole.observations.len());
     for (found, wanted) in resolved.observations.iter().zip(&whole.observations) {
@@ -317,7 +318,7 @@ fn the_sun_and_a_free_roll_have_their_template() {
     let written = prm_of(&file);
     assert_eq!(written.matches("<segment>").count(), 2, "{written}");
     assert_eq!(read(&written).observations, file.observations);
-    // A given attitude makes a whole observation of it.
+    // A given attitude becomes a whole observation.
     let mut draws = Stream::new(3, 0, 0);
     for _ in 0..200 {
         let wanted = lie::exp(&(PI * draws.unit() * random(&mut draws)));
@@ -349,7 +350,7 @@ fn times_of_a_ptr_stay_within_the_hold() {
     let written = ptr_of(&file);
     assert!(written.contains("<startTime>2032-12-26T10:15:31.124</startTime>"), "{written}");
     assert!(written.contains("<endTime>2032-12-26T10:19:31.999</endTime>"), "{written}");
-    // A sum of seconds in doubles is no reason to lose a millisecond.
+    // The sum of seconds in doubles keeps every millisecond.
     file.observations[0].begin = Epoch::parse("2032-12-26T10:00:00 UTC").unwrap().after(0.1 + 0.2);
     assert!(ptr_of(&file).contains("<startTime>2032-12-26T10:00:00.300</startTime>"));
 }
@@ -408,7 +409,7 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<prm>", "<aem>", 1, "is to be closed"),
     ] {
         let text = match from {
-            // Both ends of the block are of the other day.
+            // Both ends of the block are on the other day.
             "2032-12-26T11" => PTR.replace(from, to),
             _ => PTR.replacen(from, to, 1),
         };
@@ -593,13 +594,13 @@ fn observations_become_stops() {
     assert_eq!(timeline.sequence.stops[1].name, "Second & last");
     assert!(timeline.open[0].contains("body frame"), "{:?}", timeline.open);
 
-    // In another frame the attitudes are turned.
+    // Attitudes in another frame are rotated into the frame of the spec.
     let icrf = Identity { reference_frame: Some("ICRF".into()), ..identity.clone() };
     let turned = Timeline::new(&file, "file", &craft(), &icrf).unwrap();
     let Place::Attitude(found) = turned.sequence.stops[0].place else { panic!() };
     is_close(&found, &attitude(&file.in_frame("ICRF").unwrap().observations[0]), 1e-15);
 
-    // Without an epoch the first observation is the start.
+    // The first observation is the start if no epoch is given.
     let nameless = Identity { epoch: None, ..identity.clone() };
     let timeline = Timeline::new(&file, "file", &craft(), &nameless).unwrap();
     assert_eq!((timeline.first, timeline.sequence.stops.len()), (1, 1));
@@ -616,8 +617,8 @@ fn observations_become_stops() {
     };
     refused(&free, &nameless, "starts in observation 1, whose roll is free");
     free.observations[0].target = Target::Sun;
-    // The formula of the Astronomical Almanac has the longitude 275.198 deg in the equinox of date,
-    // which precedes that of J2000 by 0.460 deg.
+    // The formula of the Astronomical Almanac gives the longitude 275.198 deg in the equinox of
+    // date, which precedes the equinox of J2000 by 0.460 deg.
     let timeline = Timeline::new(&free, "file", &craft(), &identity).unwrap();
     let Place::Aim(aim) = &timeline.sequence.stops[0].place else { panic!() };
     let Direction::Fixed(sun) = aim.at else { panic!() };

@@ -1,4 +1,4 @@
-//! Elements of a pointing file, held to the names that its reader knows.
+//! Elements of a pointing file, whose names the reader checks.
 
 use super::unit;
 use crate::exchange::{Piece, Wrong, elements};
@@ -16,8 +16,8 @@ impl<'t> Part<'t> {
         elements::name(self.0)
     }
 
-    /// Refuses attributes other than these, and refuses text beside its elements. Attributes with a
-    /// namespace are of the schema and not of the message.
+    /// Refuses attributes other than these, and text next to its elements. Attributes with a
+    /// namespace belong to the schema and not to the message.
     pub fn only(self, attributes: &[&str]) -> Result<Self, Wrong> {
         let other = self
             .0
@@ -68,7 +68,7 @@ impl<'t> Part<'t> {
         Ok(found)
     }
 
-    /// Returns an element of it that must be there.
+    /// Returns a required child element.
     pub fn needed(self, part: Option<Self>, name: &str) -> Result<Self, Wrong> {
         match part {
             Some(part) => Ok(part),
@@ -84,12 +84,12 @@ impl<'t> Part<'t> {
         self.needed(part, name)
     }
 
-    /// Returns an attribute of it.
+    /// Returns an attribute of the element.
     pub fn attribute(self, name: &str) -> Option<Piece<'t>> {
         elements::attribute(self.0, name)
     }
 
-    /// Returns an attribute that must be there.
+    /// Returns a required attribute.
     pub fn said(self, name: &str) -> Result<Piece<'t>, Wrong> {
         match self.attribute(name) {
             Some(said) => Ok(said),
@@ -100,7 +100,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that an attribute, which must be there, has one value.
+    /// Checks that a required attribute has the given value.
     pub fn is(self, name: &str, value: &str) -> Result<Self, Wrong> {
         let said = self.said(name)?;
         if said.text == value {
@@ -122,7 +122,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that it has neither text nor elements.
+    /// Checks that the element has neither text nor elements.
     pub fn empty(self) -> Result<(), Wrong> {
         self.all(&[])?;
         match elements::value(self.0)? {

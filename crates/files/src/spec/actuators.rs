@@ -10,8 +10,8 @@ use nalgebra::DMatrix;
 use slewkit::maneuver::{Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 
-/// The actuators, their effort weights, and what fuel costs with each torque and each force input;
-/// absent: 1.
+/// The actuators, their effort weights, and the price of fuel for each torque and each force input
+/// (1 if absent).
 pub(crate) struct Actuated {
     pub actuation: Actuation,
     pub weights: Weights,
@@ -239,7 +239,7 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     Some((channel, weight))
 }
 
-/// Returns "wheel 2", with its name if it has one.
+/// Returns "wheel 2", and its name if the wheel has one.
 fn called(kind: &str, section: &Section, index: usize) -> String {
     match section.word("name") {
         Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),

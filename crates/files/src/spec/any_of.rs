@@ -1,5 +1,6 @@
 //! `[[any_of]]`: sets of cones that hold in turns.
 
+use super::suggest::nearest;
 use super::{Section, constraint, escape};
 use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
 
@@ -22,11 +23,11 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
         let twice = before.into_iter().find(|name| of.members().any(|member| member == *name));
         let twice = twice.map(|name| AlternativesError::Twice(name.into()));
         if let Some(error) = twice.or_else(|| of.check(constraints).err()) {
-            let remedy = match error {
+            let remedy = match &error {
                 AlternativesError::Few => {
                     "write set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }], names of [[constraint]]"
                 }
-                AlternativesError::Unknown(_) => "write the `name` of a [[constraint]]",
+                AlternativesError::Unknown(name) => &unknown(name, constraints),
                 AlternativesError::Twice(_) => "remove it from one set, or write another [[constraint]]",
                 AlternativesError::NoCone(_) => "remove it: a limit of rates holds at all times",
             };
@@ -35,4 +36,15 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
         all.push(of);
     }
     Some(all)
+}
+
+/// Returns the remedy for the name of no constraint: the nearest name, whatever its case.
+fn unknown(name: &str, constraints: &[Constraint]) -> String {
+    let lower: Vec<String> = constraints.iter().map(|one| one.name.to_ascii_lowercase()).collect();
+    let near = nearest(name, lower.iter().map(String::as_str));
+    let meant = near.and_then(|near| lower.iter().position(|one| one == near));
+    match meant {
+        Some(index) => format!("did you mean \"{}\"?", escape(&constraints[index].name)),
+        None => "write the `name` of a [[constraint]]".into(),
+    }
 }

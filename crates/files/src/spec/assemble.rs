@@ -1,4 +1,4 @@
-//! The second pass: from the checked tree to the problem, with everything that takes more than one
+//! The second pass: from the checked tree to the problem, with all checks that need more than one
 //! key.
 
 use super::attitude::Rotation;
@@ -29,7 +29,7 @@ pub(crate) struct Assembled {
     pub expect: Option<Expect>,
     pub identity: Identity,
     pub heavens: Option<sky::Heavens>,
-    /// The stops and their order, if it has any.
+    /// The stops and their order, if the spec has stops.
     pub stops: Option<(Vec<Stop>, Ordering)>,
 }
 

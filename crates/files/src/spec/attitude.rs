@@ -1,4 +1,4 @@
-//! The notations of an attitude, and what users get wrong in them.
+//! The notations of an attitude, and the common errors in them.
 
 pub(super) mod from_file;
 
@@ -39,7 +39,7 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle are one notation together, and so are the angles of a pointing.
+        // Axis and angle together are one notation; the angles of a pointing are another.
         let name = match given.name.as_str() {
             name if angle(name) => "axis",
             name if POINTED.contains(&name) => POINTED[0],
@@ -237,7 +237,8 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
 }
 
-/// Angles in degrees that are round in radians, and the other way round.
+/// Warns of angles in degrees that are round numbers in radians, and of angles in radians that are
+/// round numbers in degrees.
 fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
     let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();

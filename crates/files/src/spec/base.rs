@@ -16,7 +16,7 @@ pub struct Base {
     folder: PathBuf,
     sources: Vec<Source>,
     root: Node,
-    /// The texts of the files that it names.
+    /// The texts of the files that the spec names.
     beside: Vec<String>,
 }
 
@@ -75,7 +75,7 @@ impl Base {
         own.chain(self.beside.iter().map(String::as_str))
     }
 
-    /// Returns the files that it names, which no output may replace.
+    /// Returns the files that the spec names, which no output may replace.
     pub fn files(&self) -> Vec<PathBuf> {
         files_named(&self.root, &self.folder)
     }

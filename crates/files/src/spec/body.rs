@@ -21,7 +21,7 @@ pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
     checked(body.matrix(name)?, body, name)
 }
 
-/// This inertia, checked; `key` of the section is where it was written.
+/// Returns the checked inertia of a matrix that was written under `key` of the section.
 pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
     let (inertia, excess) = match Inertia::of_rounded(matrix, rounding::MOMENT) {
         Ok(found) => found,

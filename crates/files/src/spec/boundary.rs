@@ -26,8 +26,8 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    /// Reads the table. A maneuver gives the `moment` at which it needs the attitude, which may
-    /// then stand in a file.
+    /// Reads the table. A maneuver passes the `moment` at which it needs the attitude; only then
+    /// may the attitude be in a file.
     pub fn read(section: &'a Section, key: &'static str, moment: Option<&Moment<'_>>) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation = section.section(key).and_then(|rotation| match moment {
@@ -113,7 +113,7 @@ impl<'a> Boundary<'a> {
 }
 
 impl Section {
-    /// Returns the key that gives the angular velocity.
+    /// Returns the key that states the angular velocity.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
     }

@@ -29,7 +29,7 @@ struct Checker {
     report: Report,
 }
 
-/// Returns whether a key means something under this value of the table's selector.
+/// Returns whether a key has a meaning for this value of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
@@ -62,10 +62,18 @@ impl Checker {
                     format!("write [{path}], once"),
                 ),
                 other => {
-                    (format!("`{path}` is {}, and a table is needed", other.kind()), table_sample(table))
+                    let remedy = if std::ptr::eq(table, &raw const ATTITUDE) {
+                        attitude_sample(other)
+                    } else {
+                        table_sample(table)
+                    };
+                    (format!("`{path}` is {}, and a table is needed", other.kind()), remedy)
                 }
             };
             self.error(("E0024", node.span, reason, remedy), path);
+            // The value counts as a key, so that the table is not reported as empty as well.
+            let (name, span) = (String::new(), node.span);
+            section.given.push(Given { name, span, is_empty_list: false, value: None });
             return section;
         }
         let selected = table.selector.and_then(|selector| match &node.entry(selector)?.node.value {
@@ -119,8 +127,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. Without a valid selector it
-    /// reports nothing, because the selector is the error.
+    /// Reports a key that belongs to another value of the selector. It reports nothing if the
+    /// selector is not valid, because then the selector is the error.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -182,7 +190,7 @@ impl Checker {
             Ok(value) => return Some(value),
             Err(faults) => faults,
         };
-        // Three wrong numbers of a list show what is wrong with the others.
+        // Three wrong numbers of a list show the fault of all others.
         for mut fault in faults.into_iter().take(3) {
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);
@@ -202,7 +210,7 @@ impl Checker {
         };
         let numbers = |items: &[Node]| items.iter().all(|item| matches!(item.value, Value::Number(_)));
         if items.len() == 3 && numbers(items) {
-            // Three numbers can mean nothing but a vector.
+            // Three numbers can only mean a vector.
             let vector = Entry { key: "vector".into(), key_span: node.span, node: node.clone() };
             let table = Node { span: node.span, value: Value::Table(vec![vector]) };
             return Ok(Parsed::Tables(vec![self.table(&table, &DIRECTION, path)]));
@@ -312,7 +320,7 @@ impl Checker {
                 reason,
                 "write quaternion_wxyz (scalar first) or quaternion_xyzw (scalar last)".into(),
             )
-        } else if attitude && entry.key.starts_with("euler") {
+        } else if attitude && EULER.iter().any(|start| entry.key.starts_with(start)) {
             let reason = format!("`{name}` does not name a sequence of Euler angles with its unit");
             fault(
                 "E0057",
@@ -333,7 +341,7 @@ impl Checker {
             fault("E0020", &reason, remedy)
         };
         self.error(found, &join(path, &entry.key));
-        known
+        known.or(is_notation(&entry.key, table).then_some("attitude"))
     }
 }
 
@@ -356,6 +364,29 @@ fn added(sample: &str) -> String {
     if sample.contains('\n') { format!("add, for example:\n{sample}") } else { format!("add {sample}") }
 }
 
+/// Returns whether `name` is a notation of an attitude, and `table` has the attitude that it belongs
+/// in.
+fn is_notation(name: &str, table: &Table) -> bool {
+    table.key("attitude").is_some() && ATTITUDE.key(name).is_some()
+}
+
+/// The starts of keys that mean Euler angles.
+const EULER: [&str; 5] = ["euler", "rpy", "ypr", "roll_pitch", "yaw_pitch"];
+
+/// Returns the remedy for a value in place of an attitude: four numbers are a quaternion.
+fn attitude_sample(value: &Value) -> String {
+    match value {
+        Value::Array(items) if items.len() == 4 => {
+            "name the order: { quaternion_wxyz = [1, 0, 0, 0] } has the scalar first, quaternion_xyzw last"
+        }
+        Value::Array(items) if items.len() == 3 => {
+            "name the notation: { euler_zyx_deg = [80, -25, 40] }, rotation_vector_deg, mrp, or matrix"
+        }
+        _ => "write { axis = [0, 0, 1], angle_deg = 90 }, or another notation",
+    }
+    .into()
+}
+
 /// Returns a sample with the required keys of the table.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
@@ -372,6 +403,9 @@ fn table_sample(table: &Table) -> String {
 /// Returns the advice about an unknown key without a similar key in `table`: the table that has
 /// it, or the known keys.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
+    if is_notation(name, table) {
+        return format!("write attitude = {{ {name} = … }}");
+    }
     for key in root.keys {
         if let Kind::Table(other) = key.kind
             && other.key(name).is_some()

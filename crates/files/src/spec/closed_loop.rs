@@ -16,7 +16,8 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
-/// The gains, the uncertainty and the plant of a plan; empty if the spec has none.
+/// The gains, the uncertainty and the plant of a plan; empty if the spec does not have these
+/// tables.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {
@@ -43,12 +44,12 @@ impl ClosedLoop {
         self.written.keys().map(String::as_str)
     }
 
-    /// Returns the chance of its own that the limit `name` is to keep.
+    /// Returns the individual chance that the limit `name` must keep.
     pub fn asked(&self, name: &str) -> Option<&Chance> {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
 
-    /// Returns the uncertainty and the chances of limits, if there are any:
+    /// Returns the uncertainty and the chances of limits, if the spec has chances:
     /// [`slewkit::assured::plan`] plans such a maneuver.
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
@@ -108,7 +109,7 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
 }
 
-/// Returns the step of the plan \[s\], if the spec gives it.
+/// Returns the step of the plan \[s\], if the spec determines it.
 fn step(problem: &Problem) -> Option<f64> {
     let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
     Some(duration / problem.steps as f64)

@@ -5,7 +5,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use slewkit::optimize::shooting_obstacle;
 
-/// Pairs of a boresight and a direction in all constraints together.
+/// The largest number of pairs of a boresight and a direction in all constraints together.
 const MAX_PAIRS: usize = 10_000;
 
 /// The names of the limits of the actuators in reports, which no constraint may have.
@@ -26,7 +26,7 @@ pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
 
-/// Reads all constraints; `None` if the report has an error of one.
+/// Reads all constraints; `None` if the report has an error of a constraint.
 pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
     let names = names(sections);
@@ -180,7 +180,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
-/// Returns the directions of both kinds.
+/// Returns the directions of a constraint, given as vectors or as named targets.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {

@@ -41,7 +41,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Builds a finding about a whole file, before there is any text to point at.
+    /// Builds a finding about a whole file whose text was not read.
     pub(crate) fn about_file(code: &'static str, file: &str, reason: String, remedy: &str) -> Self {
         Self {
             code,
@@ -64,7 +64,7 @@ impl Diagnostic {
         Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
-    /// Returns the finding for people: position, reason, the line with a caret, and the remedy.
+    /// Returns the finding as text: position, reason, the line with a caret, and the remedy.
     ///
     /// Plain text; `colour` adds ANSI colours.
     pub fn render(&self, colour: bool) -> String {
@@ -118,7 +118,7 @@ impl Diagnostics {
         })
     }
 
-    /// Returns all findings for people, one after the other, with a closing count.
+    /// Returns all findings as text, in their order, with a count at the end.
     pub fn render(&self, colour: bool) -> String {
         let mut out = String::new();
         for finding in &self.0 {
@@ -176,7 +176,7 @@ pub(crate) fn cut(text: &str, limit: usize) -> String {
     escape(&kept)
 }
 
-/// Characters of a line that an excerpt shows, and those kept before the caret.
+/// The numbers of characters of a line that an excerpt shows, in all and before the caret.
 const EXCERPT: usize = 100;
 const LEAD: usize = 60;
 

@@ -37,9 +37,9 @@ pub struct Varied {
 /// Distribution of the standard numbers ξ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
-    /// Each normal with mean 0 and variance 1, independent.
+    /// Independent normal numbers with mean 0 and variance 1.
     Normal,
-    /// Each uniform in (−1, 1), independent.
+    /// Independent numbers, uniform in (−1, 1).
     Uniform,
     /// Together uniform in the unit ball.
     Ball,
@@ -200,7 +200,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
 
 /// Returns a matrix `A` such that `A Aᵀ` is the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// The value that rounding of the entries may give a zero.
+    /// The largest value of a zero after rounding of the entries.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
@@ -217,7 +217,7 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// Returns the key that is set, its value, and the unit of its spread relative to that of its
+/// Returns the key that is set, its value, and the unit of its spread relative to the unit of its
 /// offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {

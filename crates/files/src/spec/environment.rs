@@ -27,7 +27,7 @@ const FASTEST_ORBIT: f64 = 0.0025;
 const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
-    /// Returns the environment; none given: nothing acts.
+    /// Returns the environment; without an environment no force or torque acts.
     pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;

@@ -28,7 +28,7 @@ pub struct Expect {
     pub published: Option<Toleranced>,
     /// Bound on the larger of attitude error in rad and relative momentum error at the end.
     pub terminal_error: Option<f64>,
-    /// Bound on the Newton iterations of the winning start, all its rungs.
+    /// Bound on the Newton iterations of the winning start, over its whole fallback sequence.
     pub newton_iterations_at_most: Option<usize>,
     /// Conjugate points of the plan.
     pub conjugate_points: Option<usize>,
@@ -44,7 +44,7 @@ pub struct Expect {
     pub rivals: Vec<Toleranced>,
     /// Bound on the smallest scaled margin of all limits and constraints.
     pub margin_at_least: Option<f64>,
-    /// Names of exactly those limits and constraints that act.
+    /// The names of all active limits and constraints.
     pub active: Option<Vec<String>>,
     /// The names of the stops in the order in which they are visited.
     pub order: Option<Vec<String>>,

@@ -38,7 +38,7 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
 }
 
-/// Returns the number of steps that `steps` or `step_s` of the section give.
+/// Returns the number of steps from `steps` or `step_s` of the section.
 pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
     if section.has("steps") {
         return section.whole("steps");

@@ -113,7 +113,7 @@ pub(crate) struct Key {
     pub kind: Kind,
     /// Meaning of the key, in one line.
     pub doc: &'static str,
-    /// Whether it is required; the text is a sample.
+    /// The sample value of a required key; `None` if the key is optional.
     pub sample: Option<&'static str>,
     /// Only for these values of the table's selector; empty: always.
     pub only: &'static [&'static str],
@@ -257,7 +257,7 @@ tables! {
         "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
         /// The settings of the solver. Default: automatic.
         "solver": Table(&SOLVER);
-        /// The forces and moments on the body other than those of its actuators. Default: none.
+        /// The forces and moments on the body that its actuators do not produce. Default: none.
         "environment": Table(&ENVIRONMENT);
         /// The required result of the plan; the tests of a collection of problems read it.
         "expect": Table(&EXPECT);
@@ -265,8 +265,8 @@ tables! {
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
         /// Sets of cones that alternate: at every time one whole set holds.
         "any_of": List(&ANY_OF, 10);
-        /// The orbit, if ends or cones aim at targets that depend on it. Axes of the reference
-        /// frame are then those of the GCRS (ICRF).
+        /// The orbit, if ends or cones aim at targets that depend on it. The axes of the reference
+        /// frame are then the axes of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
         /// The surroundings of the spacecraft, for pictures and summaries: plan files write it if
         /// the spec has [orbit] and targets.
@@ -615,8 +615,8 @@ shared_keys! {
     SECOND_KEY = "second": Table(&SECOND);
     /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
-    /// With point: the rate about the axis that points, besides: a spin that is kept, of any phase
-    /// where the roll is free. An angular velocity along boresight_body means the same if the
+    /// With point: an additional rate about the axis that points. This spin is kept, with any phase
+    /// if the roll is free. An angular velocity along boresight_body has the same effect if the
     /// target does not move. Default: 0.
     ROLL_RATE_KEY = "roll_rate_deg_s": Number(q::RATE_DEG);
 }
@@ -842,9 +842,10 @@ tables! {
         /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
         /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most 0.3 rad for each step,
-        /// the nutation under the momentum of wheels included; more if a plan needs them to land,
-        /// or to cost at most about 0.1 % above its optimum in continuous time.
+        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most
+        /// 0.3 rad for each step, the nutation under the momentum of wheels included; more if a
+        /// plan needs them to land, or to cost at most about 0.1 % above its optimum in continuous
+        /// time.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
@@ -936,7 +937,7 @@ tables! {
         "published": Table(&TOLERANCED);
         /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
         "terminal_error": Number(q::COST);
-        /// Bound on the iterations of the winning start, all its rungs.
+        /// Bound on the iterations of the winning start, over its whole fallback sequence.
         "newton_iterations_at_most": Count(1, 1_000_000);
         /// Conjugate points of the plan.
         "conjugate_points": Count(0, 1_000_000);

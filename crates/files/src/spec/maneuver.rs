@@ -10,12 +10,12 @@ const ANGLE_PER_STEP: f64 = 0.3;
 /// The fewest steps chosen by default.
 const DEFAULT_STEPS: f64 = 100.0;
 
-/// Returns the number of steps taken when a spec gives none: the smallest `N ≥ 100` with at most
-/// 0.3 rad a step along the cubic guess.
+/// Returns the default number of steps: the smallest `N ≥ 100` with at most 0.3 rad in each step
+/// along the cubic guess.
 ///
 /// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
 /// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary
-/// rate plus the rate of the reference frame, and that of the nutation under the momentum of the
+/// rate plus the rate of the reference frame and the rate of the nutation under the momentum of the
 /// wheels; `duration` = T in s.
 pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
@@ -39,6 +39,11 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         }
     } else if !priced && !bounded {
         if !section.has("duration_s") {
+            // An unknown key or objective was reported, and may be what frees or states the duration.
+            let misspelt = section.given.iter().any(|given| !section.knows(&given.name));
+            if misspelt || (section.has("minimize") && minimize.is_none()) {
+                return None;
+            }
             let reason = "[maneuver] needs `duration_s`";
             return section.refuse(
                 "E0021",

@@ -134,7 +134,7 @@ pub struct Loaded {
     pub identity: Identity,
     /// The uncertain numbers, if the spec has any.
     pub dispersion: Option<Dispersion>,
-    /// The directions of its named targets, if it has any.
+    /// The directions of the named targets, if the spec has such targets.
     pub heavens: Option<Heavens>,
     /// The gains, the uncertainty and the plant.
     pub closed_loop: ClosedLoop,
@@ -166,7 +166,7 @@ pub struct LoadedSequence {
 pub struct LoadedSimulation {
     /// Bodies, method and duration, in SI units, checked.
     pub simulation: Simulation,
-    /// Shapes of the bodies, in their order; `None` for those without.
+    /// Shapes of the bodies, in their order; `None` for bodies without a shape.
     pub shapes: Vec<Option<BodyShape>>,
     /// The solids of the bodies with faces, in their order.
     pub solids: Vec<Option<Solid>>,
@@ -178,15 +178,15 @@ pub struct LoadedSimulation {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A homogeneous solid within faces, as the spec or its file gives them.
+/// A homogeneous solid within the faces of the spec or of its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
     /// Number of triangles.
     pub faces: usize,
     /// Volume \[m³\].
     pub volume: f64,
-    /// Mass center in the coordinates of the vertices as given \[m\]; the origin of the body
-    /// moves there.
+    /// The mass center in the coordinates of the given vertices \[m\]; the origin of the body moves
+    /// to it.
     pub mass_center: Vector3,
 }
 

@@ -34,7 +34,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Returns the boresights that have a name: of constraints, then that of the end.
+/// Returns the boresights that have a name: first the boresights of constraints, then the boresight
+/// of the end.
 fn boresights(root: &Section) -> Vec<Boresights> {
     let point = root.section("end").and_then(|end| end.section("point"));
     let named = root.list("constraint").iter().chain(point).filter_map(|section| {
@@ -109,8 +110,8 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// Returns the names of wheels or thrusters, or their numbers where only some have one; empty where
-/// none has.
+/// Returns the names of wheels or thrusters. If only some have names, the others get their numbers;
+/// if none has a name, the list is empty.
 fn names_of(root: &Section, key: &str) -> Vec<String> {
     let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
     if !all.iter().any(|one| one.has("name")) {

@@ -18,8 +18,8 @@ use std::path::PathBuf;
 const OLD: f64 = 3.0;
 /// The error that mean elements gain in a day, smallest and largest \[km\].
 const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
-/// The oldest that are taken unless the spec says otherwise \[days\]: drag, unknown to a tenth, is
-/// then a hundred kilometres.
+/// The age above which mean elements are refused by default \[days\]: drag that is known to a tenth
+/// then gives an error of a hundred kilometres.
 const OLDEST: f64 = 30.0;
 
 /// The keys of which at least one is required.
@@ -46,10 +46,10 @@ pub(super) const KEYS: &[&str] = &[
     "model",
 ];
 
-/// When and beside what an orbit is read.
+/// The data of a maneuver that the reader of an orbit needs.
 #[derive(Clone, Debug)]
 pub(super) struct Around {
-    /// When the maneuver begins.
+    /// The moment at which the maneuver begins.
     pub epoch: Epoch,
     /// The clock that starts then.
     pub clock: Clock,
@@ -182,7 +182,7 @@ fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     recent(section, "omm", orbit)
 }
 
-/// Tells what is wrong with a file that a key names.
+/// Reports the fault of a file that a key names.
 fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
         || (1, "it cannot be read".into(), "check it".into()),
@@ -191,8 +191,8 @@ fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
 }
 
-/// Returns an orbit by mean elements that are not too old. Older ones give a warning after some
-/// days, and are refused after more.
+/// Returns an orbit by mean elements that are not too old. Older elements cause a warning after
+/// some days, and are refused after more.
 fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
     let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
@@ -302,7 +302,7 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
     Table { time, position, velocity, between: segment.between }
 }
 
-/// Two segments are of one orbit where they are this near \[m\].
+/// Two segments belong to one orbit if they are this near \[m\].
 const ONE_ORBIT: f64 = 10.0;
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
 const ROUNDED: f64 = 1e-6;

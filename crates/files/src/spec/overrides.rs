@@ -79,8 +79,8 @@ impl Override {
     }
 }
 
-/// Returns the value that a text means: a TOML value, else the text itself; `offset` is where it
-/// begins in its source.
+/// Returns the value that a text means: a TOML value, else the text itself; `offset` is its first
+/// byte in the source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },
@@ -115,7 +115,7 @@ pub(super) fn apply(
             findings.push(Finding::error_at("E0025", spot, reason, remedy));
             continue;
         }
-        // What is said of the whole value, such as an attitude, shows the part that was set.
+        // A message about the whole value, such as an attitude, shows the part that was set.
         let inside = keys.len() > 2 && keys[keys.len() - 2].0.parse::<usize>().is_err();
         if inside && let Some(value) = root.at_mut(&keys[..keys.len() - 1]) {
             value.span = shown;

@@ -1,7 +1,7 @@
 //! Kinds of values and the ranges of physical quantities.
 //!
-//! The ranges are wide: they catch slips of the exponent and keep every product that the solvers
-//! form within double precision, nothing more.
+//! The ranges are wide: they only catch slips of the exponent, and keep every product of the
+//! solvers within double precision.
 
 pub(crate) use slewkit::numerics::figures::{exact as show, short};
 

@@ -1,5 +1,5 @@
-//! A table of the spec as the first pass has read it: values by name, silently absent where that
-//! pass has complained.
+//! A table of the spec as the first pass has read it: values by name. A value is silently absent if
+//! that pass has reported an error.
 
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
@@ -143,13 +143,13 @@ impl fmt::Display for Angle {
     }
 }
 
-/// A table of the spec and where it is.
+/// A table of the spec and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
     pub span: Span,
     pub table: &'static Table,
     pub path: String,
-    /// Whether matrices and unit vectors are taken to the last bit.
+    /// Whether matrices and unit vectors keep every bit.
     pub keeps_rounding: bool,
     /// The report that receives the errors and warnings of the table.
     pub report: Report,
@@ -165,7 +165,7 @@ pub(crate) struct Given {
     pub span: Span,
     /// Whether the value is `[]`.
     pub is_empty_list: bool,
-    /// The value; `None` if the first pass has reported an error of it.
+    /// The value; `None` if the first pass has reported an error of the value.
     pub value: Option<Parsed>,
 }
 
@@ -215,7 +215,7 @@ impl Section {
         self.given(name)?.value.as_ref()
     }
 
-    /// Returns a whole number that counts something.
+    /// Returns a whole number of items.
     pub fn count(&self, name: &str) -> Option<usize> {
         usize::try_from(self.whole(name)?).ok()
     }
@@ -228,8 +228,8 @@ impl Section {
         }
     }
 
-    /// Returns the tables under `name`: one, those of a list, or none if the key is absent.
-    /// Returns `None` if it holds anything else.
+    /// Returns the tables under `name`: one table, the tables of a list, or no table if the key is
+    /// absent. Returns `None` if it holds anything else.
     pub fn tables(&self, name: &str) -> Option<&[Section]> {
         match self.given(name) {
             None => Some(&[]),
@@ -238,7 +238,7 @@ impl Section {
         }
     }
 
-    /// Returns the table `name`, if it is there.
+    /// Returns the table `name`, if it exists.
     pub fn section(&self, name: &str) -> Option<&Section> {
         self.tables(name)?.first()
     }
@@ -262,7 +262,7 @@ impl Section {
         self.table.key(name).is_some()
     }
 
-    /// Returns the value of `name`, or the table where it is missing.
+    /// Returns the value of `name`, or the table if the value is missing.
     pub fn spot(&self, name: &str) -> Spot {
         Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
     }
@@ -319,8 +319,8 @@ impl Section {
         Some(Angle { key, value: self.number(key)? })
     }
 
-    /// Returns the vector made of length 1; as it is where it has that length and the spec keeps
-    /// its rounding.
+    /// Returns the vector scaled to length 1. It is unchanged if it has that length and the spec
+    /// keeps its rounding.
     pub fn unit(&self, vector: Vector3) -> Vector3 {
         if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
             return vector;

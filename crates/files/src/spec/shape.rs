@@ -1,4 +1,4 @@
-//! `[bodies.shape]`: what mass, inertia and gravity a shape gives.
+//! `[bodies.shape]`: the mass, inertia and gravity of a shape.
 
 use super::{Section, Solid, cut, short};
 use slewkit::Matrix3;
@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Most faces of all bodies of a spec together.
+/// The largest number of faces of all bodies of a spec together.
 pub(crate) const MAX_FACES: usize = 200_000;
-/// Most points and Gauss points of all bodies of a spec together.
+/// The largest number of points and Gauss points of all bodies of a spec together.
 pub(crate) const MAX_POINTS: usize = 2_000_000;
 
-/// Most bytes of all OBJ files of a spec together: seconds of reading.
+/// The largest size of all OBJ files of a spec together, in bytes: seconds of reading.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
 /// The default number of Gauss points along each direction of a tetrahedron.
@@ -53,7 +53,7 @@ impl Budget {
         false
     }
 
-    /// Takes the size of a file, before it is read.
+    /// Subtracts the size of a file from the remaining bytes, before the file is read.
     fn take_file(&mut self, section: &Section, size: u64) -> bool {
         if let Some(bytes) = self.bytes.checked_sub(size) {
             self.bytes = bytes;
@@ -206,7 +206,7 @@ fn homogeneous(
 /// Reads vertices and faces in the spec.
 fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
-        // The first pass has said that a shape is missing.
+        // The first pass has reported that a shape is missing.
         return None;
     }
     if !section.has("faces") {

@@ -275,11 +275,11 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
     gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
-/// The number of interactions of one evaluation from which on a step takes a good part of a
-/// second.
+/// The least number of interactions of one evaluation for which a step takes a considerable part of
+/// a second.
 const LONG: f64 = 1e8;
 
-/// Warns where a step will take long: nothing is shown within one.
+/// Warns if a step will take long, because no progress is shown within a step.
 fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]) {
     let interactions = gravity.interactions();
     if interactions < LONG {

@@ -19,7 +19,7 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     let mut converter = Converter { source: 0, offset: 0, too_deep: None, graveyard: Vec::new() };
     let root = converter.node(0..text.len(), DeValue::Table(table.into_inner()), 0);
     let too_deep = converter.finish();
-    // Each duplicate is an error of its own; other syntax errors follow from the first.
+    // Each duplicate is a separate error; other syntax errors follow from the first.
     let duplicate = |error: &&toml::de::Error| error.message().starts_with(DUPLICATE);
     let duplicates = errors.iter().filter(duplicate).take(MAX_SYNTAX);
     let first = errors.iter().find(|error| !duplicate(error));
@@ -52,7 +52,7 @@ struct Converter<'i> {
     offset: usize,
     too_deep: Option<Span>,
     /// Subtrees too deep to convert. Dotted keys inside inline tables nest thousands deep in a few
-    /// kilobytes, so they are also taken apart without recursion.
+    /// kilobytes, so they are also parsed without recursion.
     graveyard: Vec<DeValue<'i>>,
 }
 

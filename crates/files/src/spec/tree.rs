@@ -2,7 +2,7 @@
 
 use super::{Span, cut};
 
-/// A value and where it stands.
+/// A value and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub span: Span,
@@ -92,7 +92,7 @@ impl Value {
 }
 
 impl Node {
-    /// Returns the entries of a table; none for anything else.
+    /// Returns the entries of a table; empty for other values.
     pub fn entries(&self) -> &[Entry] {
         match &self.value {
             Value::Table(entries) => entries,
@@ -116,7 +116,7 @@ impl Node {
         })
     }
 
-    /// Sets `path` below this node to `value`, making the tables on the way.
+    /// Sets `path` below this node to `value`, and creates missing tables.
     ///
     /// Sets a value. A number in the path selects an element of a list, from 0. The error names
     /// the obstacle.

@@ -20,7 +20,7 @@ pub(crate) type Fault = (&'static str, Span, String, String);
 /// A value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
-/// Returns the one thing that is wrong with a value.
+/// Returns a value's only fault.
 pub(crate) fn wrong<T>(
     code: &'static str,
     node: &Node,
@@ -228,7 +228,7 @@ fn text(node: &Node, most: usize) -> Read<&str> {
 
 /// Reads one of some words.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
-    /// The length from which on a list is not printed in full more than once.
+    /// The least length of a list that is printed in full only once.
     const LONG: usize = 12;
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");

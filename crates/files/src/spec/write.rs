@@ -32,7 +32,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// A spec as a value: of a maneuver, with all that [`Problem`] and [`Settings`] hold.
+/// The spec of a maneuver as a value, with all contents of [`Problem`] and [`Settings`].
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(transparent)]
 pub struct SpecDocument(Value);
@@ -316,7 +316,7 @@ impl Writing {
         }
     }
 
-    /// Writes into the table `name`, which is made when it is first written into.
+    /// Writes into the table `name`, and creates the table if it does not exist.
     fn table(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
         let Some(table) = self.kind(name).and_then(Kind::table) else { return };
         let keys = match self.keys.remove(name) {

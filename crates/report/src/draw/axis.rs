@@ -16,7 +16,7 @@ pub struct Axis {
     pub label: String,
     /// The scale.
     pub scale: Scale,
-    /// The limits of the axis; `None` for those of the data.
+    /// The limits of the axis; `None` for the bounds of the data.
     pub limits: Option<(f64, f64)>,
 }
 
@@ -36,14 +36,14 @@ impl Axis {
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
     scale: Scale,
-    /// Limits, logarithms where it is logarithmic.
+    /// The limits, or their logarithms on a logarithmic axis.
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
 
-/// A tick; those without a label are short.
+/// A tick; ticks without a label are short.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
@@ -56,7 +56,7 @@ impl Laid {
         let logarithmic = axis.scale == Scale::Logarithmic;
         let place = |value: f64| if logarithmic { value.log10() } else { value };
         let mut limits = (f64::INFINITY, f64::NEG_INFINITY);
-        // NaN and what has no logarithm is passed over here as in the curves.
+        // NaN and values without a logarithm are ignored here, as in the curves.
         for value in values.map(place).filter(|value| value.is_finite()) {
             limits = (limits.0.min(value), limits.1.max(value));
         }
@@ -73,7 +73,7 @@ impl Laid {
         Self { scale: axis.scale, low, high, from, to }
     }
 
-    /// Returns the pixel of a value; `None` where it has no place.
+    /// Returns the pixel of a value; `None` if it is not on the axis.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);

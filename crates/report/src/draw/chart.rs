@@ -1,10 +1,10 @@
 //! Curves over two axes, with marks, bands and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
-use super::colour;
 use super::curve::{Curve, Shape};
 use super::legibility;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
+use super::{COLOURS, colour};
 
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +41,7 @@ pub struct Span {
     pub from: f64,
     /// The end.
     pub to: f64,
-    /// What is the case there.
+    /// The name of the state during the span.
     pub label: String,
 }
 
@@ -71,7 +71,7 @@ impl Chart {
         svg.end()
     }
 
-    /// Returns the curves as drawn: a curve that diverges is cut, and its name says where.
+    /// Returns the curves as drawn: a curve that diverges is cut, and its name states where.
     pub fn legible_curves(&self) -> Vec<Curve> {
         legibility::cut(&self.curves, self.y.scale)
     }
@@ -186,7 +186,8 @@ fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, st
 
 fn stroke(style: usize, width: f64) -> String {
     const DASHES: [&str; 4] = ["", "9 4", "4 3", "11 3 2.5 3"];
-    let dash = match DASHES[style % DASHES.len()] {
+    // The ninth curve has the colour of the first, and its own dash.
+    let dash = match DASHES[(style + style / COLOURS.len()) % DASHES.len()] {
         "" => String::new(),
         dash => format!(" stroke-dasharray=\"{dash}\""),
     };
@@ -214,7 +215,8 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// Characters of a line of a name next to the plot, and of the smaller lines below it.
+/// The largest numbers of characters in a line of a name next to the plot, and in the smaller lines
+/// below it.
 const ROOM: usize = 22;
 const ROOM_SMALL: usize = 27;
 
@@ -229,7 +231,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     };
     let names: Vec<(Vec<String>, Vec<String>)> = curves.iter().map(named).collect();
     let lines: usize = names.iter().map(|(first, more)| first.len() + more.len()).sum();
-    // Many names stand nearer together.
+    // Many names have less distance between them.
     let row =
         (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
     for (curve, (first, more)) in curves.iter().zip(names) {
@@ -279,8 +281,8 @@ fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// Shades a span between two pixels; where colours differ in meaning, with its name if there is
-/// room.
+/// Shades a span between two pixels. If colours have meanings, the span also has its name, if the
+/// name fits.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     /// The width of a small letter \[px\].
     const WIDTH: f64 = 6.5;

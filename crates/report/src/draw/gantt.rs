@@ -1,5 +1,5 @@
-//! Which of several things is on when: a row for each, over a time axis that leaves out long
-//! stretches in which all are off.
+//! A chart of the times at which each of several things is on: a row for each, over a time axis
+//! that leaves out long stretches in which all are off.
 
 use super::axis::{Axis, Laid};
 use super::colour;
@@ -25,7 +25,7 @@ const RIGHT: f64 = 776.0;
 const TOP: f64 = 64.0;
 const UNTITLED: f64 = 12.0;
 const BOTTOM: f64 = 418.0;
-/// The highest row [px], and the part of it that a bar takes.
+/// The highest row [px], and the part of it that a bar fills.
 const ROW: f64 = 34.0;
 const BAR: f64 = 0.62;
 /// The narrowest bar [px].
@@ -36,8 +36,8 @@ const BREAK: f64 = 26.0;
 /// this part of the whole.
 const LONG: f64 = 0.4;
 const NOTED: f64 = 0.05;
-/// How much of a stretch that is left out is shown at either side, as a part of all that has bars:
-/// less than half of [`LONG`].
+/// The part of a left-out stretch that is shown at either side, relative to all stretches with
+/// bars: less than half of [`LONG`].
 const BESIDE: f64 = 0.15;
 /// The least width of a stretch that is shown [px].
 const LEAST: f64 = 24.0;
@@ -46,7 +46,7 @@ const LEAST: f64 = 24.0;
 struct Piece {
     from: f64,
     to: f64,
-    /// The pixels of both ends.
+    /// The pixels of the left and the right end.
     left: f64,
     right: f64,
     left_out: bool,
@@ -60,17 +60,17 @@ impl Gantt {
         svg.end()
     }
 
-    /// The lower edge of the rows [px].
+    /// Returns the lower edge of the rows [px].
     fn bottom(&self) -> f64 {
         self.top() + (self.rows.len().max(1) as f64 * ROW).min(BOTTOM - TOP)
     }
 
-    /// The upper edge of the rows [px].
+    /// Returns the upper edge of the rows [px].
     fn top(&self) -> f64 {
         if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
     }
 
-    /// Returns the stretches in which something is on, in the order of time, each whole.
+    /// Returns the stretches in which at least one row is on, in the order of time.
     fn busy(&self) -> Vec<[f64; 2]> {
         let mut all: Vec<[f64; 2]> = self.rows.iter().flat_map(|(_, bars)| bars.iter().copied()).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -94,7 +94,7 @@ impl Gantt {
         gaps.extend(busy.last().map(|last| [last[1], self.end]));
         gaps.retain(|[from, to]| to - from > long);
         gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        // A little of what is left out is shown beside what is on.
+        // A short part of each left-out stretch is shown next to the bars.
         let beside = BESIDE * on;
         let piece = |from: f64, to: f64, left_out: bool| Piece { from, to, left: 0.0, right: 0.0, left_out };
         let mut pieces = Vec::new();
@@ -172,7 +172,7 @@ impl Gantt {
     }
 }
 
-/// Lays pieces side by side: those that are shown to one scale, but none narrower than [`LEAST`].
+/// Places pieces side by side. All shown pieces have one scale, but at least the width [`LEAST`].
 fn laid_out(pieces: &mut [Piece]) {
     let length = |piece: &Piece| piece.to - piece.from;
     let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;

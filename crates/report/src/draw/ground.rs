@@ -45,7 +45,7 @@ const MOST_LINES: f64 = 3.5;
 const FINE: f64 = 2.0;
 /// Kilometres of a degree on the ground.
 const KM_PER_DEG: f64 = 111.19;
-/// The least that is shown to either side \[deg\].
+/// The least angle that the map shows to either side \[deg\].
 const LEAST_REACH: f64 = 0.5;
 
 impl Ground {
@@ -68,7 +68,7 @@ impl Ground {
         SkyView { middle, right, up: middle.cross(&right), reach: (1.12 * reach).min(PI) }
     }
 
-    /// Draws it into `svg`, where `id` is used by nothing else.
+    /// Draws the map into `svg`; `id` must be unique there.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let view = self.view();
         let place = |at: &Place| {
@@ -84,8 +84,8 @@ impl Ground {
         let reach = view.reach.to_degrees();
         let step =
             STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
-        // A line that crosses the map has points on it or one step of the line beside it. Near the
-        // point opposite to the middle the map is torn.
+        // A line that crosses the map has points on the map, or at most one step of the line away
+        // from it. Near the point opposite to the middle the map is torn.
         let farthest = (reach + 1.5 * FINE).min(174.0).to_radians().cos();
         for line in grid(step) {
             let near = |at: &Place| direction(at).dot(&view.middle) > farthest;
@@ -230,7 +230,7 @@ mod tests {
         assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
         assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
     }
-    /// Lines of the grid beside the map would be most of the file.
+    /// Lines of the grid outside of the map would be most of the file.
     #[test]
     fn the_grid_of_a_small_map_is_that_of_the_map() {
         let map = |stretch: Vec<Place>| Ground {

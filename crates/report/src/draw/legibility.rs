@@ -13,17 +13,17 @@ const DIVERGED: (f64, f64) = (1e6, 1e12);
 /// The height up to which a diverged curve is drawn, relative to the rest of the chart.
 const FOLLOWED: f64 = 10.0;
 
-/// A curve that ends above this part of the largest it reaches does not come back.
+/// A curve that ends above this part of its largest value does not return.
 const ESCAPED: f64 = 1e-3;
 
-/// Points nearer to each other than this are one to the eye \[px\].
+/// Points nearer to each other than this look like one point \[px\].
 const APART: f64 = 0.7;
 
-/// The position of a point in the drawing, if it has one.
+/// The position of a point in the drawing; `None` if the point cannot be drawn.
 type Place = Option<(f64, f64)>;
 
-/// Cuts the curves of a chart with a vertical axis of this scale: a curve that leaves it for
-/// good, or is not finite, is cut, and its name says so.
+/// Cuts the curves of a chart with a vertical axis of this scale. A curve that leaves the chart and
+/// does not return, or is not finite, is cut, and its name states so.
 pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     let threshold = if scale == Scale::Logarithmic { DIVERGED.1 } else { DIVERGED.0 };
     let reach = |curve: &Curve| -> f64 {
@@ -46,15 +46,15 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
         let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
         let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
-        // A tenth is small at rest, and never as small as what a diverging curve begins with is
-        // against its end.
+        // A tenth of the points is small if the body is at rest, but not as small as the start of a
+        // diverging curve relative to its end.
         let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
         let beyond = |point: &(f64, f64)| {
             !point.1.is_finite() || (grown && point.1.abs() > FOLLOWED * others.max(began))
         };
-        // Gaps on the way are no divergence: only what never comes back is cut.
+        // Gaps are no divergence: only a part from which the curve never returns is cut.
         let last = points.iter().rposition(|point| !beyond(point)).map_or(0, |last| last + 1);
         if let Some(&(x, _)) = points.get(last) {
             points.truncate(last);
@@ -76,7 +76,7 @@ fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
 
-/// Returns the size below which one of `of` values lies.
+/// Returns the size that a part `1/of` of the values does not exceed.
 fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
@@ -84,8 +84,7 @@ fn share(points: &[(f64, f64)], of: usize) -> f64 {
     sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
-/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under
-/// which.
+/// Adds to the name of every hidden curve the name of the curve that is drawn over it.
 pub(super) fn name_hidden(curves: &mut [Curve], place: impl Fn((f64, f64)) -> Place) {
     let places: Vec<Vec<Place>> = curves
         .iter()

@@ -1,4 +1,4 @@
-//! A value over two quantities, as colours of cells; a cell without a value says so.
+//! A value over two quantities, as colours of cells; cells without a value are marked.
 
 use super::svg::{Anchor, FAINT, FONT_SIZE, INK, SIZE, Svg, shortened};
 use slewkit::numerics::figures::short;
@@ -27,7 +27,7 @@ const LEFT: f64 = 110.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 410.0;
-/// The number of labels for which there is room below and at the side.
+/// The number of labels that fit below and at the side.
 const MOST_LABELS: usize = 10;
 /// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for
 /// print.
@@ -62,7 +62,7 @@ impl Map {
             let (x, y) = (LEFT + column * width, BOTTOM - (row + 1.0) * height);
             let corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)];
             match cell {
-                // A stroke of its own colour leaves no gap between neighbours.
+                // A stroke in the colour of the cell leaves no gap between neighbours.
                 Some(value) => {
                     let fill = colour(part(*value));
                     svg.path(

@@ -18,7 +18,7 @@ pub enum Picture {
     Map(Map),
     /// Ways on the ground.
     Ground(Ground),
-    /// What is on when.
+    /// A chart of the times at which each of several things is on.
     Gantt(Gantt),
 }
 
@@ -75,7 +75,7 @@ pub fn panel(pictures: &[&Picture], columns: usize) -> String {
     svg.end()
 }
 
-/// Returns (a) … (z), then numbers.
+/// Returns the label of a panel: (a) … (z), then numbers.
 fn letter(index: usize) -> String {
     match u8::try_from(index) {
         Ok(index @ 0..26) => format!("({})", char::from(b'a' + index)),

@@ -29,7 +29,7 @@ pub enum Item {
         points: Vec<Vector3>,
         /// Number of the colour.
         style: usize,
-        /// Whether it is drawn thin and pale.
+        /// Whether the item is drawn thin and pale.
         faint: bool,
     },
     /// A rod.
@@ -165,7 +165,8 @@ impl Scene {
         svg.end()
     }
 
-    /// Returns the corners of a box around everything, with a margin; round numbers are not needed.
+    /// Returns the corners of a box around all items, with a margin; they need not be round
+    /// numbers.
     fn bounds(&self) -> (Vector3, Vector3) {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         let mut see = |point: &Vector3, radius: f64| {

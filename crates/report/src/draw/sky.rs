@@ -23,7 +23,7 @@ pub struct Sky {
     pub title: String,
     /// One line below the title.
     pub subtitle: String,
-    /// Whether the whole sphere is shown, or what tracks and cones take.
+    /// Whether the whole sphere is shown, or only the part that tracks and cones need.
     pub whole: bool,
     /// Cones about directions.
     pub cones: Vec<SkyCone>,
@@ -117,7 +117,7 @@ pub struct SkyMark {
 pub struct SkyView {
     /// Unit vector of the middle.
     pub middle: Vector3,
-    /// Unit vectors to the right and upwards there.
+    /// Unit vectors to the right and upwards at the middle.
     pub right: Vector3,
     /// See `right`.
     pub up: Vector3,
@@ -153,8 +153,9 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Returns whether the map is torn between two neighbours on a track: both are behind the
-    /// middle, which one sees across it from the other, by more than an eighth of a turn.
+    /// Returns whether the map is torn between two neighbours on a track: both are on the half
+    /// sphere behind the middle, and their directions from the middle of the map differ by more
+    /// than an eighth of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
@@ -192,7 +193,7 @@ impl Sky {
         svg.end()
     }
 
-    /// Draws it into `svg`, where `id` is used by nothing else.
+    /// Draws the map into `svg`; `id` must be unique there.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let view = self.view();
         let place = |direction: &Vector3| {
@@ -227,7 +228,7 @@ impl Sky {
                 svg.path(&edge, true, &style);
             }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
-            // On this map the inside of a closed curve is the part without the point opposite to
+            // The inside of a closed curve on this map is the part without the point opposite to
             // the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
             if cone.asks != ConeAsks::HoldOn {

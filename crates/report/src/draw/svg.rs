@@ -47,7 +47,7 @@ impl Svg {
         self.text
     }
 
-    /// Adds an element as it is.
+    /// Adds an element unchanged.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
@@ -107,7 +107,7 @@ fn rich(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 2..]);
         let Some(end) = after.find('}') else { break };
         let raised = escape(&after[..end]);
-        // The second shift brings what follows back to the line.
+        // The second shift moves the following text back to the line.
         let _ =
             write!(out, "{}<tspan dy=\"-5\" font-size=\"{RAISED_SIZE}\">{raised}</tspan>", escape(before));
         rest = &after[end + 1..];

@@ -1,8 +1,9 @@
 //! Tables of text.
 
 /// Returns the rows of cells as lines, in columns as wide as their widest cell and two spaces
-/// apart. The columns of numbers `left` stand to the left, the others to the right. A row that is
-/// shorter than the first one is a remark: its last cell runs on to the end of the line.
+/// apart. The columns whose numbers are in `left` are aligned to the left, the others to the right.
+/// A row that is shorter than the first row is a remark: its last cell continues to the end of the
+/// line.
 pub fn table(rows: &[Vec<String>], left: &[usize]) -> Vec<String> {
     let columns = rows.first().map_or(0, Vec::len);
     let is_cell = |row: &[String], column: usize| row.len() == columns || column + 1 < row.len();

@@ -17,10 +17,10 @@ use slewkit::mechanics::actuators::LimitKind;
 use slewkit::uncertainty::Radius;
 use slewkit_files::flown::Runs;
 
-/// Cases that are flown: of 1000 the two dearest are beyond 99.73 %.
+/// The number of flown cases: of 1000, the two costliest are beyond 99.73 %.
 const CASES: usize = 1000;
 
-/// Steps that are flown at most, some seconds of work: of long plans fewer cases.
+/// The largest number of flown steps, some seconds of work: long plans are flown in fewer cases.
 const MOST_STEPS: usize = 2_000_000;
 
 /// Cases at least.
@@ -47,13 +47,13 @@ struct Bands {
     commands: Vec<Vec<Vec<f64>>>,
 }
 
-/// Returns the charts; none where nothing is uncertain.
+/// Returns the charts; no chart if nothing is uncertain.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let Some(bands) = flown(subject) else { return Vec::new() };
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()
 }
 
-/// Flies the plan: with its gains, where it has some.
+/// Flies the plan, with its gains if it has gains.
 fn flown(subject: &Subject) -> Option<Bands> {
     let (beside, closed_loop) = (subject.beside()?, subject.closed_loop()?);
     let uncertainty = closed_loop.uncertainty.as_ref()?;

@@ -13,7 +13,8 @@ function share(change, redraw) {
 }
 
 const colour = (style) => `var(--c${style % 8})`;
-const DASHES = ["", "9 4", "4 3", "11 3 2.5 3"];
+// Eight colours and four dashes: the ninth curve has the colour of the first, and its own dash.
+const dash = (style) => ["", "9 4", "4 3", "11 3 2.5 3"][(style + Math.floor(style / 8)) % 4];
 
 function element(name, attributes, parent, text) {
   const node = document.createElementNS("http://www.w3.org/2000/svg", name);

@@ -120,7 +120,7 @@ function chart(figureNode, picture) {
     for (const curve of [...curves].reverse()) {
       const attributes = {
         d: path(curve), fill: "none", stroke: colour(curve.style), "stroke-width": 1.8, "stroke-linejoin": "round",
-        "stroke-dasharray": DASHES[curve.style % 4], class: "curve",
+        "stroke-dasharray": dash(curve.style), class: "curve",
       };
       element("path", attributes, inside);
       if (curve.marked) {
@@ -198,7 +198,7 @@ function legend(node, curves, picture) {
     const entry = html("span", node);
     const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
     const stroke = { x1: 0, x2: 28, y1: 5, y2: 5, stroke: colour(curve.style), "stroke-width": 2 };
-    element("line", { ...stroke, "stroke-dasharray": DASHES[curve.style % 4] }, sample);
+    element("line", { ...stroke, "stroke-dasharray": dash(curve.style) }, sample);
     const [name, ...more] = curve.name.split("\n");
     entry.appendChild(document.createTextNode(name));
     if (more.length) html("small", entry, ` ${more.join(", ")}`);

@@ -19,6 +19,11 @@ function circle(axis, angle) {
   });
 }
 
+// The farthest that two points of a line lie apart on the screen, in pixels, and the most times that
+// an arc between them is halved.
+const LINE_STEP = 8;
+const LINE_HALVINGS = 7;
+
 // Meridians and parallels every 30 degrees.
 function graticule() {
   const degree = Math.PI / 180;
@@ -93,6 +98,28 @@ function sky(figureNode, picture) {
     };
     const trace = (points) => points.map(place).map(([x, y],
       k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+    // Points close together on the screen: near the point opposite to the middle the map is
+    // stretched, and the arcs between `points` are halved by `half`.
+    const dense = (points, half) => {
+      const fine = [points[0]];
+      const add = (a, b, halvings) => {
+        const [[ax, ay], [bx, by]] = [place(a), place(b)];
+        if (halvings && Math.hypot(bx - ax, by - ay) > LINE_STEP) {
+          const between = half(a, b);
+          add(a, between, halvings - 1);
+          add(between, b, halvings - 1);
+        } else fine.push(b);
+      };
+      for (let k = 1; k < points.length; k++) add(points[k - 1], points[k], LINE_HALVINGS);
+      return fine;
+    };
+    const curve = (points) => trace(dense(points, (a, b) => unit(plus(a, b))));
+    // The closed outline of a cone or a disc.
+    const outline = (axis, angle) => {
+      const centre = scaled(Math.cos(angle), axis);
+      const half = (a, b) => plus(centre, scaled(Math.sin(angle), unit(plus(plus(a, b), scaled(-2, centre)))));
+      return `${trace(dense(circle(axis, angle), half))}Z`;
+    };
     // A track is torn where it passes behind the middle: as SkyView::tears.
     const tears = (a, b) => {
       const along = (direction) => [dot(direction, right), dot(direction, up)];
@@ -137,7 +164,7 @@ function sky(figureNode, picture) {
       element("text", { x, y, ...kind }, parent, text);
     };
     const drawCone = (cone, axis, angle, acts, parent) => {
-      const edge = trace(circle(axis, angle)) + "Z";
+      const edge = outline(axis, angle);
       const d = holdsOpposite(axis, angle) === (cone.asks === "keep out") ? edge + rim : edge;
       const shaded = acts && cone.asks !== "hold on";
       if (shaded) element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
@@ -150,7 +177,7 @@ function sky(figureNode, picture) {
       const [x, y] = place(axis);
       if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx: x, cy: y, r: LEAST_DISC, fill: tint }, parent);
       else {
-        const edge = trace(circle(axis, angle)) + "Z";
+        const edge = outline(axis, angle);
         const d = holdsOpposite(axis, angle) ? edge + rim : edge;
         element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
         element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
@@ -165,7 +192,7 @@ function sky(figureNode, picture) {
       const dashed = { fill: "none", stroke: `var(--${disc.kind})`, "stroke-dasharray": "3 3" };
       const [cx, cy] = place(axis);
       if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx, cy, r: LEAST_DISC, ...dashed }, inside);
-      else element("path", { d: trace(circle(axis, angle)) + "Z", ...dashed }, inside);
+      else element("path", { d: outline(axis, angle), ...dashed }, inside);
     }
     for (const mark of picture.marks) {
       const [x, y] = place(mark.at);
@@ -201,8 +228,8 @@ function sky(figureNode, picture) {
     }
     for (const track of [...picture.tracks].reverse()) {
       const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
-      element("path", { d: stretches(track.points).map(trace).join(""), ...stroke,
-        "stroke-dasharray": DASHES[track.style % 4] }, inside);
+      element("path", { d: stretches(track.points).map(curve).join(""), ...stroke,
+        "stroke-dasharray": dash(track.style) }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
     for (const track of picture.tracks) {
@@ -235,7 +262,7 @@ function sky(figureNode, picture) {
     const entry = html("span", node);
     const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
     const stroke = { x1: 0, x2: 28, y1: 5, y2: 5, stroke: colour(track.style), "stroke-width": 2.4 };
-    element("line", { ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, sample);
+    element("line", { ...stroke, "stroke-dasharray": dash(track.style) }, sample);
     entry.appendChild(document.createTextNode(track.name));
   }
   html("span", node, "○ start   ● end");

@@ -1,4 +1,4 @@
-//! Time that work takes.
+//! The time that work needs.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ const TOLD: bool = cfg!(unix);
 /// The name of the time that [`thread_time`] measures, for labels.
 pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
 
-/// Head of a column of what [`thread_time`] measures.
+/// The head of a column of times that [`thread_time`] measures.
 pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
 
 /// Returns the CPU time of this thread since some moment, without the time of other processes and

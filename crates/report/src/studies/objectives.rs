@@ -45,7 +45,7 @@ pub struct ObjectiveRun {
     pub gap: Option<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
-    /// The motion, where there is a plan; in no file.
+    /// The motion, if a plan was found; it is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
@@ -182,7 +182,7 @@ fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
         row if row == steps => 0.5 * length(steps - 1),
         row => 0.5 * (length(row - 1) + length(row)),
     };
-    // The sum of nothing is −0.
+    // The sum of an empty iterator is −0, and adding 0 makes it 0.
     0.0 + (0..rows).map(|row| weight(row) * rate(trajectory.inputs(row))).sum::<f64>()
 }
 

@@ -1,16 +1,16 @@
 //! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
 //! times, and the interior point.
 //!
-//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching
-//!   times is in it;
+//! - **smoothed**: the law with the smallest ε that is found, on equal steps, without switching
+//!   times;
 //! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
 //!   switch;
 //! - **interior_point**: the interior point on equal steps with inputs at the nodes, and with the
 //!   duration as an unknown if it is free. It is the method for maneuvers with constraints, and the
 //!   method of `method = "scp"`.
 //!
-//! The three discretise differently, so that durations agree but for the square of the step, where
-//! they find the same extremal: each is a local minimum of its own search.
+//! Each result is a local minimum of its own search. The three methods discretise differently, so
+//! durations of one extremal differ by the square of the step.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -157,7 +157,8 @@ mod tests {
         let fuel = problem(60).with_objective(Objective::Fuel(Default::default())).with_duration(6.0);
         let runs = compare(&fuel, &Settings::discrete(), &mut Silent).unwrap();
         let costs: Vec<f64> = runs.iter().map(|run| run.cost.expect("a plan")).collect();
-        // The smoothed law burns more, and what the others burn differs by the square of the step.
+        // The smoothed law burns more fuel. The fuel of the two others differs by the square of the
+        // step.
         assert!(costs[0] > costs[1], "{runs:?}");
         assert!((costs[2] / costs[1] - 1.0).abs() < 2e-3, "{runs:?}");
         let effort = problem(60).with_objective(Objective::default()).with_duration(6.0);

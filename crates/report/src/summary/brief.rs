@@ -19,17 +19,17 @@ use slewkit::verify::{Accuracy, Margin, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// Lines of a summary, with headline and what to type next.
+/// The largest number of lines of a summary, including the headline and the next command.
 const MOST_LINES: usize = 12;
 
-/// Lines around these: the headline, and what to type next.
+/// The number of lines around the others: the headline and the next command.
 const AROUND: usize = 2;
 
 /// The relative difference below which two costs count as equal: costs are printed to a tenth of
 /// a percent.
 const SAME: f64 = 5e-4;
 
-/// The gap to neighbouring plans below which none is reported [%].
+/// The gap to neighbouring plans below which no gap is reported [%].
 const LEAST_GAP: f64 = 1e-3;
 
 /// The clearance below which a cone counts as touched \[deg\].
@@ -63,7 +63,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     let aimed = target::told(problem, solution, identity);
     let before = lines.len();
     lines.lines("target", aimed.iter().flat_map(|text| wrapped(text, TEXT)));
-    // They take no room from the cones.
+    // The lines of the target do not reduce the room for the cones.
     let aimed = lines.len() - before;
     lines.extend(inputs::told(problem, solution, found, identity));
     lines.lines(
@@ -76,7 +76,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     if !failed_nothing {
         last = failed;
     }
-    // Other plans are told where there is room.
+    // Other plans are reported if there is room.
     if failed_nothing && AROUND + lines.len() + last.len() + others.len() < MOST_LINES + aimed {
         last.extend(others);
     }
@@ -174,7 +174,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// Compares the cost with that of the turn about a fixed axis, if known.
+/// Compares the cost with the cost of the turn about a fixed axis, if known.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;
@@ -223,7 +223,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// Returns the largest rate, of the true motion where it is limited, and its limit.
+/// Returns the largest rate and its limit. If the rate is limited, it is the rate of the true
+/// motion.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
@@ -297,7 +298,7 @@ fn clearances(
     lines
 }
 
-/// Describes how far the plan is proved to be an optimum, by the words of [`Proved`].
+/// Describes the proof of optimality, in the words of [`Proved`].
 pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
     let Some(proved) = solution.proved(problem) else { return String::new() };
     let words = proved.words();
@@ -319,7 +320,7 @@ pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Returns the gap of a local minimum to first order: what neighbouring plans can save.
+/// Returns the gap of a local minimum to first order: the cost that neighbouring plans can save.
 fn neighbours(solution: &Solution) -> String {
     let Some(switching) = &solution.switching else { return String::new() };
     if switching.structure == Structure::Pulses {

@@ -27,10 +27,10 @@ impl Firing {
     }
 }
 
-/// Returns all firings of thrusters, by thruster and time; none where the inputs push to both
+/// Returns all firings of thrusters, by thruster and time; none if the inputs push to both
 /// sides.
 ///
-/// The firings of a plan of arcs are those of its grid, whose nodes are at the switches.
+/// The firings of a plan of arcs are the firings on its grid, whose nodes are at the switches.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     let set = &problem.actuation.torque;
     let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {

@@ -21,7 +21,7 @@ const MOST_STEPS: usize = 60;
 const REST: f64 = 1e-9;
 
 /// Returns the least cost of the shorter turn about a fixed axis in the duration of the plan, by
-/// its own objective and without limits; `None` where this is not known: in a field, between other
+/// its own objective and without limits; `None` if this is not known: in a field, between other
 /// rates than zero, of fuel, with wheels that store momentum.
 pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     if let Some(duration) = solution.switching.as_ref().and_then(|switching| switching.eigenaxis_s) {
@@ -52,7 +52,7 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     let axis = turn / angle;
     let along = problem.body.inertia.j() * axis;
     let across = match &problem.actuation.wheels {
-        // All momentum stays zero: nothing is gyroscopic.
+        // All momentum stays zero, so no gyroscopic torque acts.
         Some(_) => axis * 0.0,
         None => axis.cross(&along),
     };

@@ -16,6 +16,9 @@ use slewkit_files::spec::{ClosedLoop, escape};
 /// The probability below which only the tail of the normal law is reported.
 const SAMPLED: f64 = 1e-4;
 
+/// The probability below which only this bound is reported: the normal law says nothing there.
+const NEGLIGIBLE: f64 = 1e-12;
+
 /// Returns the lines about the quantities near a plan.
 pub fn beside(
     problem: &Problem,
@@ -68,10 +71,13 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
             let of = closed_loop.asked(&chance.name).map_or(String::new(), |asked| {
                 format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked))
             });
-            let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
+            let (name, largest) = (escape(&chance.name), chance.largest());
+            if largest < NEGLIGIBLE {
+                return format!("{name}: below {NEGLIGIBLE:e} at all times{of}");
+            }
+            let tail = if largest < SAMPLED { " (by the tail of the normal law)" } else { "" };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
-            let name = escape(&chance.name);
-            format!("{name}: {} at its worst, {at} s{of}{tail}", significant(chance.largest(), 2))
+            format!("{name}: {} at its worst, {at} s{of}{tail}", significant(largest, 2))
         })
         .collect();
     texts.extend(closed_loop.chances.iter().filter(|chance| chance.is_joint).map(|chance| {

@@ -13,7 +13,7 @@ use slewkit_files::spec::escape;
 /// The relative gap of a singular arc that is replaced by enough arcs.
 const SMALL_GAP: f64 = 1e-4;
 
-/// Durations that differ by this part are one.
+/// The relative difference below which two durations count as equal.
 const SAME_DURATION: f64 = 1e-12;
 
 /// Returns the name of a discretisation.
@@ -246,7 +246,7 @@ fn switched(
             } else if switching.structure == Structure::TruncatedChattering {
                 format!("; a singular arc of {which}, replaced by arcs")
             } else if switching.structure == Structure::Singular {
-                format!("; {which} within the limits, told by the mean")
+                format!("; {which} within the limits, stated by the mean")
             } else {
                 String::new()
             };
@@ -330,8 +330,8 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Returns the angle of the rotation the short way round [deg], between states at rest, where the
-/// path turns by more than half a turn and would by its length alone pass for the long one.
+/// Returns the angle of the short rotation between states at rest [deg], if the path of the short
+/// way turns by more than half a turn, so that its length suggests the long way.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
@@ -340,7 +340,7 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// What is known of the optimality of a plan of time or fuel, whose second order is not tested.
+/// The proof of optimality of a plan of least time or fuel, whose second order is not tested.
 const MINIMAL: &str = "minimal to first order on the grid";
 
 /// The number of residuals that are shown before and after an ellipsis.

@@ -42,8 +42,8 @@ fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     alone.then(|| ["x", "y", "z"][at])
 }
 
-/// Returns the divisor that converts an input of the plan for people, and its unit: a thruster
-/// given by position and force is a force.
+/// Returns the divisor that converts an input of the plan to its displayed unit, and that unit: the
+/// input of a thruster stated by position and force is a force.
 pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
     if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
         return (1.0, "N");
@@ -54,7 +54,7 @@ pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f6
     }
 }
 
-/// Returns the unit of fuel, if all inputs have one kind and one price.
+/// Returns the unit of fuel, if all inputs have the same kind and the same price.
 pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
     let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
     let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);
@@ -115,17 +115,17 @@ fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     [Some(torques), force].into_iter().flatten().collect()
 }
 
-/// The input that uses the most of its limit, or the largest where none is limited.
+/// The input that uses the largest part of its limit, or the largest input if no input is limited.
 pub(crate) struct Busiest {
     /// The kind of inputs, as in "wheels".
     pub kind: &'static str,
     /// The name of the input.
     pub name: String,
-    /// The peak, in the unit of people.
+    /// The peak, in the unit that is displayed.
     pub peak: f64,
-    /// That unit.
+    /// The unit of the peak.
     pub unit: &'static str,
-    /// The limit, if there is one.
+    /// The limit, if the input has one.
     pub limit: Option<f64>,
 }
 
@@ -245,7 +245,8 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
 /// Returns the names and the peaks, and the largest part of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
-    // In digits that an optimum has: the first of those that are at their limits comes first.
+    // Peaks are compared in the digits that an optimum determines: the first input at its limit
+    // comes first.
     let part = |index: usize| {
         let part = limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
         (part * 1e9).round() * 1e-9
@@ -274,7 +275,7 @@ fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &st
     text
 }
 
-/// Returns a part of a limit, which it is where only round-off is between.
+/// Returns a part of a limit, which is 1 if it differs from 1 only by round-off.
 fn rounded_part(part: f64) -> f64 {
     if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
 }

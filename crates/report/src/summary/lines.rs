@@ -12,8 +12,8 @@ const LABELLED: usize = 13;
 /// Columns for the text of a labelled line, in a window of eighty.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// Returns `text` in lines of at most `width` characters, broken between words; a longer word has a
-/// line of its own.
+/// Returns `text` in lines of at most `width` characters, broken between words. A longer word has
+/// its own line.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -63,9 +63,9 @@ impl Lines for Vec<String> {
 /// The meaning of a text, shown as colour and as a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// It went well.
+    /// The outcome is good.
     Good,
-    /// It did not.
+    /// The outcome is bad.
     Bad,
     /// A remark.
     Note,
@@ -88,7 +88,7 @@ pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
 }
 
-/// Returns a part in percent, never 100 where it is more.
+/// Returns a part in percent, and never 100 if the part exceeds 1.
 pub(super) fn percent(part: f64) -> String {
     match 100.0 * part {
         percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),

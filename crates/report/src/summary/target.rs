@@ -7,8 +7,9 @@ use slewkit::numerics::figures::significant;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// Returns the target, its rate against the stars [deg/s] (what ends at rest is off by it a second
-/// later), and how far it moves meanwhile; nothing where the end is not on a target that moves.
+/// Returns the target, its rate relative to the stars [deg/s], and the angle by which it moves
+/// during the maneuver. A body that ends at rest is off by the rate a second later. Empty if the
+/// end is not on a moving target.
 pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let frame_rate = problem.environment.frame_rate();
     let Some(aim) = problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) else { return Vec::new() };

@@ -131,7 +131,7 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let at = name.unwrap_or(&margin.at);
     let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
     let (value, time) = (significant(margin.met(), 3), significant(margin.time_s, 4));
-    // At an active limit the continuous motion exceeds it by the error of the discretisation.
+    // The continuous motion exceeds an active limit by the error of the discretisation.
     let noticed = -Margin::ROUND_OFF.to_degrees();
     let beyond = margin.continuous_margin.is_some_and(|continuous| continuous < noticed) && margin.holds();
     let overstepped = if beyond { "; the discrete motion keeps the limit" } else { "" };

@@ -86,7 +86,7 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
 
 /// The command line of a batch, to print the command that plans one of its cases again.
 pub struct Asked<'a> {
-    /// The command with what makes its cases: `slew sweep SPEC --over …`.
+    /// The command and the options that define its cases: `slew sweep SPEC --over …`.
     pub command: String,
     /// The spec or the folder.
     pub spec: &'a Path,
@@ -304,7 +304,7 @@ impl Sink {
         }
     }
 
-    /// Waits for the disk; the file, if it is one.
+    /// Waits for the disk. Returns the path if the output is a file.
     fn close(self) -> Result<Option<PathBuf>, BatchError> {
         match self {
             Self::Nowhere | Self::Stdout => Ok(None),

@@ -24,7 +24,8 @@ impl Progress {
         Self { cases, before, began, told: insist.then(|| Cell::new(began)) }
     }
 
-    /// Tells how far it is, when it is time; `done` and failed cases, those from before among them.
+    /// Reports the progress if the interval has passed; `done` and failed cases, those from before
+    /// among them.
     pub fn tell(&self, console: &mut Console, (done, failed): (u64, u64)) {
         if console.shows_progress() {
             console.progress(|| self.text(done, failed));
@@ -44,7 +45,7 @@ impl Progress {
     }
 }
 
-/// Returns a span of time for people.
+/// Returns a span of time as text.
 pub fn span(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

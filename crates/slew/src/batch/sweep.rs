@@ -23,7 +23,7 @@ Examples:
 pub struct Args {
     #[command(flatten)]
     pub spec: SpecArgs,
-    /// A key of the spec and its values; may be repeated
+    /// A key of the spec and its values, START:STOP:COUNT or A,B,C; may be repeated
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub over: Vec<String>,
     #[command(flatten)]

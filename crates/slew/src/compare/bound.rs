@@ -18,7 +18,7 @@ pub struct Bound {
     pub document: serde_json::Value,
 }
 
-/// Refuses what this program may have been built without.
+/// Refuses the bound if this program was built without it.
 pub fn available() -> Result<(), Failure> {
     if cfg!(feature = "sdp") {
         return Ok(());

@@ -72,7 +72,8 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     Ok(if status == Status::Solved { Exit::Solved } else { Exit::Plan(status) })
 }
 
-/// Returns solved if one run is; otherwise the status of the first that could be planned.
+/// Returns `Solved` if a run is solved; otherwise the status of the first run that could be
+/// planned.
 fn status(runs: &[ObjectiveRun]) -> Status {
     let mut known = runs.iter().filter_map(|run| run.status);
     let first = known.clone().next().unwrap_or(Status::NotConverged);

@@ -64,7 +64,7 @@ pub fn begun<'a>(
     Ok(Warm { path, replanner, at })
 }
 
-/// Returns the epoch of the rest.
+/// Returns the epoch of the remaining maneuver.
 fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option<Epoch>, Failure> {
     let Some(of_plan) = of_plan else { return Ok(given) };
     let begins = of_plan.after(at);

@@ -37,7 +37,7 @@ duration; its end has no effect.
 CSV and JSON lines stream for any number of steps. JSON is held in memory first. Ctrl-C ends the motion
 and keeps the rows so far and the last state, also in a file. Errors of conserved quantities, in the
 summary and as `errors` in JSON, are the largest at the rows; larger ones may occur between them. Bodies
-do not collide: a warning reports that two bodies came within their sizes.
+do not collide: a warning reports that two bodies came closer than the sum of their sizes.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -48,13 +48,13 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Number of steps; by default that of the spec
+    /// Number of steps; by default the number of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
     /// Steps from one row to the next; by default the output_stride of the spec, or 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub stride: Option<u64>,
-    /// Method; by default that of the spec, or lie_verlet
+    /// Method; by default the method of the spec, or lie_verlet
     #[arg(
         long,
         value_name = "NAME",
@@ -138,7 +138,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(Encounter { time, bodies, distance, .. }) = run.and_then(|run| run.encounter) {
         let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
         let (time, distance) = (significant(time, 4), significant(distance, 4));
-        let reason = format!("{a} and {b} came within their sizes at t = {time} s, {distance} m apart");
+        let reason = format!("{a} and {b} came closer than their sizes at t = {time} s, {distance} m apart");
         let remedy = "bodies do not collide here: use only the motion until then, or shorten the step if long \
          bodies nearly missed";
         console.warn("W0134", &reason, remedy);
@@ -170,7 +170,7 @@ enum Carrier {
 enum Ended {
     /// A number became infinite or NaN: the rows before it are kept.
     NotFinite(Message),
-    /// It cannot be followed.
+    /// The motion cannot be propagated.
     Failed(Failure),
 }
 
@@ -184,7 +184,7 @@ impl Ended {
 }
 
 impl Motion {
-    /// `keeps_energy`: no inputs work.
+    /// Builds the motion of the bodies. `keeps_energy` states that no inputs do work.
     fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
         let layout = Layout {
             name: simulation.name.clone(),
@@ -374,7 +374,8 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and the next check of the clock, which costs as much as a short step.
+/// The progress line, and the step of the next check of the clock: a check costs as much as a short
+/// step.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,

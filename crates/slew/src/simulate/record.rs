@@ -23,7 +23,7 @@ struct Field {
     key: String,
     /// Columns of the quantity in a table.
     columns: Vec<String>,
-    /// Whether it is one number, not a list.
+    /// Whether the quantity is one number, not a list.
     scalar: bool,
     /// Index of the first number of the quantity in the row.
     at: usize,
@@ -174,7 +174,7 @@ impl<'a> Recorder<'a> {
             // The only key that differs between two runs.
             stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
             errors if some: seen.map(|seen| seen.totals),
-            // Two bodies that came within reach of one another.
+            // The first two bodies that came within reach: nearer than the sum of their reaches.
             encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
         };
@@ -182,7 +182,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Numbers of one row, or of several one after the other.
+/// The numbers of one row, or of several rows in order.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     numbers: &'a [f64],
@@ -191,12 +191,12 @@ struct Rows<'a> {
     several: bool,
 }
 
-/// Fields as an object; fields of several bodies are a list of objects in it.
+/// A JSON object of fields; the fields of several bodies are a list of objects in it.
 struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,
     bodies: &'a [String],
-    /// The name before the fields.
+    /// The name that precedes the fields.
     name: Option<&'a str>,
 }
 

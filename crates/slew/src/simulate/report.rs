@@ -23,7 +23,7 @@ pub struct Totals {
     /// `|ΔL|` [N·m·s].
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_n_m_s: Option<f64>,
-    /// `|Δ(d·L)|`, where the component along `d` is all that is conserved [N·m·s].
+    /// `|Δ(d·L)|`, if only the component along `d` is conserved [N·m·s].
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_about_axis_n_m_s: Option<f64>,
     /// `d`, reference frame.

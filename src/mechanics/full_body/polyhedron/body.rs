@@ -22,8 +22,8 @@ pub struct HomogeneousPolyhedron {
 }
 
 impl HomogeneousPolyhedron {
-    /// This solid at a density [kg/m³], with `order³` Gauss points per face where another
-    /// polyhedron attracts.
+    /// Builds the body of a solid with a density [kg/m³], with `order³` Gauss points per face for
+    /// the attraction of another polyhedron.
     ///
     /// # Errors
     /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is not a
@@ -83,8 +83,8 @@ impl HomogeneousPolyhedron {
         &self.cubature
     }
 
-    /// Acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of 1
-    /// \[kg/m²\].
+    /// Returns the acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of
+    /// 1 \[kg/m²\].
     pub fn attraction(&self, y: &Vector3) -> Vector3 {
         self.density * self.field.attraction(y)
     }

@@ -2,11 +2,11 @@
 //! faces.
 //!
 //! A tetrahedron with apex 0 and base a, b, c is the image of the cube,
-//! `ρ = u (a + v ((b − a) + w (c − b)))` with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for
-//! the weights `u²`, `v` and 1, n of each, integrate every polynomial of degree 2n − 1 exactly
-//! (Stroud 1971). For a field that is smooth over the solid, points and solid therefore differ by
-//! O((l/d)^{2n}), with l the size of a tetrahedron and d its distance from the attracting body.
-//! For n ≥ 2 mass, mass center and inertia are those of the solid.
+//! `ρ = u (a + v ((b − a) + w (c − b)))` with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for the
+//! weights `u²`, `v` and 1, n of each, integrate every polynomial of degree 2n − 1 exactly (Stroud
+//! 1971). For a field that is smooth over the solid, points and solid therefore differ by
+//! O((l/d)^{2n}), with l the size of a tetrahedron and d its distance from the attracting body. For
+//! n ≥ 2 mass, mass center and inertia equal the values of the solid.
 //!
 //! A face that is not visible from the mass center has a tetrahedron of negative volume, which
 //! subtracts the excess of another. The sum is still exact for polynomials, but has points

@@ -6,7 +6,7 @@ use thiserror::Error;
 /// counted from 1.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShapeError {
-    /// More of something than memory is good for, or none.
+    /// A count is zero, or too large for the memory.
     #[error("{count} {name}; from 4 to {limit} are possible")]
     Count {
         /// "vertices" or "faces".
@@ -32,7 +32,7 @@ pub enum ShapeError {
     OutOfRange {
         /// The number of the face.
         face: usize,
-        /// The vertex it names.
+        /// The vertex that the face names.
         vertex: usize,
         /// The number of vertices.
         vertices: usize,

@@ -79,13 +79,14 @@ impl PolyhedronField {
         self.at(&side_by_side(&[*point; LANES])).potential.0[0]
     }
 
-    /// Returns `∇ ∫ dV/|r|` \[m\]; times `G` and density the acceleration of a mass there.
+    /// Returns `∇ ∫ dV/|r|` \[m\]. Times `G` and the density it is the acceleration of a mass at
+    /// the field point.
     pub fn attraction(&self, point: &Vector3) -> Vector3 {
         Vector3::from(self.at(&side_by_side(&[*point; LANES])).gradient.map(|lanes| lanes.0[0]))
     }
 
-    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be
-    /// anything between.
+    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside. It jumps at the surface, where any value in
+    /// between is possible.
     pub fn laplacian(&self, point: &Vector3) -> f64 {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }
@@ -154,7 +155,7 @@ fn norm(a: &[Lanes; 3]) -> Lanes {
     dot(a, a).sqrt()
 }
 
-/// `ω = 2 atan2(r₁·(r₂×r₃), …)`, from the numerator and the corners.
+/// Returns `ω = 2 atan2(r₁·(r₂×r₃), …)`, from the numerator and the corners.
 #[inline(always)]
 fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
     let [r1, r2, r3] = corners;
@@ -163,8 +164,8 @@ fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
     Lanes::splat(2.0) * arc_tangent(numerator, denominator)
 }
 
-/// `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`; on the edge itself, where it is infinite, a large
-/// number.
+/// Returns `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`. On the edge itself, where it is infinite, it
+/// returns a large number.
 ///
 /// With `2^k` the power of two nearest to the ratio, `ln = k ln 2 + 2 atanh z`, `|z| ≤ 0.1716`,
 /// `z = ((s + e) − 2^k (s − e))/((s + e) + 2^k (s − e))`. For `k = 0`, away from the edge,
@@ -209,13 +210,13 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
     k * Lanes::splat(std::f64::consts::LN_2) + (z + z) + z * w * odd
 }
 
-/// Returns no lane below `bound`; NaN stays.
+/// Raises every lane below `bound` to `bound`; NaN stays NaN.
 #[inline(always)]
 fn at_least(value: Lanes, bound: f64) -> Lanes {
     value.map(|value| if value < bound { bound } else { value })
 }
 
-/// `atan2(y, x)` to about two ulps of π; zero at `(0, 0)`.
+/// Returns `atan2(y, x)` to about two ulps of π; zero at `(0, 0)`.
 ///
 /// Reduced to `|t| ≤ tan(π/8)`; coefficients of the series there: fdlibm `s_atan.c`.
 #[inline(always)]

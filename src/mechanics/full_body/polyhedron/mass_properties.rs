@@ -26,8 +26,8 @@ impl MassProperties {
     const ROUND_OFF: f64 = 1e-12;
 
     pub fn new(vertices: &[Vector3], faces: &[[u32; 3]]) -> Result<Self, ShapeError> {
-        // About the middle and in units of the size, so that nothing cancels or leaves the range of
-        // numbers.
+        // The sums are about the middle and in units of the size, so that no term cancels or leaves
+        // the range of numbers.
         let apex = vertices.iter().map(|vertex| vertex / vertices.len() as f64).sum::<Vector3>();
         let size = vertices.iter().map(|vertex| (vertex - apex).amax()).fold(0.0, f64::max);
         let (mut volume, mut area, mut first, mut second) = (0.0, 0.0, Vector3::zeros(), Matrix3::zeros());

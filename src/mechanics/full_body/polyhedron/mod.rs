@@ -33,7 +33,7 @@ pub struct Polyhedron {
 }
 
 impl Polyhedron {
-    /// Most vertices, and most faces.
+    /// The largest number of vertices, and of faces.
     pub const SIZE: usize = 1_000_000;
     /// Largest magnitude of a coordinate \[m\].
     pub const COORDINATE: f64 = 1e30;

@@ -30,7 +30,7 @@ pub enum ObjProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Read(String),
-    /// A line, with those that continue it, is too long.
+    /// A line, including its continuation lines, is too long.
     #[error("the line is longer than {limit} bytes")]
     LineTooLong {
         /// The largest number of bytes.
@@ -83,9 +83,9 @@ const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bev
     shadow_obj trace_obj cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp \
     bzp cdc cdp res call csh";
 
-/// Most bytes of a line.
+/// The largest length of a line, in bytes.
 const LINE: usize = 1 << 16;
-/// Most bytes of a file.
+/// The largest size of a file, in bytes.
 const FILE: u64 = 1 << 28;
 
 /// Returns the solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
@@ -130,7 +130,7 @@ struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Reads the next line and those that continue it. False at the end.
+    /// Reads the next line and its continuation lines. False at the end.
     fn next(&mut self, text: &mut Vec<u8>) -> Result<bool, ObjProblem> {
         text.clear();
         loop {
@@ -144,7 +144,7 @@ impl<R: BufRead> Lines<R> {
             if text.len() > LINE {
                 return Err(ObjProblem::LineTooLong { limit: LINE });
             }
-            // Blanks behind the sign that a line goes on are not seen by who writes them.
+            // Writers do not see blanks after the sign that continues a line, so they are ignored.
             while text.last().is_some_and(u8::is_ascii_whitespace) {
                 text.pop();
             }

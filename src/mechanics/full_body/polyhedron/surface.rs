@@ -3,7 +3,7 @@
 use super::{Polyhedron, ShapeError};
 use crate::Vector3;
 
-/// One side of an edge, as the face there runs along it.
+/// One side of an edge, in the direction in which the face on this side runs along it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfEdge {
     pub from: u32,

@@ -26,7 +26,7 @@ pub(super) struct Arc {
     pub xi: Vec<Vector3>,
     /// The chart at the quadrature points.
     pub charts: Vec<Chart>,
-    /// `h Σ b_i exp S(ξ_i) M_i`, as of the last look at the equations.
+    /// `h Σ b_i exp S(ξ_i) M_i` of the last evaluation of the equations.
     pub impulse: Vector3,
     /// The contributions of the quadrature points to the Jacobian.
     hessians: Vec<Hessian>,
@@ -111,7 +111,7 @@ impl Arc {
         relative(change.sqrt(), size.sqrt())
     }
 
-    /// Writes the right-hand sides under the moments `M_i`, and notes the impulse.
+    /// Writes the right-hand sides under the moments `M_i`, and stores the impulse.
     pub fn residual(
         &mut self,
         scheme: &Scheme,

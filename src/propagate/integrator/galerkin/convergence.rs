@@ -6,7 +6,8 @@ const ROUND_OFF: f64 = 2e-16;
 /// Below this, relative, a correction that no longer shrinks is noise.
 const NOISE: f64 = 1e-11;
 
-/// Newton takes 2–4, iterations without the potential's gradient up to a dozen.
+/// The largest number of iterations. Newton needs 2–4, iterations without the potential's gradient
+/// up to a dozen.
 pub(super) const MAX_ITERATIONS: u32 = 40;
 
 /// Watches the corrections, each relative to the size of its quantity.
@@ -36,15 +37,15 @@ impl Convergence {
             return Next::GiveUp;
         }
         let ratio = correction / self.last;
-        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a
-        // factor.
+        // The remaining error is Δθ² if corrections shrink like Δ, CΔ², C³Δ⁴, …, and Δθ/(1 − θ) if
+        // they shrink by a factor.
         let left = match (ratio < 0.5, self.exact) {
             (true, true) => correction * ratio * ratio,
             (true, false) => correction * ratio / (1.0 - ratio),
             (false, _) => correction,
         };
         let noise = correction <= NOISE && ratio >= 0.5 && self.last <= NOISE;
-        // The first correction has nothing to be compared with.
+        // The first correction cannot be compared with an earlier one.
         let left = if self.last.is_finite() { left } else { correction };
         self.last = correction;
         if left <= ROUND_OFF || noise { Next::Done } else { Next::Iterate }

@@ -33,7 +33,7 @@ impl Dense {
         crate::Matrix3::new(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
     }
 
-    /// Puts a 3×3 block there.
+    /// Sets a 3×3 block.
     pub fn put(&mut self, row: usize, column: usize, block: &crate::Matrix3) {
         for i in 0..3 {
             let start = (row + i) * self.size + column;

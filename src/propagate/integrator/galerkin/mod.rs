@@ -16,10 +16,10 @@
 //! time.
 //!
 //! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). Newton solves all
-//! equations together. If the gradient of the potential is available, or loads do not depend on
-//! the poses, the Jacobian is exact and 2–4 iterations suffice. Without the gradient, or with too
-//! many bodies, its part is omitted, every body is solved alone, and each iteration reduces the
-//! error by a factor of about h²‖U''‖.
+//! equations together. If the gradient of the potential is available, or loads do not depend on the
+//! poses, the Jacobian is exact and 2–4 iterations suffice. If the gradient is not available, or
+//! the bodies are too many, the gradient's part of the Jacobian is omitted and every body is solved
+//! alone. Each iteration then reduces the error by a factor of about h²‖U''‖.
 
 mod attitude;
 mod convergence;
@@ -43,7 +43,8 @@ use linear::Dense;
 use nalgebra::DMatrix;
 use scheme::Scheme;
 
-/// Most unknowns that are solved for together, a dense system; beyond, each body alone.
+/// The largest number of unknowns of one dense system; with more unknowns each body is solved
+/// alone.
 const MOST_COUPLED: usize = 144;
 
 /// Square of the turn of a step beyond which its Cayley vector, infinite at π, is not formed.
@@ -186,8 +187,8 @@ impl Galerkin {
         }
     }
 
-    /// Moves all bodies to the quadrature points and evaluates the loads there, if they depend on
-    /// the poses.
+    /// Moves all bodies to the quadrature points and evaluates the loads at these points, if they
+    /// depend on the poses.
     fn look(&mut self, inputs: &[Input]) {
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);
@@ -210,8 +211,8 @@ impl Galerkin {
         }
     }
 
-    /// Returns the right-hand sides, and where bodies are solved for alone their corrections at
-    /// once.
+    /// Computes the right-hand sides, solves for the corrections and applies them. Returns the size
+    /// of the corrections.
     fn correct(&mut self) -> f64 {
         let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         if let Some((blocks, matrix)) = &mut self.coupled {
@@ -349,7 +350,7 @@ impl Galerkin {
     }
 }
 
-/// The poses of all bodies at quadrature point `i`.
+/// Computes the poses of all bodies at quadrature point `i`.
 fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses: &mut [Pose]) {
     for ((curve, start), pose) in curves.iter().zip(state.poses()).zip(poses) {
         pose.attitude = start.attitude + start.attitude * curve.arc.charts[i].turn();
@@ -357,7 +358,7 @@ fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses
     }
 }
 
-/// `(mK)⁻¹` on the right-hand side of one position, in place.
+/// Applies `(mK)⁻¹` to the right-hand side of one position, in place.
 fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
     let mut solution = [Vector3::zeros(); *DEGREES.end()];
     for (nu, solution) in solution.iter_mut().enumerate().take(right.len() / 3) {

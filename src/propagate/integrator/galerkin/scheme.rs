@@ -36,8 +36,10 @@ pub(crate) struct Scheme {
 }
 
 impl Scheme {
+    /// Builds the scheme of a degree, with its rules and its basis.
+    ///
     /// # Panics
-    /// For a degree outside [`DEGREES`], and if rules and basis should not check out.
+    /// Panics for a degree outside [`DEGREES`], and if rules and basis do not pass their check.
     pub fn new(degree: usize, quadrature: Quadrature) -> Self {
         assert!(DEGREES.contains(&degree), "degree {degree}");
         let (controls, lobatto_weights) = lobatto(degree + 1);
@@ -97,7 +99,8 @@ fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     let rule = (0..n).map(|i| {
         let mut x = -((i as f64 + 0.75) / (n as f64 + 0.5) * std::f64::consts::PI).cos();
         let mut slope = 1.0;
-        // Newton from Tricomi's guess: three or four iterations, the rest changes nothing.
+        // Newton's method from Tricomi's guess converges in three or four iterations; more change
+        // nothing.
         for _ in 0..10 {
             let (p, before) = legendre(n, x);
             slope = n as f64 * (before - x * p) / (1.0 - x * x);

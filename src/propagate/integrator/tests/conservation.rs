@@ -1,4 +1,4 @@
-//! Long runs: what compensated updates keep over 10⁶ steps (10⁷:
+//! Long runs: the conservation of compensated updates over 10⁶ steps (10⁷:
 //! `cargo bench -p benches --bench integrators`).
 
 use super::*;
@@ -16,7 +16,7 @@ fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// Rise of a least-squares line over the whole run, and its standard error.
+/// Returns the rise of a least-squares line over the whole run, and its standard error.
 fn trend(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let t = |index: usize| (index as f64 + 0.5) / n - 0.5;
@@ -56,7 +56,7 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
                 assert!(now.orthogonality <= 1e-12, "{kind} {name} {step}: {:e}", now.orthogonality);
                 energies.push(now.energy - before.energy);
             }
-            // Means over stretches of many periods; what is left of them is noise around a line.
+            // Means over stretches of many periods, which are noise around a line.
             let stretches: Vec<f64> = energies
                 .chunks(steps / 100)
                 .map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64)
@@ -70,8 +70,8 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
     }
 }
 
-/// Curves of a degree that is seldom taken for a million steps, in a steady rotation, where
-/// rounding adds up soonest.
+/// Curves of a degree that is seldom used for a million steps, in a steady rotation, where rounding
+/// adds up soonest.
 #[test]
 fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     let (system, state) = steady_rotation();

@@ -73,7 +73,7 @@ impl Potential for Held {
     }
 }
 
-/// Claim: where a load is known not to depend on the pose Newton is exact, and two iterations do
+/// Claim: if a load is known not to depend on the pose, Newton is exact, and two iterations suffice
 /// from the first step on.
 #[test]
 fn a_held_moment_takes_two_iterations_a_step() {

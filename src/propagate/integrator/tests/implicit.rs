@@ -22,7 +22,7 @@ fn three_ways_to_solve_it_meet_the_reference() {
     }
 }
 
-/// 2–3 iterations up to 0.3 rad a step (theory.md 2); with Chebyshev's correction one or two.
+/// Newton needs 2–3 iterations up to 0.3 rad in a step, and one or two with Chebyshev's correction.
 #[test]
 fn a_few_iterations_do() {
     let mut random = crate::testing::Random(7);

@@ -103,7 +103,7 @@ fn a_step_keeps_the_symplectic_form() {
     }
 }
 
-/// Momenta turned round, the symmetric methods go back where they came from.
+/// Symmetric methods return to their start if the momenta are reversed.
 #[test]
 fn symmetric_methods_are_reversible_in_time() {
     let reversed = |state: &SystemState| {
@@ -171,7 +171,7 @@ fn momentum_maps_are_kept_to_round_off() {
     }
 }
 
-/// Energy at N = 16 steps over T = 1.6 (theory.md 4): about 5e-12 for s = 3, and bounded.
+/// The energy error at N = 16 steps over T = 1.6 is about 5e-12 for s = 3, and bounded.
 #[test]
 fn galerkin_energy_errors_are_small_and_bounded() {
     for (system, state) in [free_body(), pendulum()] {

@@ -42,7 +42,7 @@ fn start(system: &System, attitude: &Matrix3, momentum: Vector3) -> SystemState 
     system.state(&[State::attitude(*attitude, rate)]).unwrap()
 }
 
-/// Returns the two dumbbells of theory.md 5.1: separation `d`, spins scaled by `spin`.
+/// Returns two dumbbells at the separation `d`, with spins scaled by `spin`.
 fn dumbbells(d: f64, spin: f64) -> (System, SystemState) {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });

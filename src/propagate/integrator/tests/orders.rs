@@ -33,10 +33,10 @@ fn cases() -> [(&'static str, (System, SystemState)); 3] {
     [("free", free_body()), ("pendulum", pendulum()), ("dumbbells", dumbbells(2.5, 1.0))]
 }
 
-/// Duration, and steps between which the slope is taken: asymptotic, and above the plateau of
-/// rounding. Short steps over a long time, where the leading coefficient of order 8 nearly cancels
-/// (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12 have their
-/// window on the pendulum alone.
+/// The duration, and the steps between which the slope is measured: asymptotic, and above the
+/// plateau of rounding. Short steps over a long time, where the leading coefficient of order 8
+/// nearly cancels (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12
+/// have their window on the pendulum alone.
 fn window(order: u32, case: &str) -> Option<(f64, u32, u32)> {
     Some(match (order, case) {
         (1 | 2, _) => (DURATION, 128, 256),
@@ -63,8 +63,8 @@ fn every_method_of_fixed_steps_has_its_published_order() {
             assert!(distance(&end, &other) < 1e-14 * duration, "the references agree");
             let errors = [coarse, fine].map(|n| error(kind, &case, duration, n, &end));
             let slope = (errors[0] / errors[1]).ln() / (f64::from(fine) / f64::from(coarse)).ln();
-            // Without a field the missing half kicks of Lie–Euler vanish, so it equals
-            // Lie–Verlet.
+            // Lie–Euler equals Lie–Verlet if there is no field, because its missing half kicks
+            // vanish.
             let expected = if name == "free" && order == 1 { 2 } else { order };
             println!(
                 "{name:10} {:24} {expected:3} {slope:6.2}  {:.1e} {:.1e}",
@@ -77,7 +77,8 @@ fn every_method_of_fixed_steps_has_its_published_order() {
                 6 | 8 => 0.2,
                 _ => 1.0,
             };
-            // Two miss the band above the plateau, and are listed with what they measure.
+            // Two methods miss the band above the plateau, and are listed with their measured
+            // order.
             let expected = match (name, kind.name()) {
                 ("free", "galerkin_lobatto_4") => 8.25,
                 ("dumbbells", "rkf78") => 7.74,

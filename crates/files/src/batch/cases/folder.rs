@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Folder {
     path: PathBuf,
     names: Vec<String>,
-    /// The files that they name.
+    /// The files that the specs name.
     beside: Vec<PathBuf>,
 }
 
@@ -80,7 +80,7 @@ impl Folder {
         self.names.len() as u64
     }
 
-    /// Returns the case of this number, which is one of the folder.
+    /// Returns the case with this number, which must be in the folder.
     pub fn case(&self, number: u64) -> Case {
         let name = self.names[number as usize - 1].clone();
         Case { number, spec: Some(self.path.join(&name)), name: Some(name), set: Vec::new() }

@@ -4,7 +4,7 @@ use super::{MAX_CASES, check_distinct};
 use crate::batch::{BatchError, Case};
 use crate::spec::{Base, Override, cut};
 
-/// One key and the values that it takes.
+/// One key and its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     key: String,
@@ -75,7 +75,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
             start * (1.0 - part) + stop * part
         }
     };
-    // Weights of the mean are rounded: 30.000000000000004 is not what anybody means by 20:40:3.
+    // Weights of the mean are rounded: 20:40:3 does not mean 30.000000000000004.
     let text = |value: f64| {
         let short: f64 = format!("{value:.13e}").parse().unwrap_or(value);
         let value = if (short - value).abs() <= 2.0 * f64::EPSILON * value.abs() { short } else { value };
@@ -84,7 +84,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     (0..count).map(|index| text(value(index))).collect()
 }
 
-/// Returns the parts between commas, but for those in brackets, braces and quotes.
+/// Returns the parts between commas; commas in brackets, braces and quotes do not count.
 fn split(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i32, None);
     for (at, sign) in text.char_indices() {
@@ -146,14 +146,14 @@ impl Grid {
         self.axes.iter().map(|axis| axis.key.clone()).collect()
     }
 
-    /// Returns everything that makes the grid, as text.
+    /// Returns the definition of the grid as text.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.axes
             .iter()
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// Returns the case of this number, which is one of the grid.
+    /// Returns the case with this number, which must be in the grid.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());

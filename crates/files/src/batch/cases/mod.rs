@@ -21,7 +21,7 @@ use table::Table;
 /// The largest number of cases of one batch: the summary keeps some bytes of each.
 pub const MAX_CASES: u64 = MOST_CASES as u64;
 
-/// Cases that can be counted, and given one after the other.
+/// A source of cases that counts them and returns them in order.
 #[derive(Debug)]
 enum Source {
     Table(Table),
@@ -148,7 +148,7 @@ impl Batch {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// Returns the cases of a shard but for the first `done` of them.
+    /// Returns the cases of a shard without the first `done` cases.
     ///
     /// # Errors
     /// The table cannot be read any more.
@@ -191,7 +191,7 @@ impl Batch {
         match (&self.base, &case.spec) {
             (Some(base), None) => base.read(&case.set),
             (_, Some(path)) => read_as(path, Format::of(path), &self.overrides),
-            // A case without a spec of its own has the base; there is no batch without both.
+            // A case without its own spec uses the base. A batch has at least one of the two.
             (None, None) => Err(Diagnostics(Vec::new())),
         }
     }

@@ -68,7 +68,7 @@ impl Rows {
         Origin { file: self.name.clone(), line: row.line, column: cell.column }
     }
 
-    /// Returns an error of a row, or of the whole file before there is one.
+    /// Returns an error of a row, or of the whole file before the first row.
     pub fn refuse(&self, row: Option<&Row>, code: &'static str, reason: String, remedy: &str) -> BatchError {
         let origin = Origin { file: self.name.clone(), line: row.map_or(1, |row| row.line), column: 1 };
         let text = row.and_then(|row| row.cells.first()).map_or("", |cell| cell.text.as_str());

@@ -90,7 +90,7 @@ impl Table {
         Ok((table, count, hash))
     }
 
-    /// Returns the keys that it sets.
+    /// Returns the keys that the table sets.
     pub fn keys(&self) -> Vec<String> {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }

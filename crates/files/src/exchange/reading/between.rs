@@ -1,9 +1,9 @@
 //! The motion between the rows of an attitude file, as the file defines it.
 //!
-//! Polynomials interpolate the four components of the quaternions, which have one sign along the
-//! rows, and are normalised. Lagrange's go through attitudes, Hermite's through attitudes and the
-//! derivatives `q' = ½ q (0, Ω)` that follow from their rates. No polynomial crosses the end of a
-//! block.
+//! Polynomials interpolate the four components of the quaternions, whose sign is consistent along
+//! the rows. The result is normalised. Lagrange's go through attitudes, Hermite's through attitudes
+//! and the derivatives `q' = ½ q (0, Ω)` that follow from their rates. No polynomial crosses the
+//! end of a block.
 
 use super::Attitudes;
 use slewkit::lie::interpolation::{Row, cubic, linear};
@@ -13,7 +13,7 @@ use slewkit::{Vector3, lie};
 /// The interpolation between the rows of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
-    /// The file does not say.
+    /// The file does not state the interpolation.
     #[default]
     Unsaid,
     /// One axis and one rate.
@@ -35,7 +35,7 @@ impl Between {
     }
 }
 
-/// Rows of one block, the last of them perhaps the first of the next.
+/// The rows of one block. The last row may be the first row of the next block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     /// The first row of the block.
@@ -59,15 +59,15 @@ pub struct Refined {
     pub breaks: Vec<usize>,
 }
 
-/// Most halvings of an interval between two rows.
+/// The largest number of halvings of an interval between two rows.
 const MOST_HALVINGS: u32 = 6;
-/// Most rows of a refinement.
+/// The largest number of rows of a refinement.
 const MOST_ROWS: usize = 1 << 22;
 
 impl Attitudes {
-    /// Returns the attitude at `time` \[s\] from the first row, by what the file says of the motion
-    /// between rows; where it says nothing, by the cubic through attitudes and rates, or at one
-    /// rate. `None` outside of all blocks.
+    /// Returns the attitude at `time` \[s\] from the first row, interpolated as the file states. If
+    /// the file does not state the interpolation, it is the cubic through attitudes and rates, or a
+    /// turn at one rate. `None` outside of all blocks.
     pub fn at(&self, time: f64) -> Option<[f64; 4]> {
         let inside = |block: &&Block| (self.time[block.first]..=self.time[block.last]).contains(&time);
         self.within(self.blocks.iter().find(inside)?, time)

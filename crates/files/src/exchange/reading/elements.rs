@@ -1,14 +1,15 @@
 //! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with
-//! its place. No document types, so no entities of their own, and no files are fetched.
+//! its place. Document types are refused, so a file cannot define entities, and no other files are
+//! fetched.
 
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-/// Most nodes of a document: its tree takes less than 100 bytes for each.
+/// The largest number of nodes of a document: its tree needs less than 100 bytes for each.
 const MOST_NODES: u32 = 1 << 22;
 
-/// A kind of message, and what becomes of its elements.
+/// A kind of message, and the handling of its elements.
 pub(super) trait Message<'t> {
     /// The element that is the message, in `<ndm>` or alone.
     const ELEMENT: &'static str;
@@ -23,9 +24,9 @@ pub(super) trait Message<'t> {
 
 /// An element that has ended.
 pub(super) struct Element<'t> {
-    /// Its name where it begins.
+    /// The name in its start tag.
     pub name: Piece<'t>,
-    /// Its text, of one that has nothing else.
+    /// The text of the element, if it contains only text.
     pub value: Option<Piece<'t>>,
 }
 
@@ -41,13 +42,14 @@ impl<'t> Element<'t> {
 pub(super) struct Open<'t>(Vec<Piece<'t>>);
 
 impl Open<'_> {
-    /// Returns whether one of them has that name.
+    /// Returns whether one of the open elements has that name.
     pub fn has(&self, element: &str) -> bool {
         self.0.iter().any(|piece| piece.text == element)
     }
 }
 
-/// The largest depth of nested elements: each element is looked for among those around it.
+/// The largest depth of nested elements: the reader searches each element among the elements around
+/// it.
 const DEEPEST: usize = 100;
 
 /// Returns the tree of a text.
@@ -82,7 +84,7 @@ pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     })
 }
 
-/// Returns the name of an element and where it begins.
+/// Returns the name of an element and the place where it begins.
 pub(crate) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     let (at, name) = (node.range().start + 1, node.tag_name().name());
     // A name may have a prefix.
@@ -141,8 +143,8 @@ pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<
     Ok(found)
 }
 
-/// Reads the messages of a kind from a document, element by element, and says where the last of
-/// them begins.
+/// Reads the messages of a kind from a document, element by element. Returns the place where the
+/// last message begins.
 pub(super) fn read<'t, M: Message<'t>>(
     document: &'t Document<'t>,
     message: &mut M,
@@ -151,11 +153,11 @@ pub(super) fn read<'t, M: Message<'t>>(
     for root in messages(document, M::ELEMENT)? {
         last = name(root);
         let Some(number) = attribute(root, "version") else {
-            return last.wrong("the message does not say its version", "write version=\"2.0\"");
+            return last.wrong("the message does not state its version", "write version=\"2.0\"");
         };
         message.version(number)?;
         let mut open = Open(vec![last]);
-        // Down, along and up the tree without calling itself: nothing limits how deep it is.
+        // The loop walks the tree without recursion, so any depth is possible.
         let mut next = root.first_element_child();
         while let Some(node) = next {
             let piece = name(node);

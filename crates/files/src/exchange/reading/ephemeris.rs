@@ -19,11 +19,11 @@ use slewkit::{Matrix3, Vector3};
 use slewkit_sky::Between;
 use std::io::Read;
 
-/// Degree of the polynomial where the segment names none: by Hermite a low orbit in steps of a
-/// minute is met within a micrometre.
+/// The degree of the polynomial if the segment does not state one. A Hermite polynomial of this
+/// degree follows a low orbit in steps of a minute within a micrometre.
 const DEGREE: usize = 7;
-/// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest
-/// polynomials on equal steps swing.
+/// The lowest degree whose curvature is nearly continuous at the rows, and the highest degree:
+/// beyond it polynomials on equal steps oscillate.
 const LOWEST: usize = 3;
 const HIGHEST: usize = 25;
 
@@ -59,11 +59,11 @@ pub struct Segment {
     pub between: Between,
 }
 
-/// Reads an OEM, as segments; `name` stands for it in messages.
+/// Reads an OEM, as segments; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: other centres than the Earth and other frames than
-/// ICRF, GCRF, EME2000, TOD, TEME and ITRF among them.
+/// The first fault, with its line. A centre other than the Earth is a fault, and so is a frame
+/// other than ICRF, GCRF, EME2000, TOD, TEME and ITRF.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     match segments(&text) {
@@ -78,7 +78,7 @@ pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diag
     }
 }
 
-/// Keys of a segment that are used, and those that need not be.
+/// Keys of a segment that are used, and keys that may be ignored.
 const KNOWN: [&str; 13] = [
     "OBJECT_NAME",
     "OBJECT_ID",
@@ -98,7 +98,7 @@ const KNOWN: [&str; 13] = [
 /// Keys above the first segment.
 const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
-/// Metadata on their way.
+/// Metadata that are being read.
 type Keys<'t> = Vec<(&'static str, Piece<'t>)>;
 
 /// The part of the file to which a line belongs.
@@ -114,9 +114,9 @@ struct Started {
     /// The segment, whose places are bytes of the text in place of lines.
     segment: Segment,
     scale: Scale,
-    /// Whether the polynomial goes through velocities as well.
+    /// Whether the polynomial also interpolates the velocities.
     hermite: bool,
-    /// The degree that it names, if it does.
+    /// The degree of interpolation that the segment states, if any.
     degree: Option<usize>,
 }
 
@@ -128,7 +128,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     }
     let (key, version) = pair(first)?;
     if !key.is("CCSDS_OEM_VERS") {
-        let reason = format!("`{}` begins another message than an OEM", cut(key.text, 30));
+        let reason = format!("`{}` begins a message other than an OEM", cut(key.text, 30));
         return key.wrong(reason, "give an orbit ephemeris: CCSDS_OEM_VERS = 2.0");
     }
     check_version(version)?;
@@ -247,7 +247,7 @@ fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
         Some(how) if how.is("LAGRANGE") => false,
         Some(how) if how.is("HERMITE") => true,
         Some(how) => {
-            let reason = format!("no orbit goes on between rows by {}", cut(how.text, 30));
+            let reason = format!("the interpolation {} between rows is not supported", cut(how.text, 30));
             return how.wrong(reason, "give LAGRANGE or HERMITE");
         }
     };
@@ -416,7 +416,7 @@ mod tests {
             ("EME2000", "TEME\nREF_FRAME_EPOCH = 2026-11-21T00:00:00", "frozen"),
             ("= UTC", "= UT1", "UT1 is not known"),
             ("OEM_VERS = 2.0", "OEM_VERS = 9.0", "version 9.0"),
-            ("CCSDS_OEM", "CCSDS_AEM", "another message"),
+            ("CCSDS_OEM", "CCSDS_AEM", "a message other than"),
             ("07:01:00 6990", "06:01:00 6990", "not after the one above"),
             ("6990 450 0", "6990 450", "a row has 6 words"),
             ("6990", "nan", "not finite"),

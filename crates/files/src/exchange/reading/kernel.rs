@@ -2,8 +2,8 @@
 //!
 //! The C-matrix leads from reference to body components: the quaternion of the file is the
 //! conjugate of ours, scalar first; rates are in reference axes. Between rows SPICE turns about one
-//! axis at one rate. Times are ticks of a clock; what a tick is, and when the clock is zero, a
-//! C-kernel does not say: it is taken from the comment area where this program has written it.
+//! axis at one rate. Times are ticks of a clock. A C-kernel states neither the length of a tick nor
+//! the zero of the clock: both are read from the comment area, if this program has written them.
 
 use super::between::Between;
 use super::rows::{Moved, Rows};
@@ -14,7 +14,7 @@ use slewkit::{Vector3, lie};
 /// Bytes of a record, and of a number.
 const RECORD: usize = 1024;
 const WORD: usize = 8;
-/// Most records of summaries that are followed.
+/// The largest number of records of summaries that are read.
 const MOST_RECORDS: usize = 1 << 16;
 
 /// The statement of the comment area about the clock and the epoch, as this program writes it.
@@ -41,7 +41,7 @@ impl Bytes<'_> {
         self.word(at).map(f64::from_le_bytes)
     }
 
-    /// Returns a whole number from zero on.
+    /// Returns a nonnegative whole number.
     fn count(&self, at: usize) -> Option<usize> {
         self.word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok())
     }
@@ -61,8 +61,8 @@ impl Bytes<'_> {
     }
 }
 
-/// A summary: its structure, frame, type, whether there are rates, and where its numbers are, by
-/// words from 1.
+/// A summary: its structure, frame and type, whether the segment has rates, and the words of its
+/// numbers, from 1.
 struct Summary {
     structure: i32,
     frame: i32,
@@ -156,7 +156,7 @@ fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
     None
 }
 
-/// Adds the rows of a segment; none where the file has less than it says.
+/// Adds the rows of a segment. Returns `None` if the file is shorter than the segment states.
 fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Result<(), Wrong>> {
     let [begin, end] = summary.words.map(|word| word.wrapping_sub(1).wrapping_mul(WORD));
     let of = |number: f64| (0.0..1e9).contains(&number).then_some(number as usize);
@@ -184,7 +184,7 @@ fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Resul
             None
         };
         let moved = Moved { quaternion, rate, open: (0.0, 0.0) };
-        // A kernel has no lines: what is wrong stands at its beginning.
+        // A kernel has no lines: errors point to its beginning.
         let here = Piece { at: 0, text: "" };
         if let Err(wrong) = rows.add(here, Number { value: tick * TICK, half_unit: 0.0 }, moved) {
             return Some(Err(wrong));

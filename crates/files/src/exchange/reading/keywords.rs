@@ -22,7 +22,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an AEM") };
     let (key, value) = pair(first)?;
     if !key.is("CCSDS_AEM_VERS") {
-        let reason = format!("`{}` begins another message than an AEM", cut(key.text, 30));
+        let reason = format!("`{}` begins a message other than an AEM", cut(key.text, 30));
         return key.wrong(reason, "give an attitude ephemeris: CCSDS_AEM_VERS = 2.0");
     }
     let version = Version::of(value)?;

@@ -32,7 +32,7 @@ pub(super) enum Attitude {
     },
     /// Three angles about these axes, from 0.
     Euler([usize; 3]),
-    /// Three angles and a rate, with this many numbers behind them that are not taken.
+    /// Three angles and a rate, followed by this many numbers that are not used.
     Spin(usize),
 }
 
@@ -78,7 +78,7 @@ const EULER: [&str; 3] = ["ANGLE_1", "ANGLE_2", "ANGLE_3"];
 const SPIN: [&str; 4] = ["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"];
 
 impl Layout {
-    /// Numbers behind the date.
+    /// Returns the number of values after the date.
     pub fn count(&self) -> usize {
         let attitude = match self.attitude {
             Attitude::Quaternion { .. } => 4,
@@ -111,7 +111,7 @@ impl Layout {
         names
     }
 
-    /// Numbers of XML: those that have names are in the order of [`Layout::names`].
+    /// Numbers of XML: named numbers are in the order of [`Layout::names`].
     pub fn of_names(mut self) -> Self {
         if let Attitude::Quaternion { scalar_first } = &mut self.attitude {
             *scalar_first = false;
@@ -199,7 +199,8 @@ impl Layout {
         if self.inverse { -(lie::rotation_from_quaternion(of_y) * rate) } else { rate }
     }
 
-    /// Returns three rates in axes of Y, and how far the readings of them are apart.
+    /// Returns three rates in axes of Y, and the difference between the possible readings of these
+    /// rates.
     fn told(&self, numbers: Vector3, of_y: &[f64; 4]) -> (Vector3, f64) {
         let in_y = |axes: Axes| match axes {
             Axes::Y => numbers,
@@ -269,7 +270,7 @@ mod tests {
     use super::{angles_of, euler, euler_rate};
     use slewkit::{Vector3, lie};
 
-    /// The rate is what the angles turn in a short time.
+    /// The rate equals the rotation by the change of the angles in a short time.
     #[test]
     fn rates_of_angles_are_those_of_the_rotation() {
         let (angles, rates) = (Vector3::new(0.3, -0.7, 1.1), Vector3::new(0.2, 0.5, -0.4));

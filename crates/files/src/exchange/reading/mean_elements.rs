@@ -1,6 +1,6 @@
 //! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0):
-//! keywords and values, XML, or JSON as catalogues give it, with numbers or texts for numbers.
-//! Elements of SGP4 about the Earth are taken, in TEME and UTC; numbers of satellites have as many
+//! keywords and values, XML, or JSON as in catalogues, with numbers or texts for numbers. Only
+//! elements of SGP4 about the Earth are read, in TEME and UTC; numbers of satellites have as many
 //! digits as they need.
 
 use super::message::date;
@@ -12,7 +12,7 @@ use serde_json::Value;
 use slewkit_sky::MeanElements;
 use std::io::Read;
 
-/// Units in which the standard has what is taken.
+/// The units of the standard for the keys that are read.
 const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION", &["rev/day"]),
     ("SEMI_MAJOR_AXIS", &["km"]),
@@ -25,7 +25,7 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION_DDOT", &["rev/day**3"]),
 ];
 
-/// Keys of the standard; what users define and covariances have are passed over.
+/// The keys of the standard; keys of users and of covariances are ignored.
 const KNOWN: [&str; 39] = [
     "CCSDS_OMM_VERS",
     "omm",
@@ -68,14 +68,14 @@ const KNOWN: [&str; 39] = [
     "SEMIMAJOR_AXIS",
 ];
 
-/// Most levels of a text in JSON that are gone into.
+/// The largest depth of a text in JSON that is read.
 const DEEPEST: usize = 12;
 
-/// Reads an OMM; `name` stands for it in messages.
+/// Reads an OMM; `name` is its name in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: elements of another theory than SGP4 and in other
-/// frames than TEME among them.
+/// The first fault, with its line. Elements of another theory than SGP4, or in another frame than
+/// TEME, are faults too.
 pub fn read_mean_elements(input: impl Read, name: &str) -> Result<MeanElements, Diagnostics> {
     let text = whole_text(input, name, "an OMM")?;
     mean_elements(&text).map_err(|wrong| resolved(wrong, name, text))
@@ -107,8 +107,8 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
     }
 }
 
-/// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects
-/// within it. Several sets of elements are refused by their names.
+/// Returns the keys and values of JSON with their places: of an object, of a list with one object,
+/// or of objects within it. Several sets of elements are refused by their names.
 fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
     let whole: Value = serde_json::from_str(text).or_else(|error| {
         let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
@@ -186,7 +186,7 @@ fn flatten(
     }
 }
 
-/// Returns the elements that the keys give. A `message` has all keys that the standard requires; a
+/// Returns the elements from the keys. A `message` has all keys that the standard requires; a
 /// record of a catalogue may lack the keys that all its records have in common.
 fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     said::check(keys, &UNITS)?;
@@ -204,7 +204,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
                 || said.part > 0 && said.key.is(key) && !key.bytes().any(|byte| byte.is_ascii_uppercase());
             !passed_over && !KNOWN.iter().any(|known| said.key.is(known))
         };
-        // XML puts everything that users define into an element of its own.
+        // XML has a separate element for all user-defined parameters.
         if let Some(said) = keys.iter().find(strange).filter(|_| keys[0].key.text != "omm") {
             let reason = format!("unknown key `{}` in an OMM", cut(said.key.text, 40));
             return said.key.wrong(reason, "check the spelling");
@@ -232,7 +232,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     }
     let teme = |frame: &Piece<'_>| ["TEME", "TEMEOFDATE", "TEME_OF_DATE"].iter().any(|known| frame.is(known));
     if let Some(frame) = word("REF_FRAME").filter(|frame| !teme(frame)) {
-        let reason = format!("the frame {} is not that of SGP4", cut(frame.text, 30));
+        let reason = format!("the frame {} is not the frame of SGP4", cut(frame.text, 30));
         return frame.wrong(reason, "give elements in REF_FRAME = TEME");
     }
     let scale = match word("TIME_SYSTEM") {
@@ -354,7 +354,7 @@ mod tests {
             (KEYWORDS, "= SGP4", "= DSST", "the theory DSST"),
             (KEYWORDS, "EPHEMERIS_TYPE = 0", "EPHEMERIS_TYPE = 4", "SGP4-XP"),
             (KEYWORDS, "= EARTH", "= MARS", "not the Earth"),
-            (KEYWORDS, "= TEME", "= EME2000", "EME2000 is not that of SGP4"),
+            (KEYWORDS, "= TEME", "= EME2000", "EME2000 is not the frame of SGP4"),
             (KEYWORDS, "[deg]", "[rad]", "the unit rad of `INCLINATION`"),
             (KEYWORDS, "BSTAR = 2e-05\n", "", "no `BSTAR`"),
             (KEYWORDS, "TIME_SYSTEM = UTC\n", "", "no `TIME_SYSTEM`"),
@@ -363,7 +363,7 @@ mod tests {
             (KEYWORDS, "MEAN_ANOMALY = 270.1", "MEAN_ANOMALY = 270.1\nMEAN_ANOMALY = 1", "given twice"),
             (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
             (KEYWORDS, "VERS = 2.0", "VERS = 7.0", "version 7.0"),
-            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "another message than an OMM"),
+            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "a message other than an OMM"),
             (KEYWORDS, "2026-324T12", "2026-367T12", "this date does not exist"),
             (XML, "rev/day", "rad/s", "the unit rad/s"),
             (XML, "<omm", "<opm", "XML"),

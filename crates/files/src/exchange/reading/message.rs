@@ -28,7 +28,7 @@ impl Version {
     }
 }
 
-/// Keys of a block of metadata, as they stand there.
+/// Keys of a block of metadata, as the file has them.
 #[derive(Debug, Default)]
 pub(super) struct Metadata<'t> {
     keys: Vec<(&'static str, Piece<'t>)>,
@@ -236,7 +236,7 @@ impl<'t> Metadata<'t> {
         }
     }
 
-    /// Returns the span that the block says it has, and the part of it that is usable.
+    /// Returns the span that the block states, and its usable part.
     fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
@@ -257,7 +257,7 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
         (Meaning::Body, Meaning::Body) => {
             let reason =
                 format!("{} and {} are both frames of the spacecraft", cut(a.text, 30), cut(b.text, 30));
-            b.wrong(reason, "give the attitude of one of them against a reference frame")
+            b.wrong(reason, "give the attitude of one of them relative to a reference frame")
         }
         (Meaning::Unknown, Meaning::Unknown) => Ok((false, true)),
         (Meaning::Body, _) | (Meaning::Unknown, _)
@@ -275,7 +275,7 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
     }
 }
 
-/// When the data of a block begin and end.
+/// The times at which the data of a block begin and end.
 #[derive(Clone, Debug)]
 struct Span {
     span: [Epoch; 2],
@@ -293,17 +293,17 @@ pub(super) struct Block {
     names: [String; 2],
     /// The byte at which the reference is named.
     named_at: usize,
-    /// Whether no name says which of the two is the body.
+    /// Whether the names do not determine which of the two is the body.
     guessed: bool,
     span: Span,
     between: Between,
     /// A note if the named interpolation between rows is not used.
     note: Option<String>,
-    /// Name and number of what turns.
+    /// Name and number of the object that turns.
     object: [String; 2],
 }
 
-/// Beyond this degree polynomials on equal steps swing.
+/// The highest degree: beyond it polynomials on equal steps oscillate.
 const HIGHEST: usize = 25;
 
 /// Returns a moment in the scale of the block.
@@ -318,8 +318,8 @@ pub(super) fn half_second(date: &str) -> f64 {
     half_unit(clock.rsplit(':').next().unwrap_or(clock))
 }
 
-/// Readings of rates that differ by less are one: what single precision leaves of a rate of a
-/// radian a second [rad/s].
+/// Rates that differ by less count as equal: the round-off of single precision for a rate of a
+/// radian per second [rad/s].
 const ONE_RATE: f64 = 1e-7;
 
 impl Block {

@@ -3,8 +3,8 @@
 //!
 //! Values are converted to our convention: body to reference, scalar first, rates in body axes in
 //! rad/s. Every error has its line. A file is read completely before any of it is used.
-//! [`Attitudes::not_taken`] lists the statements of the file that are not used. Beside the rows
-//! stand the limits of its digits, its blocks and its spans.
+//! [`Attitudes::not_taken`] lists the statements of the file that are not used. The result also has
+//! the uncertainty of the printed digits, the blocks and the spans of the file.
 
 mod between;
 pub(crate) mod elements;
@@ -46,29 +46,29 @@ pub struct Attitudes {
     /// The attitudes from body to reference, `[w, x, y, z]`, of length 1, of one sign along the
     /// rows.
     pub quaternion: Vec<[f64; 4]>,
-    /// The angular velocities against the reference frame, body axes [rad/s]; empty if the file has
-    /// no rates that can be interpreted.
+    /// The angular velocities relative to the reference frame, body axes [rad/s]; empty if the file
+    /// has no rates that can be interpreted.
     pub rate: Vec<Vector3>,
     /// The line of each row, from 1.
     pub line: Vec<usize>,
-    /// The blocks of rows that the file has, and what it says of the motion between their rows.
+    /// The blocks of rows in the file, each with the stated interpolation between its rows.
     pub blocks: Vec<Block>,
-    /// Rows at which a block begins that does not begin where the one above ends: nobody may
-    /// interpolate from the row before.
+    /// Rows at which a block begins that does not begin where the block before it ends: the motion
+    /// from the row before must not be interpolated.
     pub breaks: Vec<usize>,
     /// The uncertainty that the printed digits leave; zero for times if the steps are equal.
     pub rounding: Rounding,
     /// Half a unit of the last digit of the printed times \[s\].
     pub printed_time: f64,
-    /// The time of the first row, if times count from a zero of their own \[s\].
+    /// The time of the first row, if the file has its own zero of time \[s\].
     pub begins: Option<f64>,
-    /// The moment of the first row, where the file says.
+    /// The moment of the first row, if the file states it.
     pub epoch: Option<Epoch>,
     /// The name of the reference frame in the file.
     pub reference_frame: Option<String>,
     /// The name of the body frame in the file.
     pub body_frame: Option<String>,
-    /// The line at which it names the frames.
+    /// The line at which the file names the frames.
     pub frames_line: Option<usize>,
     /// The statements of the file that are not used, and the questions that it leaves open, a
     /// sentence each without its point.
@@ -100,10 +100,11 @@ impl Attitudes {
     }
 }
 
-/// Reads attitudes; what kind of file it is its first signs say. `name` stands for it in messages.
+/// Reads attitudes from a file whose kind follows from its first bytes. `name` is the name of the
+/// file in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line.
+/// The first fault, with its line.
 pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnostics> {
     let bytes = whole(input, name)?;
     if bytes.starts_with(KERNEL) {
@@ -132,8 +133,8 @@ pub struct AttitudeTold {
 }
 
 /// Reads the attitude of a moment, `seconds` after `epoch`. An APM has one attitude, which must
-/// belong to that moment. In all other files the attitude is interpolated as the file declares.
-/// Times of tables count from the epoch. `name` stands for the file in messages.
+/// belong to that moment. The attitude in all other files is interpolated as the file declares.
+/// Times of tables count from the epoch. `name` is the name of the file in messages.
 ///
 /// # Errors
 /// Returns the first fault with its line, or a moment that the file does not have.
@@ -184,8 +185,8 @@ pub fn read_attitude_at(
         (None, begins) => seconds - begins.unwrap_or(0.0),
     };
     let last = found.time.last().copied().unwrap_or(0.0);
-    // A time that misses the span by no more than its digits or a sum of seconds leave open is
-    // inside.
+    // A time that misses the span by no more than its printed digits, or than the round-off of a
+    // sum of seconds, is inside.
     let inside = if time.abs() <= found.printed_time.max(SAME_MOMENT) { 0.0 } else { time };
     let inside = if (inside - last).abs() <= found.printed_time.max(SAME_MOMENT) { last } else { inside };
     let Some(quaternion) = found.at(inside) else {
@@ -264,7 +265,7 @@ fn kind(text: &str) -> Option<&str> {
     names.take(2).find(|name| !name.eq_ignore_ascii_case("ndm"))
 }
 
-/// Descriptions of the messages without attitudes, and of those that are not read.
+/// Descriptions of messages without attitudes, and of messages that are not read.
 const OTHERS: [(&str, &str, &str); 8] = [
     (
         "APM",
@@ -296,7 +297,7 @@ fn read(text: &str) -> Result<Rows, Wrong> {
     }
     let kind = kind(text);
     let other = OTHERS.iter().find(|(name, ..)| kind.is_some_and(|kind| kind.eq_ignore_ascii_case(name)));
-    // An `<ndm>` may have an `<aem>` behind what it begins with.
+    // An `<ndm>` may contain an `<aem>` after another message.
     if let Some((_, what, remedy)) = other.filter(|_| !start.contains("<aem") && !start.contains(":aem")) {
         let at = kind.map_or(first, |kind| kind.as_ptr() as usize - text.as_ptr() as usize);
         return wrong(at, 3, format!("this is {what}"), *remedy);
@@ -343,7 +344,7 @@ fn wrong<T>(
     Err(Wrong { span: (at, at + length), reason: reason.into(), remedy: remedy.into() })
 }
 
-/// A number, and half a unit of the last digit that is printed of it.
+/// A number, and half a unit of its last printed digit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Number {
     /// The value.
@@ -351,7 +352,7 @@ pub(crate) struct Number {
     half_unit: f64,
 }
 
-/// A piece of the text and where it begins.
+/// A piece of the text and the byte at which it begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<'t> {
     /// The byte at which it begins.
@@ -367,7 +368,7 @@ impl<'t> Piece<'t> {
         Self { at: self.at + lead, text: self.text.trim() }
     }
 
-    /// Returns whether it is this word, in upper or lower case.
+    /// Returns whether the piece equals this word, in upper or lower case.
     pub(crate) fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
@@ -377,7 +378,7 @@ impl<'t> Piece<'t> {
         wrong(self.at, self.text.len(), reason, remedy)
     }
 
-    /// Words between blanks.
+    /// Returns the words between blanks.
     pub(crate) fn words(self) -> Vec<Self> {
         let words = self.text.split_ascii_whitespace();
         words

@@ -48,8 +48,8 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
     };
     let written = needed("EPOCH")?.value;
     let moment = date(written, scale)?;
-    // The keys of the part that has the attitude; in version 1.0 all keys are one part, with a
-    // letter before their names.
+    // The keys of the part that has the attitude. All keys of version 1.0 belong to one part, and
+    // have a letter before their names.
     let start =
         said::get(keys, "Q1").or_else(|| said::get(keys, "ANGLE_1")).or_else(|| said::get(keys, "X_ANGLE"));
     let Some(start) = start else {

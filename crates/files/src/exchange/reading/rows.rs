@@ -1,4 +1,4 @@
-//! Rows in our convention on their way into the result.
+//! Collects the rows of a file in our convention.
 
 use super::between::{Between, Block};
 use super::{Attitudes, Number, Piece, Wrong, wrong};
@@ -8,15 +8,16 @@ use slewkit::Vector3;
 use slewkit::numerics::figures::{short, significant};
 use slewkit::verify::Rounding;
 
-/// The latest time that a row may have, and less its sign the earliest \[s\].
+/// The latest time that a row may have \[s\]; the earliest is its negative.
 const LATEST: f64 = 1e12;
-/// Steps that are equal to this part of themselves are equal: their times are what is printed.
+/// Steps with relative differences below this count as equal, so that their times have no
+/// uncertainty.
 const EQUAL: f64 = 1e-9;
 
-/// A row before it is one of ours.
+/// A row that is read, before it is converted to a row of [`Attitudes`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moved {
-    /// Body to reference, `[w, x, y, z]`, as long as the digits make it.
+    /// Body to reference, `[w, x, y, z]`, not yet normalised.
     pub quaternion: [f64; 4],
     /// Body axes [rad/s].
     pub rate: Option<Vector3>,
@@ -38,7 +39,7 @@ pub(super) struct Rows {
     pub object: Option<[String; 2]>,
     /// The largest difference of a length from 1, and the row.
     defect: (f64, usize),
-    /// The uncertainty from the digits, in the row that has most of them.
+    /// The uncertainty from the digits, in the row that has the most digits.
     open: Option<Rounding>,
     /// Whether the rates of the file have two meanings that differ.
     two_readings: bool,
@@ -47,7 +48,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Adds a row; `time` counts from anything.
+    /// Adds a row; `time` has an arbitrary zero.
     pub fn add(&mut self, at: Piece<'_>, time: Number, row: Moved) -> Result<(), Wrong> {
         let Moved { quaternion, rate, open } = row;
         let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -111,8 +112,8 @@ impl Rows {
         Ok(())
     }
 
-    /// The first row of a block at the time of the last one of the block above: the same attitude,
-    /// and one row is enough.
+    /// Checks the first row of a block at the time of the last row of the block before it: both
+    /// must have the same attitude, and one row is kept.
     fn shared(&self, at: Piece<'_>, quaternion: [f64; 4], open: f64) -> Result<(), Wrong> {
         let before = self.found.quaternion.last().copied().unwrap_or_default();
         let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
@@ -123,7 +124,7 @@ impl Rows {
         at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
     }
 
-    /// Tells what is not taken, once.
+    /// Records a statement that is not used, once.
     pub fn note(&mut self, text: String) {
         if !self.found.not_taken.contains(&text) {
             self.found.not_taken.push(text);
@@ -186,7 +187,7 @@ impl Rows {
         Ok(self.found)
     }
 
-    /// Leaves out what blocks say of the motion between their rows and cannot be done with these.
+    /// Removes stated interpolations that the rows of their block do not allow.
     fn settle_between(&mut self) {
         let mut notes = Vec::new();
         for block in &mut self.found.blocks {
@@ -216,8 +217,8 @@ impl Rows {
         let time = &self.found.time;
         let mean = time[time.len() - 1] / (time.len() - 1) as f64;
         let equal = time.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= EQUAL * mean);
-        // Rounded components show in the lengths: of numbers such as 0.6 and 0.8 with few digits
-        // nothing is left open.
+        // Rounded components change the lengths of quaternions. Numbers such as 0.6 and 0.8 have
+        // few digits and no uncertainty.
         let attitude = open.attitude.min(SHOWN * self.defect.0 + SHOWN * f64::EPSILON);
         Rounding { attitude, rate: open.rate, time: if equal { 0.0 } else { open.time } }
     }

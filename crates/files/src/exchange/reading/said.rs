@@ -12,7 +12,7 @@ pub(super) struct Said<'t> {
     pub key: Piece<'t>,
     pub value: Piece<'t>,
     pub unit: Option<Piece<'t>>,
-    /// The number of the part that the key stands in: what begins anew with each mark of a block.
+    /// The number of the part that contains the key: each mark of a block begins a new part.
     pub part: usize,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
         }
         let (key, value) = pair(line)?;
         if found.is_empty() && !key.is(opening) {
-            let reason = format!("`{}` begins another message than an {kind}", cut(key.text, 30));
+            let reason = format!("`{}` begins a message other than an {kind}", cut(key.text, 30));
             return key.wrong(reason, format!("give an {kind}: {opening} = 2.0"));
         }
         if found.len() > 1 && key.is(opening) {
@@ -65,7 +65,7 @@ pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Ke
     let mut found = Keys::new();
     let root = elements::name(message);
     let Some(version) = elements::attribute(message, "version") else {
-        return root.wrong("the message does not say its version", "write version=\"2.0\"");
+        return root.wrong("the message does not state its version", "write version=\"2.0\"");
     };
     found.push(Said { key: root, value: version, unit: None, part: 0 });
     let leaves = message.descendants().filter(|node| node.is_element() && *node != message);
@@ -92,7 +92,7 @@ pub(super) fn get<'t>(keys: &Keys<'t>, name: &str) -> Option<Said<'t>> {
     keys.iter().find(|said| said.key.is(name) && !said.value.text.is_empty()).copied()
 }
 
-/// Returns a key that must be there.
+/// Returns a required key.
 pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong> {
     if let Some(found) = get(keys, name) {
         return Ok(found);
@@ -105,7 +105,7 @@ pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong>
 pub(super) fn check(keys: &Keys<'_>, units: &[(&str, &[&str])]) -> Result<(), Wrong> {
     for (index, said) in keys.iter().enumerate() {
         let same = |before: &&Said<'_>| before.part == said.part && before.key.is(said.key.text);
-        // Parts are short, and keys of one part stand together.
+        // Parts are short, and the keys of a part are consecutive.
         if keys[..index]
             .iter()
             .rev()

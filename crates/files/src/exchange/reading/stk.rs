@@ -19,7 +19,7 @@ const FORMATS: [(&str, bool, Rates); 4] = [
 const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
-/// Returns whether a file begins as such files do.
+/// Returns whether the beginning of a file is the beginning of an STK attitude file.
 pub(super) fn begins(start: &str) -> bool {
     start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("stk.v."))
 }
@@ -123,7 +123,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Keywords that say nothing of the attitudes.
+/// Keywords that do not concern the attitudes.
 const KNOWN: [&str; 4] = ["BlockingFactor", "CentralBody", "MessageLevel", "TimeFormat"];
 
 fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {

@@ -9,7 +9,7 @@ use crate::cells::{self, separator};
 use crate::spec::cut;
 use slewkit::Vector3;
 
-/// Columns that are taken, with their names in our own tables.
+/// Columns that are used, with their names in our own tables.
 const TIME: &str = "time_s";
 const QUATERNION: [&str; 4] = ["quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"];
 const RATE_RAD: [&str; 3] =
@@ -79,7 +79,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Returns lines that are neither blank nor comments. A tab at either end is of a cell.
+/// Returns lines that are neither blank nor comments. A tab at either end belongs to a cell.
 fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
     let blank = [' ', '\r', '\n'];
     let lines = text.split_inclusive('\n').scan(0, move |at, line| {
@@ -96,7 +96,7 @@ fn cells(line: Piece<'_>, sign: Option<char>) -> Result<Vec<Piece<'_>>, Wrong> {
     let found = cells::cells(line.text, sign)
         .or_else(|reason| line.wrong(reason, "put a cell between two quotes, or none"))?;
     let piece = |cell: cells::Cell<'_>| {
-        // Names and numbers hold no quotes: what a cell says stands in the line as it is.
+        // Names and numbers contain no quotes, so the text of a cell is a part of the line.
         let end = (cell.start + cell.text.len()).min(line.text.len());
         let text = line.text.get(cell.start..end).unwrap_or_default();
         Piece { at: line.at + cell.start, text }.trimmed()

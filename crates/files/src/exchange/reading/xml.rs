@@ -6,7 +6,7 @@ use super::rows::Rows;
 use super::{Number, Piece, Wrong};
 use crate::spec::cut;
 
-/// A row on its way.
+/// A row whose elements are being read.
 #[derive(Default)]
 struct Row<'t> {
     date: Option<Piece<'t>>,

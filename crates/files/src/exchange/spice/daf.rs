@@ -25,7 +25,7 @@ pub(super) struct Segment {
     pub name: String,
     /// First and last time.
     pub bounds: [f64; 2],
-    /// Structure, reference frame, type, whether there are rates.
+    /// Structure, reference frame, type, and whether the segment has rates.
     pub integers: [i32; 4],
     /// The array.
     pub numbers: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Daf {
     pub kind: &'static str,
     /// The internal name.
     pub name: String,
-    /// Lines for people.
+    /// Lines of comments.
     pub comment: Vec<String>,
     pub segment: Segment,
 }
@@ -51,7 +51,8 @@ impl Daf {
         let begin = (summaries + 1) * RECORD / 8 + 1;
         let end = begin + self.segment.numbers.len() - 1;
         let word = |value: usize| {
-            i32::try_from(value).map_err(|_| io::Error::other("more numbers than such a file can hold"))
+            i32::try_from(value)
+                .map_err(|_| io::Error::other("the motion has more numbers than a C-kernel can hold"))
         };
         let (summary_record, begin, end, free) = (word(summaries)?, word(begin)?, word(end)?, word(end + 1)?);
 

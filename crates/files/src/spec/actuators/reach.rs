@@ -3,11 +3,11 @@
 use slewkit::Vector3;
 use slewkit::mechanics::{Actuation, ActuatorSet};
 
-/// A part of the length of an axis that counts as nothing.
+/// The part of the length of an axis that counts as zero.
 const NOTHING: f64 = 1e-9;
 
-/// Describes, as in "nothing turns the body about (0, 0, -1)", a direction in which the inputs
-/// have no effect, if torques or forces alone lack one.
+/// Describes a direction in which the inputs have no effect, as in "nothing turns the body about
+/// (0, 0, -1)", if torques or forces do not reach every direction.
 pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     if actuation.reaches_every_direction(moves) {
         return None;

@@ -24,7 +24,7 @@ struct Thruster {
     price: f64,
 }
 
-/// A lever shorter than this, relative to the distance from the mass center, gives no torque.
+/// A lever shorter than this, relative to the distance from the mass center, produces no torque.
 const NO_LEVER: f64 = 1e-9;
 
 /// Returns the inputs of the thrusters, and the price of each.

@@ -11,9 +11,9 @@ use std::path::Path;
 
 /// The time at which an attitude of a file is needed, and the frames that it must have.
 pub(in super::super) struct Moment<'a> {
-    /// When the maneuver begins.
+    /// The moment at which the maneuver begins.
     epoch: Option<Epoch>,
-    /// Seconds from there; `None` where nobody knows before it is planned.
+    /// The seconds from the epoch to the attitude; `None` if only the plan determines them.
     seconds: Option<f64>,
     reference_frame: Option<&'a str>,
     body_frame: Option<&'a str>,

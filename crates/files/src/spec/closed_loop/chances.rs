@@ -33,8 +33,8 @@ fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// Checks a limit of the actuators under `key`: whether they have it and torques may be held back
-/// of it.
+/// Checks a limit of the actuators under `key`: the actuators must have it, and a reserve of it
+/// must be possible.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -51,7 +51,7 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// Returns the chances of limits; each needs something uncertain.
+/// Returns the chances of limits; each needs an uncertainty.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
@@ -61,7 +61,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // In a spec that slew wrote, the margin is that of the chance.
+        // The margin in a spec that slew wrote is the margin that the chance requires.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
@@ -138,8 +138,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// Returns the chance that any of several limits is exceeded at any time: those that are named, or
-/// all constraints without a chance of their own.
+/// Returns the chance that any of several limits is exceeded at any time. The limits are named, or
+/// they are all constraints without an individual chance.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {

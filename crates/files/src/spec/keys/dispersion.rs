@@ -16,8 +16,8 @@ pub(crate) const SPREADS: &[&str] =
 
 tables! {
     pub(crate) static DISPERSION {
-        /// Seed of the random numbers. Those of a case depend only on the seed and the number of
-        /// the case.
+        /// Seed of the random numbers. The draws of a case depend only on the seed and the number
+        /// of the case.
         "seed": Count(0, i64::MAX), needed "seed = 1";
         /// Number of cases.
         "cases": Count(1, MOST_CASES), needed "cases = 1000";

@@ -68,7 +68,7 @@ tables! {
         /// Mass; required if the body moves, unless its shape gives it.
         "mass_kg": Number(q::MASS);
         /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor
-        /// signs: three rows, or a diagonal of three. Default: that of the shape.
+        /// signs: three rows, or a diagonal of three. Default: the inertia of the shape.
         "inertia_kg_m2": Inertia;
         /// Shape: it gives the inertia and the gravity of the body. A body without a shape
         /// attracts to second order in its size.
@@ -213,8 +213,8 @@ tables! {
         BODY_NAME;
         /// The axis, body axes.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// The direction whose component along the axis is observed, reference frame; the period
-        /// is that of the upward passages through zero.
+        /// The direction whose component along the axis is observed, reference frame; the period is
+        /// the time between upward passages through zero.
         "direction_reference": Vector(q::COMPONENT), needed "direction_reference = [0, 0, 1]";
         /// Mean period over the whole motion.
         "period_s": Table(&TOLERANCED), needed "period_s = { value = 60, tolerance = 1e-3 }";

@@ -1,4 +1,4 @@
-//! Whether the rows of a table of positions are an orbit, and near enough to one another.
+//! Checks that the rows of a table of positions lie on an orbit and are near enough to one another.
 //!
 //! Velocities are an independent check. The motion about a point mass leads from each row to the
 //! next one and to the middle between the two, except for the effect of the Earth's flattening,
@@ -13,10 +13,10 @@ use slewkit_sky::{Table, two_body};
 /// The allowed error of positions in addition to the flattening \[m\]: other bodies, drag and
 /// digits within some minutes.
 const ALLOWED: f64 = 100.0;
-/// Off by more than this part of its distance a polynomial is no orbit.
+/// The relative error of the distance above which a polynomial is not an orbit.
 const ELSEWHERE: f64 = 1e-3;
 
-/// A line, a reason, and what to do.
+/// A line, a reason, and a remedy.
 type Apart = (usize, String, &'static str);
 
 /// Checks the rows that the maneuver needs, up to `ahead` \[s\]; `line` has the line of each of

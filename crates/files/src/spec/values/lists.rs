@@ -6,10 +6,11 @@ use crate::spec::quantity::{ELAPSED, Quantity};
 use crate::spec::{Limits, Node, Value, show};
 use slewkit::mechanics::ActuatorSet;
 
-/// Most inputs of one kind, and so the longest list of numbers that can make sense.
+/// The largest number of inputs of one kind, which is also the length of the longest meaningful
+/// list of numbers.
 const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 
-/// Most boresights or directions of one constraint.
+/// The largest number of boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
 /// Reads every element; returns all values, or all errors.
@@ -27,7 +28,8 @@ pub(crate) fn each<I, T>(
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// Returns the elements of a list; `what` they are and a `sample` where the value is none.
+/// Returns the elements of a list. If the value is not a list, the message names the expected
+/// elements (`what`) and shows the `sample`.
 fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     match &node.value {
         Value::Array(items) => Ok(items),
@@ -80,15 +82,13 @@ pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
 
 /// Reads an inertia: three rows, or the diagonal.
 pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
-    let items = match &node.value {
-        Value::Array(items)
-            if !items.is_empty() && !items.iter().any(|item| matches!(item.value, Value::Array(_))) =>
-        {
-            items
-        }
-        _ => return rows(node, quantity),
+    let is_array = |item: &Node| matches!(item.value, Value::Array(_));
+    let count = match &node.value {
+        Value::Array(items) if items.is_empty() || items.iter().any(is_array) => return rows(node, quantity),
+        Value::Array(items) => items.len(),
+        _ => 0,
     };
-    if items.len() == 6 {
+    if count == 6 {
         let reason = "six numbers do not determine the sign convention of the products of inertia";
         let remedy = "write the whole matrix with tensor signs: \
                       [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
@@ -139,7 +139,8 @@ pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     }
 }
 
-/// One limit for all, or a list: `count` of them if that is known, else at most [`MAX_AXES`].
+/// Reads one limit for all inputs, or a list of limits: `count` of them if that is known, otherwise
+/// at most [`MAX_AXES`].
 pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(limit(node, quantity)?)) };
     if let Some(count) = count {
@@ -161,8 +162,8 @@ pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
 }
 
-/// Returns a square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
-/// `what` they are, one for each of which.
+/// Reads a square matrix, written as n numbers (its diagonal) or as n rows of n numbers. Returns
+/// its rows. In messages `what` names the numbers, and `which` the items that have one number each.
 pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
@@ -197,7 +198,7 @@ pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> 
     each(items, |item| vector(item, quantity))
 }
 
-/// Most intervals in which a constraint acts.
+/// The largest number of intervals in which a constraint is active.
 pub(crate) const MAX_INTERVALS: usize = 1000;
 
 /// Returns a list of intervals of time \[s\], one after another.

@@ -38,13 +38,13 @@ impl Names {
             (x, y + (row + 1.0) * (size + 2.0))
         };
         let mut places = rows.flat_map(|row| [at(row, false), at(row, true)]);
-        // Where all places are taken, one beside the object is.
+        // If all places are occupied, the name is next to the object.
         let place = places.find(|place| self.is_free(*place, name, size)).unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place
     }
 
-    /// Takes the place of a text that begins there, if it is free.
+    /// Reserves the place of a text, if it is free.
     pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
         let free = self.is_free(place, name, size);
         if free {

@@ -31,7 +31,7 @@ pub struct EqualError {
     pub method: Name,
     /// The meaning of the numbers below; for the step the bound is reversed.
     pub bound: Bound,
-    /// The step \[s\]; `None` where no step brings the method to the horizon.
+    /// The step \[s\]; `None` if no step brings the method to the horizon.
     pub step_s: Option<f64>,
     /// Evaluations of the potential.
     pub force_evaluations: Option<f64>,
@@ -39,9 +39,9 @@ pub struct EqualError {
     pub time_s: Option<f64>,
     /// The meaning of the ratios; `None` if they are unknown.
     pub ratio_bound: Option<Bound>,
-    /// The ratio of its evaluations to those of the first method.
+    /// The ratio of its evaluations to the evaluations of the first method.
     pub force_evaluation_ratio: Option<f64>,
-    /// The ratio of its time to that of the first method.
+    /// The ratio of its time to the time of the first method.
     pub time_ratio: Option<f64>,
 }
 
@@ -51,7 +51,8 @@ const LEVELS: usize = 5;
 const LOWEST: f64 = 1e-13;
 
 /// Returns round errors between the largest and the smallest error of the first method at the
-/// longest horizon, largest first, thinned to a few. Empty if it has one error or none.
+/// longest horizon, largest first, thinned to a few. Empty if the first method has fewer than two
+/// errors.
 pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();

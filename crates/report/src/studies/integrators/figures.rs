@@ -10,8 +10,8 @@
 //! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `evaluations_precision`, `work_precision` | – |
 //!
 //! Two of its observations cannot be reproduced with any initial data. The implicit midpoint rule
-//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy
-//! error is near that of the variational method, not near that of the explicit rule.
+//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy error
+//! is near the error of the variational method, not near the error of the explicit rule.
 
 use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
@@ -74,7 +74,7 @@ impl Outline {
     }
 }
 
-/// Returns the name of a method in the legends, with the survey's where it has one.
+/// Returns the name of a method in the legends, with its name in the survey if it has one.
 fn label(kind: Kind) -> String {
     let survey = match kind {
         Kind::LieVerlet => "\nLGVI in the survey",
@@ -100,8 +100,8 @@ pub const FIGURES: [&str; 10] = [
     "work_precision",
 ];
 
-/// Returns all figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the
-/// others are points.
+/// Returns all figures, in the order of [`FIGURES`]. `outlines` has the outlines of the first
+/// bodies; bodies without an outline are points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let trajectories = Drawn { title, study, found }.trajectories(outlines);
     let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));
@@ -109,7 +109,7 @@ pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Ou
     all.map(|(name, svg)| Figure { name, svg }).collect()
 }
 
-/// Returns all but the trajectories; those over time only where `found` has histories.
+/// Returns all figures except the trajectories; figures over time only if `found` has histories.
 pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'static str, Chart)> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
@@ -158,7 +158,7 @@ impl Drawn<'_> {
         self.chart_over_time(title, Axis::logarithmic(unit), of)
     }
 
-    /// Returns the methods that drift most lie below, so that the others are seen.
+    /// Returns the chart of the total energy over time, a band for each method.
     fn energy_over_time(&self) -> Chart {
         let of = |history: &History| {
             let band = history.moments.iter().map(|moment| (moment.time, moment.energy.0, moment.energy.1));
@@ -287,7 +287,7 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) 
 }
 
 /// Returns the index of the pose at the end of the first revolution of the first body, about the
-/// second one or the origin; the last index where it is not completed.
+/// second one or the origin; the last index if the revolution is not completed.
 fn revolution(path: &Path) -> usize {
     let count = path.poses[0].len();
     let arm = |index: usize| {

@@ -19,7 +19,7 @@ pub struct History {
     pub step: f64,
     /// Energy at the start \[J\].
     pub start_energy: f64,
-    /// Stretches of equal length in order; those without a sample are left out.
+    /// Stretches of equal length in order; stretches without a sample are left out.
     pub moments: Vec<Moment>,
 }
 

@@ -13,8 +13,8 @@
 //! them: the comparison of section 3.4 of the survey, its figures 2 and 3.
 //!
 //! A ratio of work needs its error level and its horizon: the energy error of a symplectic method
-//! is bounded and that of others grows, so every such ratio grows with the horizon. On short
-//! smooth arcs methods of high order need less work.
+//! is bounded, and the energy error of other methods grows, so every such ratio grows with the
+//! horizon. Methods of high order need less work on short smooth arcs.
 
 mod at_equal_error;
 pub mod figures;
@@ -42,7 +42,7 @@ use thiserror::Error;
 /// The methods, steps and horizons of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// The methods; the work of all is compared with that of the first.
+    /// The methods; the work of each is compared with the work of the first.
     pub kinds: Vec<Kind>,
     /// Their steps \[s\], longest first.
     pub steps: Vec<f64>,
@@ -108,7 +108,7 @@ pub enum StudyError {
         /// The horizon \[s\].
         horizon: f64,
     },
-    /// More steps than anyone waits for.
+    /// The horizon needs too many steps.
     #[error(
         "{steps:.1e} steps of {} s to the horizon {} s are too many: at most {:.0e} are allowed",
         short(*step), short(*horizon), Study::STEPS
@@ -139,7 +139,8 @@ pub struct StudyProgress {
     pub kind: Kind,
     /// Step of the current run \[s\].
     pub step: f64,
-    /// Runs done, and in all; each is made once to watch it and again to time it.
+    /// The numbers of finished runs and of all runs; each is made once to record its errors and
+    /// once to time it.
     pub runs: (usize, usize),
 }
 
@@ -165,9 +166,9 @@ pub struct WorkPrecision {
 }
 
 impl Study {
-    /// Most methods, steps, horizons or levels.
+    /// The largest number of methods, steps, horizons or levels.
     pub const COUNT: usize = 32;
-    /// Most steps to a horizon.
+    /// The largest number of steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
     /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM),
@@ -175,9 +176,10 @@ impl Study {
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// Builds the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a
-    /// tenth and a hundredth of it, to the nearest whole number of the longest step; levels are
-    /// chosen. Short motions have shorter steps and fewer horizons. Both are in seconds.
+    /// Builds a study of the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`. The
+    /// horizons are `duration`, a tenth and a hundredth of it, rounded to a whole number of the
+    /// longest steps. The program chooses the levels. Short motions have shorter steps and fewer
+    /// horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];

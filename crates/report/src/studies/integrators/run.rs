@@ -9,7 +9,7 @@ use slewkit::numerics::figures::short;
 use slewkit::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
 use std::ops::ControlFlow;
 
-/// States looked at to the longest horizon, about; evenly spaced.
+/// The approximate number of sampled states to the longest horizon, evenly spaced.
 const SAMPLES: u64 = 200_000;
 
 /// The number of steps between two checks of the clock and of a stop.
@@ -20,7 +20,7 @@ const SHORT: f64 = 0.02;
 /// A run is not repeated after this time \[s\].
 const LONG: f64 = 1.0;
 
-/// Most repetitions of a run.
+/// The largest number of repetitions of a run.
 const MOST_REPEATS: u32 = 100;
 
 /// A method with a step, to a horizon.
@@ -33,7 +33,7 @@ pub struct IntegratorRun {
     pub step_s: f64,
     /// The horizon \[s\].
     pub horizon_s: f64,
-    /// Steps to it.
+    /// The number of steps to the horizon.
     pub steps: u64,
     /// The errors of conserved quantities; `None` if the method did not reach this horizon.
     #[serde(flatten)]
@@ -189,7 +189,7 @@ impl Setup<'_> {
         Ok(Measured { rows: (0..horizons.len()).map(row).collect(), stopped })
     }
 
-    /// Looks at the states on the way.
+    /// Samples the states during the run.
     fn observe(
         &self,
         scales: &Scales,
@@ -225,7 +225,7 @@ impl Setup<'_> {
         Ok(End::Reached)
     }
 
-    /// Returns the time to each of `horizons`, nothing but steps; `None` when stopped.
+    /// Returns the time of the steps alone to each of `horizons`; `None` when stopped.
     fn time(
         &self,
         horizons: &[u64],
@@ -238,7 +238,7 @@ impl Setup<'_> {
                 let chunk = (horizon - done).min(64 * CHUNK);
                 let began = thread_time();
                 for _ in 0..chunk {
-                    // It came so far before: equal inputs, equal outputs.
+                    // The first run reached this step, and equal inputs give equal outputs.
                     if method.step(&[]).is_err() {
                         break;
                     }

@@ -1,4 +1,4 @@
-//! The errors of one state, relative to what stood at the start.
+//! The errors of one state relative to the start.
 
 use slewkit::Vector3;
 use slewkit::mechanics::full_body::invariants;

@@ -1,4 +1,4 @@
-//! The comparison as text, for people.
+//! The comparison as text.
 
 use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;
@@ -53,7 +53,7 @@ fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, le
     table(&rows, left).iter().try_for_each(|line| writeln!(f, "  {line}"))
 }
 
-/// Cells of a run; one that fails has the reason for its third and last.
+/// Returns the cells of a run. The third and last cell of a failed run is the reason.
 pub fn run_row(run: &IntegratorRun) -> Vec<String> {
     let mut row = vec![run.method.to_string(), short(run.step_s)];
     match &run.errors {

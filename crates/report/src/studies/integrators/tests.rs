@@ -51,8 +51,8 @@ fn study() -> Study {
 }
 
 /// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in
-/// Python whose norms and samples are not on record: what is not an energy is compared to a factor
-/// of two, and round-off as such.
+/// Python whose norms and samples are not on record. Values other than energies are therefore
+/// compared to a factor of two, and round-off only as round-off.
 #[test]
 fn four_methods_on_two_dumbbells_meet_an_independent_table() {
     let (system, start) = dumbbells();
@@ -89,7 +89,8 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         assert!(momentum.map_or(drift < 1e-13, |expected| like(drift, expected)), "{method} {errors:?}");
         assert!(errors.linear_momentum_error_max < 1e-13, "{method}: only differences of positions act");
     }
-    // One evaluation a step and one at the start, two, two, and as many as iterations.
+    // The numbers of evaluations: one for each step and one at the start; two for each step; or one
+    // for each iteration.
     for (method, evaluations) in [("lie_verlet", 15_001), ("crouch_grossman_2", 30_000)] {
         assert_eq!(row(&found, method, 0.02, 300.0).force_evaluations, evaluations);
     }
@@ -162,7 +163,7 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
     let fourth = row(9, "rkmk4");
     assert_eq!((fourth.bound, fourth.ratio_bound), (Bound::AtMost, Some(Bound::AtMost)));
     assert!((fourth.time_ratio.unwrap() - 2_f64.powf(2.5)).abs() < 1e-12, "{fourth:?}");
-    // Neither gets there: nothing follows.
+    // Neither method reaches this horizon, so no ratio follows.
     assert_eq!(row(24, "explicit_midpoint").ratio_bound, None);
     assert_eq!(row(24, "explicit_midpoint").time_ratio, None);
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The costs of all that solved are equal within [`Agreement::COST_TOLERANCE`].
+    /// The costs of all solved runs are equal within [`Agreement::COST_TOLERANCE`].
     Agree,
     /// They are not: two extremals, or an error.
     Disagree,
@@ -20,9 +20,9 @@ pub enum Verdict {
 
 /// The agreement of the answers of shooting and SCP. A number is absent if one of the answers is.
 ///
-/// Costates are compared at every node, in scaled units, relative to the largest, and only
-/// between answers with one path. With a symmetry (a sensitivity matrix without full rank) the
-/// costates of one extremal are not unique, and may differ.
+/// Costates are compared at every node, in scaled units, relative to the largest, and only between
+/// answers with one path. If the problem has a symmetry (a sensitivity matrix without full rank),
+/// the costates of one extremal are not unique, and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// Whether the costs agree.
@@ -31,7 +31,7 @@ pub struct Agreement {
     pub cost: Option<f64>,
     /// Duals of the convex iteration before polish against the shooting's costates.
     pub duals_before_polish: Option<f64>,
-    /// Multipliers after polish against the shooting's costates.
+    /// The difference between the multipliers after polish and the shooting's costates.
     pub duals_after_polish: Option<f64>,
     /// The difference of the duals before polish and the multipliers after it.
     pub polish_change: Option<f64>,
@@ -61,7 +61,7 @@ impl Agreement {
     const COST_FLOOR: f64 = 1e-6;
 }
 
-/// Compares the answers; `settings` are those of the shooting.
+/// Compares the answers; `settings` are the settings of the shooting.
 pub(super) fn of(
     problem: &Problem,
     settings: &Settings,

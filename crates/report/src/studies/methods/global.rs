@@ -27,11 +27,11 @@ pub struct Global {
     pub lower_bound: f64,
     /// Cost of the plan of the discrete problem.
     pub cost: f64,
-    /// Cost without limits and constraints, where there are any.
+    /// Cost without limits and constraints, if the maneuver has any.
     pub cost_without_limits: Option<f64>,
-    /// `(cost − lower_bound)/cost`: what may still be gained, at most.
+    /// `(cost − lower_bound)/cost`: the largest possible gain.
     pub gap: f64,
-    /// The part of the gap that comes from the relaxation: the gap without limits.
+    /// The part of the gap that the relaxation causes: the gap without limits.
     pub gap_without_limits: f64,
     /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise
     /// the bound is loose, or a cheaper maneuver exists.

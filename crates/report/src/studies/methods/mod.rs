@@ -1,19 +1,18 @@
 //! The methods side by side on one discrete problem.
 //!
-//! Three answers to the same discrete conditions, each found without the others:
+//! Three methods solve the same discrete conditions independently:
 //!
 //! - **shooting**: Newton on the costates, forward and backward sweeps of the extremal;
 //! - **scp**: sequential convex programming, to its own convergence on the requested grid. The
-//!   duals of its last subproblem serve as costates; its result contains nothing of Newton's
-//!   method;
-//! - **scp + polish**: SCP as a plan takes it, ended by the interior point.
+//!   duals of its last subproblem serve as costates; its result does not use Newton's method;
+//! - **scp + polish**: SCP as a plan uses it, with a final solve by the interior point.
 //!
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
 //! the second method starts the first. [`Agreement`] measures the difference.
 //!
 //! A maneuver has several extremals, and the methods search differently. If they find different
-//! ones, the methods with a costlier one, or with none, start again from the cheapest, so that
-//! one extremal is compared; [`MethodRun::by_itself`] has their own results.
+//! extremals, the methods with a costlier extremal, or without one, start again from the cheapest,
+//! so that one extremal is compared; [`MethodRun::by_itself`] has their own results.
 //!
 //! # What does `slew compare` compare?
 //!
@@ -112,7 +111,7 @@ pub struct MethodRun {
     pub terminal: Option<TerminalError>,
     /// Largest residual of the conditions of Karush, Kuhn and Tucker, scaled.
     pub stationarity: Option<f64>,
-    /// Conjugate points, where they are counted.
+    /// The number of conjugate points, if they are counted.
     pub conjugate_points: Option<usize>,
     /// Rotation sense of the path.
     pub sense: Option<Sense>,
@@ -128,7 +127,7 @@ pub struct MethodRun {
     pub costates_0: Vec<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
-    /// The motion, where the method reached the end; in no file.
+    /// The motion, if the method reached the end; it is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
@@ -266,7 +265,7 @@ impl Answer {
         self.converged() && agreement::same_extremal(problem, self.solution(), other)
     }
 
-    /// Takes a second run, if it came to the extremal that it was shown.
+    /// Replaces the run by a second run, if this converged to the given extremal.
     fn again(&mut self, problem: &Problem, plan: Plan, shown: &Solution) {
         let second = Self::first(plan);
         if second.is(problem, shown) {

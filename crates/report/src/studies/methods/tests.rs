@@ -39,8 +39,8 @@ fn compared(problem: &Problem) -> Comparison {
     found
 }
 
-/// Returns the violated figures in words. The iteration without Newton finds minima only:
-/// `minimum` says whether it must converge.
+/// Returns the violated figures in words. The iteration without Newton finds minima only: `minimum`
+/// states whether it must converge.
 fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
     let mut unmet = Vec::new();
     let mut claim = |holds: bool, what: String| {
@@ -100,8 +100,7 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
         if problem.objective.switches() || problem.seeks_duration() {
             continue;
         }
-        // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its
-        // time.
+        // A hundred nodes show as much as several hundred, and every subproblem takes time.
         let steps = problem.steps.min(200);
         let mut problem = problem.with_steps(steps);
         problem.name = name.clone();
@@ -131,7 +130,8 @@ fn reference_slew(share: Option<f64>) -> Problem {
     share.map_or(free.clone(), |share| limited(&free, share))
 }
 
-/// Returns the same with every input limited to a share of the largest of the plan without limits.
+/// Returns the problem with every input limited to a part of its largest value in the plan without
+/// limits.
 fn limited(free: &Problem, share: f64) -> Problem {
     let plan = plan::plan(free, &Settings::discrete(), None, &mut Silent).unwrap();
     let peak = plan.solution.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
@@ -141,7 +141,7 @@ fn limited(free: &Problem, share: f64) -> Problem {
     free.clone().with_actuation(Actuation::torques(channel))
 }
 
-/// Costs of theory.md, section 9 and 10, from another program.
+/// Costs from another program.
 #[test]
 fn the_reference_costs_come_from_every_method() {
     for (share, cost, digits) in [
@@ -153,7 +153,7 @@ fn the_reference_costs_come_from_every_method() {
         assert_eq!(unmet(&found, true), Vec::<String>::new(), "{share:?}");
         for run in found.methods.iter().filter(|run| run.status != Standing::DoesNotApply) {
             let off = run.cost.unwrap() / cost - 1.0;
-            // Without Newton the tolerance of the iteration applies.
+            // The tolerance of the iteration applies if no Newton iteration follows.
             let allowed = if run.method == Contender::Scp { COST } else { digits + 2e-13 };
             assert!(off.abs() < allowed, "{:?} {share:?}: off by {off:e}", run.method);
         }
@@ -232,7 +232,7 @@ fn what_does_not_apply_or_does_not_solve_is_told_as_such() {
     assert!(shooting.reason.is_some() && shooting.cost.is_none());
     assert_eq!(unmet(&found, true), Vec::<String>::new());
     assert!(found.agreement.from_duals.is_none());
-    // Far below the mean rate nothing can be found.
+    // No plan can be found far below the mean rate.
     let rule = slewkit::maneuver::constraint::Rule::RateNorm(0.5);
     let slow = reference_slew(None)
         .with_constraint(slewkit::maneuver::constraint::Constraint { rule, ..constraint });
@@ -292,7 +292,7 @@ mod bounded {
         let found = global(&shipped("rest_120"), &Settings::discrete(), Some(4), &mut Silent).unwrap();
         assert!(!found.same_grid && found.steps == 4 && found.tight);
         assert!(found.lower_bound <= found.cost && found.gap < 1e-6);
-        // On its own grid the maneuver is another discrete problem: 10.69, not 9.54.
+        // The maneuver on its own grid is another discrete problem: 10.69, not 9.54.
         assert!((found.cost - 9.543).abs() < 1e-3);
         let same =
             global(&shipped("rest_120").with_steps(4), &Settings::discrete(), None, &mut Silent).unwrap();

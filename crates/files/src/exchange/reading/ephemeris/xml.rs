@@ -5,7 +5,7 @@ use super::super::{Piece, Wrong};
 use super::{HEADER, Keys, Segment, Started, add, check_version, started};
 use crate::spec::cut;
 
-/// Elements of a state vector: where it is used, its unit.
+/// Elements of a state vector, each with its unit if it is used.
 const STATE: [(&str, &str); 10] = [
     ("EPOCH", ""),
     ("X", "km"),
@@ -19,13 +19,13 @@ const STATE: [(&str, &str); 10] = [
     ("Z_DDOT", "km/s**2"),
 ];
 
-/// The number of them that a state must have.
+/// The number of elements that a state must have.
 const NEEDED: usize = 7;
 
 /// The segments that have been read, and the one that is being read.
 #[derive(Default)]
 struct Reading<'t> {
-    /// Whether there has been an `<oem>`.
+    /// Whether an `<oem>` has been read.
     begun: bool,
     keys: Keys<'t>,
     segment: Option<Started>,
