@@ -57,7 +57,7 @@ impl Watch {
 
 impl Observer for Watch {
     fn on_progress(&mut self, progress: &Progress) -> Control {
-        let Progress { rung, start, steps, elapsed, part } = progress;
+        let Progress { rung, start, steps, elapsed, part, .. } = progress;
         let stop = self.stops(rung.name(), start, *steps as u64, *elapsed, part);
         if stop { Control::Stop } else { Control::Continue }
     }
