@@ -385,6 +385,8 @@ pub enum Rung {
     CoarseToFine,
     /// Descent on paths from a path between the boundary states.
     Descent,
+    /// Lifted Newton from the nodes of a path, or of an extremal without limits.
+    Lifted,
     /// Newton with the saturated law, from an extremal without limits or from the interior point.
     Saturated,
     /// Sequential convex programming.
@@ -414,6 +416,7 @@ impl Rung {
             Self::Newton => "newton",
             Self::CoarseToFine => "coarse_to_fine",
             Self::Descent => "descent",
+            Self::Lifted => "lifted",
             Self::Saturated => "saturated",
             Self::Scp => "scp",
             Self::Polish => "polish",

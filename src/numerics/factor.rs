@@ -78,6 +78,11 @@ impl<const N: usize> Factor<N> {
         }
         x
     }
+
+    /// Returns whether the matrix was singular to the tolerance of [`Factor::new`].
+    pub fn is_singular(&self) -> bool {
+        matches!(self, Self::PseudoInverse(_))
+    }
 }
 
 /// Applies `matrix⁻¹` to the first `count` columns of `right`, in place and in arrays of fixed

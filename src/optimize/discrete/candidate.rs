@@ -10,8 +10,8 @@
 //! taken so far. It holds what the method that made it knows, and the rest follows: from the first
 //! costate by the sweep, from poses by inverse dynamics. A shooting candidate is one costate, a
 //! path around a cone is poses alone. `Method::improve(candidate, budget) -> Attempt` is the whole
-//! interface: shooting, coarse to fine, descents on paths, the interior point and SCP
-//! are its implementations, so a search that wants another method adds a line. Drawing
+//! interface: shooting, coarse to fine, descents on paths, the lifted Newton, the interior point
+//! and SCP are its implementations, so a search that wants another method adds a line. Drawing
 //! limits in is not one of them: its result is a candidate within
 //! *wider* limits, which is no candidate of the maneuver.
 

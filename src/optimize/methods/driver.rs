@@ -7,7 +7,7 @@
 //!
 //! `methods/driver.rs` holds its `Solver` implementation; the iterations know only a trait of three
 //! methods. A numerical failure is an `Outcome` in the iteration, not an `Err`, because argmin
-//! drops iterate and history on `Err`. It drives shooting, SCP and its polish alike.
+//! drops iterate and history on `Err`. It drives shooting, lifted Newton, SCP and its polish alike.
 //! Whether a driver library is worth its place for four iterations is a matter of opinion: it
 //! brings limits and termination, and the module can be replaced without touching a line of
 //! mathematics. So argmin is a feature. Without it a plain loop drives the same trait, and a test

@@ -4,6 +4,7 @@ pub(crate) mod continuation;
 pub(crate) mod descent;
 pub(crate) mod driver;
 pub(crate) mod interior_point;
+pub(crate) mod lifted;
 pub(crate) mod method;
 pub(crate) mod scp;
 pub(crate) mod shooting;

@@ -27,7 +27,6 @@ pub struct Linearization<const N: usize> {
 /// One step taken with a given costate: where it leads and what it demands of the costate before.
 pub(crate) struct Transition<const N: usize> {
     /// The state after the step.
-    #[cfg(test)]
     pub end: Point,
     /// `λ_{k−1}` that belongs to `λ_k`.
     pub costate_before: SVector<f64, N>,
@@ -49,12 +48,7 @@ impl Dynamics {
         let linear_kick = self.linear_kick::<N>(&end.pose(), &Costate::from_vector(costate));
         let linear = self.matrices::<N>(&drift, &between, &linear_kick, weight);
         let costate_before = self.drift_costate_back::<N>(&drift, &between).to_vector();
-        Ok(Transition {
-            #[cfg(test)]
-            end,
-            costate_before,
-            linear,
-        })
+        Ok(Transition { end, costate_before, linear })
     }
 
     /// The drift of a step, the state after its kick, and the costate between the two.

@@ -117,6 +117,13 @@ impl Descent<'_> {
         let path = Path::of(&setting, candidate.states.iter().map(Point::pose).collect())?;
         Some((setting, path))
     }
+
+    /// States and costates of all nodes of a path by inverse dynamics, for the lifted Newton.
+    #[cfg(test)]
+    pub fn lifted(&self, candidate: Candidate) -> Option<Candidate> {
+        let (setting, path) = self.path::<6, 3>(&candidate)?;
+        Some(path.into_candidate(&setting, candidate))
+    }
 }
 
 /// The iteration.

@@ -218,7 +218,8 @@ impl<const D: usize> Path<D> {
         self.gradient.iter().zip(&direction.zeta).map(|(g, zeta)| g.dot(zeta)).sum()
     }
 
-    /// States and costates of all nodes; the first costate is λ₋₁ of the sweep.
+    /// States and costates of all nodes, as the lifted Newton takes them; the first costate is λ₋₁
+    /// of the sweep.
     pub fn into_candidate<const N: usize>(
         mut self,
         setting: &Setting<N, D>,

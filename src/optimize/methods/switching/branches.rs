@@ -18,8 +18,9 @@
 //! and of so many bases the first and the cheapest are tipped.
 //! `cargo run --release -p evidence -- dearer thorough` counts: for eight of 300 random maneuvers
 //! the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may part
-//! below the ε at which they are compared: where the best is no quicker than the turn about a fixed
-//! axis, which is known in closed form, the search becomes a thorough one.
+//! below the ε at which they are compared: one whose symmetry leaves an input unused is tipped once
+//! more at the last ε, and where the best is no quicker than the turn about a fixed axis, which is
+//! known in closed form, the search becomes a thorough one.
 //! `cargo run --release -p evidence -- minimum_time plain` counts. To let tipped starts go down on
 //! half of the intervals, since most lead to an extremal that is known, is quicker and lost a
 //! branch of one public case and of a box. Their bias is left before the last level of ε, when
@@ -35,7 +36,7 @@
 //! its own grid and its error series is even in the step. Where two inputs switch together the arc
 //! between them stays in the equations without length: five lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_durations};
+use super::base::{Turn, bases, by_durations, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
@@ -60,6 +61,14 @@ pub(crate) struct SearchRequest {
     pub thoroughness: Thoroughness,
     /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
     pub arcs: bool,
+}
+
+/// Distinct extremals at a small ε.
+pub(super) struct Branches {
+    /// The best first.
+    pub found: Vec<Smoothed>,
+    /// Those of the maneuver backwards that few intervals hold from its own start alone.
+    pub one_way: Vec<Smoothed>,
 }
 
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted,
@@ -171,14 +180,6 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
     })
 }
 
-/// Distinct extremals at a small ε.
-pub(super) struct Branches {
-    /// The best first.
-    pub found: Vec<Smoothed>,
-    /// Those of the maneuver backwards that few intervals hold from its own start alone.
-    pub one_way: Vec<Smoothed>,
-}
-
 /// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of
 /// the same backwards: what a search of one misses, that of the other finds as a rule. What Newton
 /// does not find of these from here is brought to its limit there.
@@ -232,13 +233,17 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
         distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
     };
     let mut from = each(&|turn| bases(extremal, turn, all, work));
-    let rival = RIVAL_BASE * least(extremal, &from);
-    from.retain(|one| one.cost(extremal) <= rival);
+    // Thrusters that push unequally turn the body the more the longer a first path takes.
+    if from.is_empty() && extremal.middle.norm() > 0.0 {
+        let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
+        let carried = |near: &Smoothed| unbalanced(extremal, near, work);
+        from = each(&|turn| bases(&balanced, turn, false, work).iter().filter_map(carried).collect());
+    }
     let found = descended(extremal, ask, &from, work);
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;
     }
-    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, work));
+    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, true, work));
     descended(extremal, ask, &more, work)
 }
 

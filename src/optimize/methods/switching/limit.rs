@@ -52,8 +52,8 @@ impl BranchEnd {
     pub(super) fn reversed(self, extremal: &Extremal, work: &Work) -> Option<Self> {
         let arcs = polish(extremal, self.arcs?.arcs.reversed(extremal), work)?;
         let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
-        let exact = arcs.is_exact(extremal);
-        exact.then(|| Self::of(&reversed(&self.branch), reversed(&self.smooth), vec![arcs], true))
+        let limit = Self::of(&reversed(&self.branch), reversed(&self.smooth), vec![arcs], true);
+        limit.is_exact(extremal).then_some(limit)
     }
 
     /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such
@@ -90,6 +90,11 @@ impl BranchEnd {
     /// What it costs: its duration where only time counts.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |found| found.arcs.cost(extremal))
+    }
+
+    /// Whether every input is where the maximum principle wants it.
+    pub fn is_exact(&self, extremal: &Extremal) -> bool {
+        self.arcs.as_ref().is_some_and(|arcs| arcs.is_exact(extremal))
     }
 
     pub fn name(&self) -> &'static str {

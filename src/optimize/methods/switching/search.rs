@@ -106,6 +106,13 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     }
     for rival in rivals.iter().filter(near).take_while(|_| !work.stopped()) {
         limits.push(end_game(extremal, rival, ask, work));
+        // Branches may part below the ε at which they were compared.
+        if ask.thoroughness != Thoroughness::Quick
+            && rests_on_a_symmetry(extremal, rival)
+            && let Some(tipped) = tipped(extremal, rival, work)
+        {
+            limits.push(end_game(extremal, &tipped, ask, work));
+        }
     }
     found.extend(extremal, limits);
     if ask.arcs && impulses::are_of_use(extremal, found.limits.first(), work) {
@@ -115,12 +122,23 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
+/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it
+/// is a saddle.
+fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
+    let size = |input: usize| {
+        let nodes = branch.path.nodes.iter();
+        nodes.map(|node| extremal.switching(input, &node.e).abs()).fold(0.0, f64::max)
+    };
+    let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    extremal.seeks_time() && sizes.iter().any(|size| *size <= NOTHING * largest)
+}
+
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
-    // Newton may go to arcs of a dearer branch; they are better than none.
-    let (mut best, mut of_another): (Option<Certified>, Option<Certified>) = (None, None);
+    let mut best: Option<Certified> = None;
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         _ if fuel => MOST_DESCENTS_FUEL,
@@ -145,9 +163,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
             if exact && is_limit(extremal, &found.arcs, &at) {
                 return BranchEnd::of(rival, at, vec![found], true);
             }
-            if exact && !fuel {
-                of_another.get_or_insert(found);
-            } else if best.as_ref().is_none_or(|known| found.gap < known.gap) {
+            if best.as_ref().is_none_or(|known| found.gap < known.gap) {
                 best = Some(found);
             }
         }
@@ -161,7 +177,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if fuel {
         return fuel_limit(extremal, rival, at, best, ask, work);
     }
-    let mut all = Vec::from_iter(of_another);
+    let mut all = Vec::new();
     if let Some(best) = best {
         let small = best.is_small(extremal);
         all.extend(if small { vec![best] } else { refined(extremal, best, work) });
@@ -170,10 +186,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if all.last().is_some_and(|best| best.is_small(extremal) && is_limit(extremal, &best.arcs, &at)) {
         return BranchEnd::of(rival, at, all, true);
     }
-    let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
-        Ok(end) => end,
-        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
-    };
+    let (Ok(smooth) | Err(smooth)) = descend(extremal, &at, LAST, &Bias::default(), work);
     let smooth = match &extremal.law {
         TorqueLimit::Norm(_) => turning(extremal, smooth, work),
         TorqueLimit::Inputs(_) => settle(extremal, smooth, SMALLEST, work),

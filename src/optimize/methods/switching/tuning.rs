@@ -61,14 +61,14 @@ pub(super) mod paths {
     pub const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
     pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
+    /// The least that a level leaves to the motion, where the inputs work without any.
+    pub const ABOVE_IDLE: f64 = 0.25;
+
     /// ε of a first path where the duration is given: so large that fuel hardly counts.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
     /// Under a limit of the norm the costate over ε that gives a torque is sought up to this size.
     pub const LARGEST_COSTATE: f64 = 32.0;
-
-    /// How often a bracket is halved.
-    pub const HALVINGS: usize = 40;
 
     /// Residual of a smoothed extremal that another one starts from.
     pub const RELAXED: f64 = 1e-3;
@@ -114,9 +114,6 @@ pub(super) mod branches {
     /// ε falls no further with it.
     pub const SMALL: f64 = 0.1;
     pub const SMALLEST_ANGLE: f64 = 0.03;
-
-    /// A base that costs more than the best by this is no rival.
-    pub const RIVAL_BASE: f64 = 1.15;
 
     /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a
     /// symmetry has that along axes of the body as a rule, and what lies along them as well tips

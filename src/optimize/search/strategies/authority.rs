@@ -4,7 +4,7 @@
 //! # How is the best way found?
 //!
 //! Where an axis has no input, the weight of inverse dynamics is infinite. Descents then work with
-//! a little authority about every axis, lowered in steps, and the interior point ends with the true
+//! a little authority about every axis, lowered in steps, and the lifted Newton ends with the true
 //! one. Authority that is taken away only makes a branch dearer: the lowest branch is always
 //! followed next, and one that is dearer than a plan found needs no following. Uneven weights (a
 //! ratio of more than a hundred) are evened and brought back in the same way, beside descents with

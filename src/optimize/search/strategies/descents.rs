@@ -2,8 +2,8 @@
 //!
 //! # How is the best way found?
 //!
-//! A minimum of an unstable body, where single shooting amplifies, is descended again on the
-//! requested grid, and is a plan of the chain there. The coarse grid resolves how fast a field may swing the body, and not only the turn
+//! The lifted Newton is also what carries a minimum of an unstable body, where single shooting
+//! amplifies. The coarse grid resolves how fast a field may swing the body, and not only the turn
 //! asked for: on 32 steps the cheapest plan of a stiff pendulum does not exist. No count of starts
 //! makes the lowest cost found the global minimum: how often it is the best known is counted
 //! (`cargo run --release -p evidence -- families`).
@@ -16,6 +16,7 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Dynamics;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::descent::Descent;
+use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::asked::{is_of_the_sense, lowest};
 use crate::optimize::search::ladder::Search;
@@ -27,8 +28,9 @@ use crate::optimize::search::strategies::authority::Authority;
 use crate::optimize::search::strategies::minima::{Minima, SAME_MINIMUM};
 use crate::optimize::search::strategies::shots::shoot;
 
-/// What a descent on the coarse grid may leave of the cost, relative.
-const DESCENT_TOLERANCE: f64 = 1e-9;
+/// What a descent on the coarse grid may leave of the cost, relative; and the tolerance of the
+/// lifted Newton, which the shooting polishes.
+pub const DESCENT_TOLERANCE: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
 /// cheapest.
 pub const MARGIN: f64 = 0.15;
@@ -78,7 +80,7 @@ pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     let most = most_minima(search.problem);
     for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(most) {
         if !search.stopped() {
-            arrive(search, pool, minimum);
+            arrive(search, pool, &coarse, minimum);
         }
     }
 }
@@ -189,11 +191,19 @@ pub fn descended<const N: usize>(
     search.context.attempt(Rung::Descent, &descent, start)
 }
 
-/// From a minimum on the coarse grid to its extremal there, by the shooting, which an unstable body
-/// may forbid.
-fn arrive<const N: usize>(search: &Search<N>, pool: &mut Pool<N>, minimum: Attempt) {
+/// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body
+/// may forbid, else by the lifted Newton.
+fn arrive<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    minimum: Attempt,
+) {
     let near = |cost: f64| (cost - minimum.cost).abs() <= SAME_BRANCH * minimum.cost;
-    if !shoot(search, pool, Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
+    let (path, rung) = (&minimum.candidate, Rung::Descent);
+    if !shoot(search, pool, rung, path.clone()).is_some_and(near)
+        && !lift_nodes(search, pool, coarse, path.clone()).is_some_and(near)
+    {
         pool.lose(minimum);
     }
 }
@@ -231,7 +241,7 @@ fn narrow<const N: usize>(
         if authority == Authority::Missing
             && !rough
             && level > 0
-            && shoot(search, pool, Rung::Descent, minimum.candidate.clone()).is_some_and(near)
+            && lift_nodes(search, pool, coarse, minimum.candidate.clone()).is_some_and(near)
         {
             continue;
         }
@@ -260,4 +270,17 @@ fn narrow<const N: usize>(
             open.push((level, next));
         }
     }
+}
+
+/// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the
+/// extremal.
+fn lift_nodes<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    nodes: Candidate,
+) -> Option<f64> {
+    let newton = LiftedNewton { bvp: coarse, tolerance: DESCENT_TOLERANCE, patience: 1 };
+    let lifted = search.context.attempt(Rung::Lifted, &newton, nodes);
+    if lifted.converged() { shoot(search, pool, Rung::Lifted, lifted.candidate) } else { None }
 }

@@ -1,6 +1,7 @@
 //! The rung of least effort in a given duration on the chain: by the interior point, or by SCP
 //! where the settings request it. It is the only road, or the last resort behind the shooting.
 
+use crate::Vector3;
 use crate::flight::{Excess, Flight};
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::{Method, Thoroughness};
@@ -24,6 +25,7 @@ use crate::optimize::search::starts::{self, paths};
 use crate::optimize::search::strategies::chains::{
     along, carry, descend, optimised, relaxed, relaxed_paths, resampled,
 };
+use crate::optimize::search::strategies::seeds;
 
 /// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort
 /// its miss says more where something is limited, and that of the shooting where nothing is.
@@ -74,14 +76,28 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     {
         descend(search, found, &coarse, seed);
     }
-    for seed in seeds.into_iter().flat_map(|(_, seed)| detours(problem, seed)) {
-        descend(search, found, &coarse, seed);
+    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best
+    // plan may lie near none of those paths.
+    let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
+    for (cost, seed) in seeds {
+        let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
+        let hopeless = bounds && found.plans().iter().any(cheaper);
+        if hopeless || search.stopped() {
+            continue;
+        }
+        for seed in detours(problem, seed) {
+            descend(search, found, &coarse, seed);
+        }
     }
-    // SCP has its paths for comparison; more of them take seconds.
-    if search.context.settings.search == Thoroughness::Thorough
-        && search.context.settings.method != Method::Scp
-    {
-        from_paths(search, found, Starts::all(), &relaxed, &coarse);
+    match search.context.settings.search {
+        Thoroughness::Quick => {}
+        // SCP has its paths for comparison; more of them take seconds.
+        _ if search.context.settings.method == Method::Scp => {}
+        Thoroughness::Default => from_bent(search, found, &coarse),
+        Thoroughness::Thorough => {
+            from_bent(search, found, &coarse);
+            from_paths(search, found, Starts::all(), &relaxed, &coarse);
+        }
     }
     // What goes the other way round is told where nothing goes as asked.
     found.reorder(|mut plans| {
@@ -91,6 +107,21 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
         plans
     });
     carry(search, found, &coarse);
+}
+
+/// Solves from turns about a fixed axis and coasts, bent to several sides.
+fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    if search.problem.ends_in_any_attitude() {
+        return;
+    }
+    for path in seeds::of(search, coarse.model.steps, search.context.settings.search) {
+        for seed in detours(search.problem, path) {
+            if search.stopped() {
+                return;
+            }
+            descend(search, found, coarse, seed);
+        }
+    }
 }
 
 /// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones

@@ -1,4 +1,4 @@
-//! The rung of the maneuver without limits: ballistic starts, descents on paths.
+//! The rung of the maneuver without limits: ballistic starts, descents on paths, the lifted Newton.
 //!
 //! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high
 //! rates and then rank wrongly: every one that may be the cheapest is carried to the requested

@@ -27,7 +27,7 @@ impl<const N: usize> Steps<N> {
     const LADDER: [&'static dyn Climb<N>; 8] = [
         // guess
         &given::Given,
-        // newton and descent
+        // newton, descent and lifted
         &extremals::Extremals,
         // saturated, and interior_point where only the shooting is asked for
         &saturated::Saturated,
@@ -39,7 +39,7 @@ impl<const N: usize> Steps<N> {
         &shortest::Shortest,
         // the plan of a guess beside all of these
         &given::Beside,
-        // descent, from a saddle
+        // descent and lifted, from a saddle
         &further::Further,
     ];
 }

@@ -4,26 +4,34 @@
 //!
 //! On the requested grid an extremal may satisfy all conditions at its nodes and still not be
 //! reached from λ₋₁, because round-off of the costates grows along the way. Then the nodes are the
-//! plan: the chain takes their path, which is nearly optimal, and writes states, inputs and
-//! multipliers of every step.
+//! plan: the chain takes their path, which is optimal already, and writes states, inputs and
+//! multipliers of every step. Where the Newton stalls because the last of the authority leaves the
+//! problem nearly singular, the interior point goes on from the path of the minimum.
 
 use crate::maneuver::solution::{Outcome, Rung};
 use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::strategies::authority::WIDENED;
 use crate::optimize::search::strategies::chains::optimised_near;
-use crate::optimize::search::strategies::descents::{NARROW, SAME_BRANCH, descended, descends_on};
+use crate::optimize::search::strategies::descents::{
+    DESCENT_TOLERANCE, NARROW, SAME_BRANCH, descended, descends_on,
+};
 use crate::optimize::search::strategies::shots::shoot_fine;
 
 /// The same on the requested grid.
 const FINE_TOLERANCE: f64 = 1e-14;
+/// How often the lifted Newton may take its iterations on the requested grid: the valley from the
+/// last authority to none is long.
+const PATIENCE: usize = 4;
 /// Levels through which a path goes on the requested grid.
 const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
-/// Most steps of a descent on the requested grid: it keeps the matrices of every step.
+/// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of
+/// every step.
 pub const MOST_STEPS: usize = 20_000;
 
 /// From a path on the requested grid to a minimum there, and to its extremal.
@@ -38,14 +46,25 @@ pub fn descend_on_requested_grid<const N: usize>(search: &Search<N>, found: &mut
     }
     let within = if all { SAME_BRANCH } else { NARROW };
     let near = |cost: f64| (cost - minimum.cost).abs() <= within * minimum.cost;
-    if !shoot_fine(search, found, Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
+    if all && shoot_fine(search, found, Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
+        return;
+    }
+    let newton = LiftedNewton { bvp: &fine, tolerance: DESCENT_TOLERANCE, patience: PATIENCE };
+    let lifted = search.context.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
+    if lifted.converged() {
+        if !shoot_fine(search, found, Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
+            replay(search, found, &lifted.candidate);
+        }
+    } else if !all {
+        // What is singular without the last of the authority stops a Newton on all nodes, and the
+        // interior point not.
         replay(search, found, &minimum.candidate);
     }
 }
 
-/// A minimum of the requested grid that the shooting cannot follow from its start, where round-off
-/// of the costates grows along the way or authority is missing: as a plan of the chain, which holds
-/// the states of all nodes.
+/// An extremal of the requested grid that the shooting cannot follow from its start, where
+/// round-off of the costates grows along the way: as a plan of the chain, which holds the states of
+/// all nodes. Or what is made of a path there.
 fn replay<const N: usize>(search: &Search<N>, found: &mut Found<N>, nodes: &Candidate) {
     if search.ask.convex && !search.stopped() {
         let chain = search.chain(search.problem.steps);
