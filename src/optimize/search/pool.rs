@@ -14,6 +14,8 @@ pub(super) struct Pool<const N: usize> {
     waiting: Vec<Attempt>,
     /// Costates of all that were met.
     met: Vec<SVector<f64, N>>,
+    /// Starts that have led to an extremal, new or known.
+    arrived: Vec<String>,
     /// Minima, or extremals as paths, that no extremal of the requested grid was found near.
     lost: Vec<Attempt>,
     /// Extremals that are too dear for the requested grid.
@@ -26,6 +28,7 @@ impl<const N: usize> Pool<N> {
     /// Adds an extremal, once.
     pub fn add(&mut self, extremal: Attempt) {
         let coarse = &extremal.candidate;
+        self.arrived.push(coarse.provenance.start.clone());
         let costate = coarse.costate::<N>();
         // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
         let effective = coarse.sensitivity().map_or(costate, |psi| effective(&psi, &costate));
@@ -44,6 +47,11 @@ impl<const N: usize> Pool<N> {
     /// Extremals that wait for the requested grid.
     pub fn waiting(&self) -> &[Attempt] {
         &self.waiting
+    }
+
+    /// Whether a start has led to an extremal.
+    pub fn has_arrived(&self, start: &str) -> bool {
+        self.arrived.iter().any(|arrived| arrived == start)
     }
 
     /// Hands over what waits for the requested grid.

@@ -119,10 +119,12 @@ impl Descent<'_> {
     }
 
     /// States and costates of all nodes of a path by inverse dynamics, for the lifted Newton.
-    #[cfg(test)]
     pub fn lifted(&self, candidate: Candidate) -> Option<Candidate> {
-        let (setting, path) = self.path::<6, 3>(&candidate)?;
-        Some(path.into_candidate(&setting, candidate))
+        if self.translates {
+            self.path::<12, 6>(&candidate).map(|(setting, path)| path.into_candidate(&setting, candidate))
+        } else {
+            self.path::<6, 3>(&candidate).map(|(setting, path)| path.into_candidate(&setting, candidate))
+        }
     }
 }
 

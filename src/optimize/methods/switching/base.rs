@@ -33,7 +33,7 @@ use super::smooth::{Path, Smooth, Smoothed, descend};
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
 use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
-use super::tuning::{FAR_ITERATIONS, NOTHING, SAME};
+use super::tuning::{FAR_ITERATIONS, VANISHED};
 use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
@@ -136,7 +136,7 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     while !holds(high) && high < largest {
         (low, high) = (high, 2.0 * high);
     }
-    while high - low > SAME * high.max(first) {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if holds(middle) { high = middle } else { low = middle }
     }
@@ -180,7 +180,7 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 }
 
 /// A smoothed extremal at its own ε, from a path near it.
-fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
+pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
@@ -290,7 +290,7 @@ pub(super) fn by_durations(
 /// but by smoothing. So the factor is taken at which the Hamiltonian vanishes; where more time
 /// would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
-    let shortest = NOTHING * from.path.duration;
+    let shortest = VANISHED * from.path.duration;
     let mut found = scaled(extremal, &from, work);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
     let _ = follow(&STRETCHING, from, ended, |at, length| {

@@ -36,7 +36,7 @@ use super::arcs::Arcs;
 use super::branches::SearchRequest;
 use super::certificate::Certified;
 use super::extremal::{Bias, Extremal};
-use super::limit::{BranchEnd, bounded, laid, polish, refined};
+use super::limit::{BranchEnd, bounded, laid, polish, refined, tipped};
 use super::smooth::{Intervals, Smoothed, descend, descend_by, settle};
 use super::tuning::arcs::MOST_SWITCHES;
 use super::tuning::limits::*;
@@ -65,8 +65,10 @@ pub(super) fn fuel_limit(
         return BranchEnd::of(rival, at, all, taken);
     }
     // At the smallest ε that it is found for, on intervals that follow its inputs.
-    let (Ok(settled) | Err(settled)) =
-        descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work);
+    let settled = match descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work) {
+        Ok(end) => end,
+        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
+    };
     let settled = settle(extremal, settled, SMALLEST, work);
     // Newton may have gone to arcs of a dearer branch, however small their gap.
     let of_branch =

@@ -13,8 +13,8 @@ use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
-use super::tuning::smooth::ENOUGH;
-use super::tuning::{MET, NEAR_ITERATIONS, NOTHING, SAME, SMALLER};
+use super::tuning::smooth::MANY;
+use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
 use super::work::Work;
 use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
@@ -32,7 +32,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> B
         found.eigenaxis = eigenaxis::duration(extremal);
     }
     let slow =
-        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
+        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - GAINED));
     let saddle = |best: &BranchEnd| {
         let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
         exact.is_some_and(|found| is_saddle(extremal, &found.arcs))
@@ -64,7 +64,7 @@ fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, 
         let of_quicker = search_here(&quicker, ask, work);
         found.branches += of_quicker.branches;
         // A motion that is slower by a factor takes inputs that are smaller by its square.
-        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - NOTHING);
+        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - GAINED);
         let slowed = of_quicker.limits.iter().filter(cheaper);
         found.extend(extremal, slowed.filter_map(|limit| long::followed(extremal, limit, work)));
     }
@@ -131,14 +131,15 @@ fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
     };
     let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    extremal.seeks_time() && sizes.iter().any(|size| *size <= NOTHING * largest)
+    extremal.seeks_time() && sizes.iter().any(|size| *size <= UNUSED * largest)
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
-    let mut best: Option<Certified> = None;
+    // Newton may go to arcs of a dearer branch; they are better than none.
+    let (mut best, mut of_another): (Option<Certified>, Option<Certified>) = (None, None);
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         _ if fuel => MOST_DESCENTS_FUEL,
@@ -163,7 +164,9 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
             if exact && is_limit(extremal, &found.arcs, &at) {
                 return BranchEnd::of(rival, at, vec![found], true);
             }
-            if best.as_ref().is_none_or(|known| found.gap < known.gap) {
+            if exact && !fuel {
+                of_another.get_or_insert(found);
+            } else if best.as_ref().is_none_or(|known| found.gap < known.gap) {
                 best = Some(found);
             }
         }
@@ -177,7 +180,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if fuel {
         return fuel_limit(extremal, rival, at, best, ask, work);
     }
-    let mut all = Vec::new();
+    let mut all = Vec::from_iter(of_another);
     if let Some(best) = best {
         let small = best.is_small(extremal);
         all.extend(if small { vec![best] } else { refined(extremal, best, work) });
@@ -186,7 +189,10 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     if all.last().is_some_and(|best| best.is_small(extremal) && is_limit(extremal, &best.arcs, &at)) {
         return BranchEnd::of(rival, at, all, true);
     }
-    let (Ok(smooth) | Err(smooth)) = descend(extremal, &at, LAST, &Bias::default(), work);
+    let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
+        Ok(end) => end,
+        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
+    };
     let smooth = match &extremal.law {
         TorqueLimit::Norm(_) => turning(extremal, smooth, work),
         TorqueLimit::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
@@ -205,7 +211,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();
-    while path.intervals() < ENOUGH {
+    while path.intervals() < MANY {
         path = exact.doubled(&path);
     }
     let found = exact.solve(path, MET, NEAR_ITERATIONS, work);

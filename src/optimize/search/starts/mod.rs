@@ -79,10 +79,11 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     ((along - short.norm()) / TAU).round() as i32
 }
 
-/// The starts with the given turns.
+/// The starts with the given turns, each damped by `fraction`.
 pub fn ballistic<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
+    fraction: f64,
 ) -> Result<Vec<Candidate>, StepError> {
     let (end, psi) = bvp.sweep_linearized(&SVector::zeros())?;
     let factor = Factor::new(&psi);
@@ -90,7 +91,7 @@ pub fn ballistic<const N: usize>(
     let start = |turns: &i32| {
         let mut error = end.error;
         error.fixed_rows_mut::<3>(N - 6).copy_from(&wound(&short, *turns));
-        let costate = -factor.solve(&error);
+        let costate = factor.solve(&error) * -fraction;
         Candidate::of_costate(&name_of(*turns), &bvp.dynamics.grid, &costate)
     };
     Ok(turns.iter().map(start).collect())

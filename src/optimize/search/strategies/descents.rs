@@ -28,9 +28,10 @@ use crate::optimize::search::strategies::authority::Authority;
 use crate::optimize::search::strategies::minima::{Minima, SAME_MINIMUM};
 use crate::optimize::search::strategies::shots::shoot;
 
-/// What a descent on the coarse grid may leave of the cost, relative; and the tolerance of the
-/// lifted Newton, which the shooting polishes.
-pub const DESCENT_TOLERANCE: f64 = 1e-9;
+/// Tolerance of the lifted Newton, which the shooting polishes.
+pub const LIFTED_TOLERANCE: f64 = 1e-10;
+/// What a descent on the coarse grid may leave of the cost, relative.
+const DESCENT_TOLERANCE: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
 /// cheapest.
 pub const MARGIN: f64 = 0.15;
@@ -43,13 +44,16 @@ pub const SAME_BRANCH: f64 = 1e-4;
 pub const NARROW: f64 = 0.02;
 /// Most minima that authority is taken away from, counted level by level.
 const MOST_BRANCHES: usize = 100;
-/// So many of the lowest minima are twisted to either side, and hopped from in turn: by so much
-/// \[rad\], and so many times the hops in vain at most.
-const LOWEST: usize = 4;
+/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the
+/// hops in vain at most.
+const HOP_FROM: usize = 4;
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
 const MOST_HOPS: usize = 10;
-/// Most minima that are twisted.
+/// So many of the lowest minima are twisted to either side, and so many minima at most.
+const TWIST_FROM: usize = 4;
 const MOST_TWISTED: usize = 40;
+/// Most paths that the lifted Newton is tried on directly.
+const MOST_LIFTED: usize = 2;
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
 const ROUGH_MARGIN: f64 = 0.5;
 
@@ -60,6 +64,10 @@ pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     let starts = Starts::of(search.problem, &coarse, search.context.settings.search);
     let authority = Authority::of(&coarse.dynamics);
     let given = matches!(search.problem.path, Path::AsGiven(_));
+    let nothing = lowest(search, pool.waiting()).is_infinite();
+    if given || nothing || authority == Authority::Missing {
+        lift(search, pool, &coarse, starts.paths(&coarse));
+    }
     let mut minima = Minima::default();
     if authority == Authority::Even {
         minima = minima_from(search, pool, &coarse, &starts, 0);
@@ -131,7 +139,7 @@ fn twist<const N: usize>(
     let mut tried: Vec<f64> = Vec::new();
     while tried.len() < MOST_TWISTED && !search.stopped() {
         let is_tried = |cost: f64| tried.iter().any(|other| (other - cost).abs() <= SAME_MINIMUM * cost);
-        let next = minima.0.iter().take(LOWEST).find(|minimum| !is_tried(minimum.cost));
+        let next = minima.0.iter().take(TWIST_FROM).find(|minimum| !is_tried(minimum.cost));
         let Some(from) = next else { return };
         tried.push(from.cost);
         let starts = [1, -1].map(|turns| paths::twisted(coarse, &from.candidate, axis, turns));
@@ -156,13 +164,35 @@ fn hop<const N: usize>(
     let mut bends = paths::Bends::new();
     let (mut idle, mut hops) = (0, 0);
     while idle < patience && hops < MOST_HOPS * patience && !search.stopped() {
-        let Some(from) = minima.0.get(hops % LOWEST.min(minima.0.len().max(1))) else { return };
-        let by = HOPS_BY[hops / LOWEST % HOPS_BY.len()];
+        let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
+        let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
         let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
         let minimum = descended(search, coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
         let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
-        idle = if place.is_some_and(|place| place < LOWEST) { 0 } else { idle + 1 };
+        idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
         hops += 1;
+    }
+}
+
+/// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
+fn lift<const N: usize>(
+    search: &Search<N>,
+    pool: &mut Pool<N>,
+    coarse: &BoundaryValueProblem<N>,
+    paths: Vec<Candidate>,
+) {
+    let (start, target) = (&coarse.start, coarse.terminal.target());
+    let level = if coarse.dynamics.has_all_axes() { usize::MAX } else { 0 };
+    let dynamics = descends_on(&coarse.dynamics, level);
+    let (tolerance, known) = (0.0, &[][..]);
+    let descent = Descent { dynamics: &dynamics, start, target, translates: N == 12, tolerance, known };
+    for path in paths.into_iter().take(MOST_LIFTED) {
+        if search.stopped() {
+            return;
+        }
+        if let Some(nodes) = descent.lifted(path) {
+            let _ = lift_nodes(search, pool, coarse, nodes);
+        }
     }
 }
 
@@ -280,7 +310,7 @@ fn lift_nodes<const N: usize>(
     coarse: &BoundaryValueProblem<N>,
     nodes: Candidate,
 ) -> Option<f64> {
-    let newton = LiftedNewton { bvp: coarse, tolerance: DESCENT_TOLERANCE, patience: 1 };
+    let newton = LiftedNewton { bvp: coarse, tolerance: LIFTED_TOLERANCE, patience: 1 };
     let lifted = search.context.attempt(Rung::Lifted, &newton, nodes);
     if lifted.converged() { shoot(search, pool, Rung::Lifted, lifted.candidate) } else { None }
 }

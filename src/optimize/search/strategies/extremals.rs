@@ -65,17 +65,24 @@ fn is_as_asked<const N: usize>(search: &Search<N>, pool: &Pool<N>) -> bool {
 
 /// Newton shooting from the ballistic starts.
 fn ballistic<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
-    match starts::ballistic(&search.coarse, &search.turns) {
-        Ok(starts) => {
-            for start in starts {
-                if !search.stopped() {
-                    let _ = shoot(search, pool, Rung::Newton, start);
+    for fraction in [1.0, 0.3] {
+        let steps = search.coarse.dynamics.grid.steps();
+        let has_arrived = |turns: &i32| pool.has_arrived(&starts::name_of(*turns));
+        let turns: Vec<i32> = search.turns.iter().copied().filter(|turns| !has_arrived(turns)).collect();
+        if turns.is_empty() {
+            return;
+        }
+        match starts::ballistic(&search.coarse, &turns, fraction) {
+            Ok(starts) => {
+                for start in starts {
+                    if !search.stopped() {
+                        let _ = shoot(search, pool, Rung::Newton, start);
+                    }
                 }
             }
-        }
-        Err(error) => {
-            let steps = search.coarse.dynamics.grid.steps();
-            search.context.note(Rung::Newton, "ballistic", steps, Report::failed(outcome_of(error)));
+            Err(error) => {
+                search.context.note(Rung::Newton, "ballistic", steps, Report::failed(outcome_of(error)));
+            }
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::strategies::authority::WIDENED;
 use crate::optimize::search::strategies::chains::optimised_near;
 use crate::optimize::search::strategies::descents::{
-    DESCENT_TOLERANCE, NARROW, SAME_BRANCH, descended, descends_on,
+    LIFTED_TOLERANCE, NARROW, SAME_BRANCH, descended, descends_on,
 };
 use crate::optimize::search::strategies::shots::shoot_fine;
 
@@ -49,7 +49,7 @@ pub fn descend_on_requested_grid<const N: usize>(search: &Search<N>, found: &mut
     if all && shoot_fine(search, found, Rung::Descent, minimum.candidate.clone()).is_some_and(near) {
         return;
     }
-    let newton = LiftedNewton { bvp: &fine, tolerance: DESCENT_TOLERANCE, patience: PATIENCE };
+    let newton = LiftedNewton { bvp: &fine, tolerance: LIFTED_TOLERANCE, patience: PATIENCE };
     let lifted = search.context.attempt(Rung::Lifted, &newton, minimum.candidate.clone());
     if lifted.converged() {
         if !shoot_fine(search, found, Rung::Lifted, lifted.candidate.clone()).is_some_and(near) {
