@@ -75,9 +75,10 @@ fn margins_stand_in_tables_that_are_asked_for_them() {
         .ends(0);
     assert!(head("limited.csv").ends_with(",margin_torque_limit_n_m"), "{}", head("limited.csv"));
     let before = folder.names();
-    for args in
-        [&["plan", "spec.toml", "-o", "a.json", "--margins"][..], &["export", "plan.json", "--margins"]]
-    {
+    for args in [
+        &["plan", "spec.toml", "-o", "a.json", "--margins"][..],
+        &["export", "plan.json", "-o", "a.npz", "--margins"],
+    ] {
         folder.slew(args).ends(2).tells("E0107").tells("csv");
     }
     assert_eq!(folder.names(), before);

@@ -159,7 +159,7 @@ fn wrong_inputs_and_outputs_are_told() {
         .slew(&["report", "spec.toml", "-o", "a.html"])
         .ends(8)
         .tells("not a plan file")
-        .tells("slew plan SPEC -o FILE");
+        .tells("slew plan spec.toml -o plan.json");
     folder.slew(&["plot", "spec.toml", "-o", "a.svg"]).ends(8).tells("not a plan file");
     folder.slew(&["report", "absent.json", "-o", "a.html"]).ends(8).tells("cannot read absent.json");
     folder.slew(&["report", "plan.json", "-o", "a.txt"]).ends(2).tells("must end in .html");

@@ -422,7 +422,7 @@ mod tests {
             ("6990", "nan", "not finite"),
             ("7000 0 0", "7 0 0", "inside of the Earth"),
             ("META_STOP\n", "", "is no KEY = value"),
-            ("META_STOP\n", "INTERPOLATION = LINEAR\nMETA_STOP\n", "by LINEAR"),
+            ("META_STOP\n", "INTERPOLATION = LINEAR\nMETA_STOP\n", "interpolation LINEAR"),
             ("META_STOP\n", "INTERPOLATION_DEGREE = 3.5\nMETA_STOP\n", "degree 3.5"),
             ("META_STOP\n", "INTERPOLATION_DEGREE = 4\nMETA_STOP\n", "degree 4 needs 5"),
             ("REF_FRAME = EME2000\n", "", "no `REF_FRAME`"),
