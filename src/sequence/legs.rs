@@ -4,6 +4,7 @@
 use super::carried::{self, carry};
 use super::joint::Joint;
 use super::leg::{Leg, LegError};
+use super::order::Visit;
 use super::together::{Lasting, Together, Tuning, Whole};
 use super::tracked::{self, Hold};
 use super::{Part, Place, PlannedLeg, Sequence, SequenceError, rolls};
@@ -120,8 +121,9 @@ impl<'a> Legs<'a> {
             }
             Place::Aim(_) | Place::Attitude(_) => Problem { end: self.sequence.joint(at)?.state(&[]), ..leg },
         };
-        if let Some(durations) = self.sequence.pinned_from(self.time, &[stop]) {
-            leg = leg.with_duration(durations[0]);
+        let pinned = self.sequence.pinned_from(self.time, &[stop]).map(|durations| durations[0]);
+        if let Some(duration) = pinned.or(self.sequence.shared()?) {
+            leg = leg.with_duration(duration);
         }
         self.add(stop, leg.later(self.time), None, observer)
     }
@@ -155,7 +157,7 @@ impl<'a> Legs<'a> {
         let arrival = self.time + lasting;
         let (end, behind) = at.visit.after(arrival);
         let known = sequence.known_until();
-        if end > known {
+        if end > known * (1.0 + Visit::ROUND_OFF) {
             return Err(SequenceError::Beyond { stop: at.name.clone(), end, known });
         }
         (self.at, self.held) = (problem.end, self.wheels(path));

@@ -29,7 +29,7 @@ pub use tracked::Hold;
 use crate::maneuver::aim::{Aim, AimError, AimRate, Ends};
 use crate::maneuver::constraint::Direction;
 use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::problem::{EndCondition, Problem, State};
 use crate::maneuver::settings::Settings;
 use crate::optimize::search::{Control, Observer, PlanError, Progress};
 use crate::plan::{Plan, Status};
@@ -386,6 +386,8 @@ impl Sequence {
     fn leg(&self) -> Problem {
         let mut leg = self.craft.clone();
         leg.chooses_steps = false;
+        // The end of the craft is that of no leg.
+        leg.end_condition = EndCondition::State;
         leg
     }
 

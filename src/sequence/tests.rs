@@ -274,6 +274,28 @@ fn holds_that_begin_at_given_times_divide_the_whole() {
     assert_eq!((lasting, found.end, found.late), (vec![4.0, 5.0], 15.0, 0.0));
 }
 
+/// One stop: its leg has what the hold leaves of the whole.
+#[test]
+fn one_leg_lasts_as_long_as_its_hold_leaves() {
+    let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(5.0)];
+    let found = planned(&effort(skew_body(), 30.0, stops, 40));
+    assert_eq!((found.legs[0].problem.seconds(), found.end), (25.0, 30.0));
+}
+
+/// The end of the craft belongs to no leg: a spec has its [end] on a target as the last stop.
+#[test]
+fn legs_end_at_their_own_stops() {
+    let place = to([0.6, 0.8, 0.0, 0.0]);
+    let Place::Attitude(attitude) = place else { panic!("an attitude") };
+    let target = pointing([0.2, 0.1, 1.0]);
+    let Place::Aim(aim) = target.clone() else { panic!("a target") };
+    let mut sequence = effort(skew_body(), 30.0, vec![stop("A", place), stop("end", target)], 40);
+    sequence.craft = sequence.craft.with_aim_at_end(aim);
+    let found = planned(&sequence);
+    let last = found.legs[0].plan.solution.trajectory.quaternion.last().unwrap();
+    assert!(lie::minus(&lie::rotation_from_quaternion(last), &attitude).norm() < 1e-9);
+}
+
 /// A body on four wheels, two of which spin at the start.
 fn on_wheels(steps: usize) -> Problem {
     let directions = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];

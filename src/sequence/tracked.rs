@@ -88,7 +88,10 @@ pub fn off_target(stop: &Stop, arrival: f64, path: &Trajectory) -> f64 {
         }
         _ => lie::minus(&attitude, &first).norm(),
     };
-    attitudes.zip(&path.time).map(off).fold(0.0, |most, off| if off <= most { most } else { off })
+    attitudes
+        .zip(&path.time)
+        .map(off)
+        .fold(0.0, |most: f64, off| if most.is_nan() || off <= most { most } else { off })
 }
 
 /// Returns the hold at a stop, from the arrival at a time in a state until the next leg begins;

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p evidence -- day [STOPS [SEED]]`: STOPS (100 by default) stops in their
 //! order over a day on a low orbit, in least time: every fifth one on a target that moves (nadir,
-//! zenith, the Moon, along the track, across it) and followed for a minute, the others on random stars
+//! zenith, along the track, the normal of the orbit) and followed for a minute, the others on random stars
 //! for a part of what is left. Every tenth star leaves the roll free. Four wheels, a limit of the
 //! rate, a telescope 45° off the Sun and 10° off the Moon. Stars within the cones are drawn again.
 //!

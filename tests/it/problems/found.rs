@@ -63,7 +63,8 @@ fn plans_cost_what_is_known_from_elsewhere() {
     });
 }
 
-/// Judges cases beside each other: the longest test would be the last one to end.
+/// Judges each case on a thread of its own: one after the other they would end long after all other
+/// tests.
 fn at_once<T: Sync>(cases: &[T], judge: impl Fn(&T) + Sync) {
     std::thread::scope(|scope| {
         let judged: Vec<_> = cases.iter().map(|case| scope.spawn(|| judge(case))).collect();
