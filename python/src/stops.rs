@@ -58,7 +58,7 @@ pub fn plan_sequence(
 fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
     let (class, code) = match error {
         SequenceError::Windows { .. } => ("Infeasible", "E0191"),
-        SequenceError::NoPlan { .. } | SequenceError::Stopped => ("NotSolved", "E0191"),
+        SequenceError::NoPlan { .. } | SequenceError::Stopped(_) => ("NotSolved", "E0191"),
         _ => ("NotSolved", "E0190"),
     };
     failure::coded(py, class, code, &error.to_string(), "change the stops accordingly")

@@ -16,6 +16,7 @@ use crate::Vector3;
 use crate::maneuver::objective::effort;
 use crate::maneuver::{Outcome, Problem, ProblemError, Settings, Solution, Target};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
+use crate::plan::Status;
 
 /// The slopes of a cost by the state at an end: by its turn and by its rate, body axes.
 pub type Slopes = [Vector3; 2];
@@ -26,7 +27,7 @@ pub enum LegError {
     /// It cannot be attempted.
     Plan(PlanError),
     /// The caller, or the time limit, stopped the search.
-    Stopped,
+    Stopped(Status),
 }
 
 impl LegError {
@@ -34,7 +35,7 @@ impl LegError {
     pub fn at(self, stop: impl Into<String>) -> SequenceError {
         match self {
             Self::Plan(error) => SequenceError::Leg { stop: stop.into(), error },
-            Self::Stopped => SequenceError::Stopped,
+            Self::Stopped(status) => SequenceError::Stopped(status),
         }
     }
 }
@@ -71,7 +72,8 @@ impl Leg {
         };
         match solution.outcome {
             Outcome::Converged => Ok(Self::planned(problem, solution)),
-            Outcome::Interrupted | Outcome::TimeLimit => Err(LegError::Stopped),
+            Outcome::Interrupted => Err(LegError::Stopped(Status::Interrupted)),
+            Outcome::TimeLimit => Err(LegError::Stopped(Status::LimitReached)),
             _ => Ok(None),
         }
     }

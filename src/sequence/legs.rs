@@ -63,9 +63,7 @@ impl<'a> Legs<'a> {
             };
             match next {
                 // Finished legs are kept.
-                Err(SequenceError::Stopped) if !legs.planned.is_empty() => {
-                    legs.cut = Some(Status::Interrupted);
-                }
+                Err(SequenceError::Stopped(status)) if !legs.planned.is_empty() => legs.cut = Some(status),
                 next => next?,
             }
             left = rest;
@@ -150,7 +148,7 @@ impl<'a> Legs<'a> {
         let plan = plan(&problem, settings, guess.as_ref(), observer).map_err(told)?;
         let path = &plan.solution.trajectory;
         if path.time.is_empty() && matches!(plan.status, Status::Interrupted | Status::LimitReached) {
-            return Err(SequenceError::Stopped);
+            return Err(SequenceError::Stopped(plan.status));
         }
         let lasting = path.time.last().copied().unwrap_or(0.0);
         let problem = path.completed(&problem).known_for(lasting);

@@ -160,7 +160,7 @@ pub enum SequenceError {
     },
     /// The caller, or the time limit, stopped the search before any leg was planned for good.
     #[error("the search was stopped before any leg had a plan")]
-    Stopped,
+    Stopped(Status),
     /// No plan was found for legs that are planned together.
     #[error("no plan was found for the legs to stop `{stop}`")]
     NoPlan {

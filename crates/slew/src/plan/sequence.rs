@@ -68,9 +68,9 @@ pub fn refusal(error: &SequenceError) -> Failure {
             let remedy = "plan that leg by itself to see why: a spec with its two ends; or allow more time";
             Failure::Plan(Status::NotConverged, Message::new("E0191", reason, remedy))
         }
-        SequenceError::Stopped => {
+        SequenceError::Stopped(status) => {
             let remedy = "allow more time: solver.time_limit_s";
-            Failure::Plan(Status::LimitReached, Message::new("E0191", reason, remedy))
+            Failure::Plan(*status, Message::new("E0191", reason, remedy))
         }
         SequenceError::Beyond { .. } => {
             let remedy = "shorten the holds, or give maneuver.duration_s or a window as long as the whole";
