@@ -29,10 +29,10 @@ const MOST_AHEAD: f64 = 86_400.0;
 /// The time within which the next pass over a station is searched \[s\].
 const PASSES: f64 = 86_400.0;
 
-/// Returns the time for which the targets of a sequence are computed that lasts so long at least, in
-/// both \[s\].
-pub(crate) fn ahead_of(lasting: f64) -> f64 {
-    if lasting < MOST_AHEAD { (lasting + HORIZON).min(MOST_AHEAD) } else { lasting }
+/// Returns the time for which the targets of a sequence are computed that lasts `least` at least, and
+/// whose windows are open until `open`, all \[s\].
+pub(crate) fn ahead_of([least, open]: [f64; 2]) -> f64 {
+    if least < MOST_AHEAD { (least.max(open) + HORIZON).min(MOST_AHEAD) } else { least }
 }
 
 /// Something that is aimed at, with the name that people read.

@@ -45,18 +45,22 @@ pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> 
     all_read.then_some(stops)
 }
 
-/// Returns how long a sequence may last at least \[s\], by its windows, holds and rests.
-pub(crate) fn lasting(root: &Section) -> f64 {
+/// Returns how long a sequence lasts at least, by its holds and the begins of its windows, and until
+/// when its windows are open, both \[s\].
+pub(crate) fn lasting(root: &Section) -> [f64; 2] {
     let mut rests = 0.0;
-    let mut last = 0.0_f64;
+    let (mut least, mut open) = (0.0_f64, 0.0_f64);
     for stop in root.list("stop") {
         let time = |key: &str| if stop.has(key) { stop.number(key).unwrap_or(0.0) } else { 0.0 };
         rests += time("settling_s") + time("hold_s");
         let window = if stop.has("window_s") { stop.square("window_s") } else { None };
-        let until = window.and_then(|pairs| pairs.first()?.get(1).copied()).unwrap_or(0.0);
-        last = last.max(until).max(time("start_s") + time("hold_s"));
+        let [from, until] = match window.as_ref().and_then(|pairs| pairs.first()).map(Vec::as_slice) {
+            Some([from, until]) => [*from, *until],
+            _ => [time("start_s"); 2],
+        };
+        (least, open) = (least.max(from + time("hold_s")), open.max(until));
     }
-    last.max(rests)
+    [least.max(rests), open]
 }
 
 /// Returns the name of a stop, which is its number if it has none.
