@@ -66,7 +66,7 @@ impl Leg {
     ) -> Result<Option<Self>, LegError> {
         let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
         let guess = near.map(|near| Guess::near(&near.solution, &near.problem));
-        let solution = match search::solve(&problem, &settings, guess.as_ref(), observer) {
+        let solution = match search::without_arcs(&problem, &settings, guess.as_ref(), observer) {
             Err(PlanError::Problem(ProblemError::Violated { .. })) => return Ok(None),
             found => found.map_err(LegError::Plan)?,
         };

@@ -1,11 +1,12 @@
 //! The legs of an order, one after the other: those that share something are planned together
 //! ([`super::together`]), those to targets that move by themselves.
 
+use super::arrivals::{Bounds, is_given, split};
 use super::carried::{self, carry};
 use super::joint::Joint;
 use super::leg::{Leg, LegError};
 use super::order::Visit;
-use super::together::{Lasting, Together, Tuning, Whole};
+use super::together::{Together, Tuning, Whole};
 use super::tracked::{self, Hold};
 use super::{Part, Place, PlannedLeg, Sequence, SequenceError, rolls};
 use crate::maneuver::aim::{Aim, AimRate};
@@ -22,6 +23,8 @@ pub struct Legs<'a> {
     settings: &'a Settings,
     /// How many legs the order has.
     count: usize,
+    /// Bounds of the end of each leg \[s\], where the durations are parts of a whole.
+    arrivals: Option<Vec<Bounds>>,
     /// The state in which the next leg begins, and the momenta of the wheels there; `None` before
     /// the first leg.
     at: State,
@@ -49,11 +52,22 @@ impl<'a> Legs<'a> {
         stops: &[usize],
         observer: &mut dyn Observer,
     ) -> Result<Self, SequenceError> {
-        let (count, at) = (stops.len(), sequence.craft.start);
+        let (count, at, arrivals) = (stops.len(), sequence.craft.start, sequence.arrivals(stops)?);
         let planned = Vec::with_capacity(count);
         let (cost, time, late) = (0.0, 0.0, 0.0);
-        let mut legs =
-            Self { sequence, settings, count, at, held: None, planned, cost, time, late, cut: None };
+        let mut legs = Self {
+            sequence,
+            settings,
+            count,
+            arrivals,
+            at,
+            held: None,
+            planned,
+            cost,
+            time,
+            late,
+            cut: None,
+        };
         let mut left = stops;
         while !left.is_empty() && !legs.has_failed() {
             let (run, rest) = left.split_at(legs.sharing(left)?);
@@ -71,17 +85,22 @@ impl<'a> Legs<'a> {
         Ok(legs)
     }
 
+    /// Returns the bounds of the ends of the next legs \[s\].
+    fn next_arrivals(&self) -> Option<&[Bounds]> {
+        self.arrivals.as_ref().map(|arrivals| &arrivals[self.planned.len()..])
+    }
+
     /// Returns how many of the next legs share something: each but the last one ends where a number is
-    /// free that the next one depends on, or all share a total.
+    /// free that the next one depends on, or at a time that is free.
     fn sharing(&self, left: &[usize]) -> Result<usize, SequenceError> {
         let sequence = self.sequence;
-        if sequence.shared()?.is_some() && sequence.pinned_from(self.time, left).is_none() {
-            return Ok(left.len());
-        }
         let is_alone = |stop: usize| sequence.is_alone(&sequence.stops[stop]);
+        let arrivals = self.next_arrivals();
         for (index, pair) in left.windows(2).enumerate() {
-            let shares = !pair.iter().any(|stop| is_alone(*stop))
-                && sequence.joint(&sequence.stops[pair[0]])?.size() > 0;
+            let is_open = arrivals.is_some_and(|arrivals| !is_given(arrivals[index]));
+            let shares = is_open
+                || !pair.iter().any(|stop| is_alone(*stop))
+                    && sequence.joint(&sequence.stops[pair[0]])?.size() > 0;
             if !shares {
                 return Ok(index + 1);
             }
@@ -119,9 +138,8 @@ impl<'a> Legs<'a> {
             }
             Place::Aim(_) | Place::Attitude(_) => Problem { end: self.sequence.joint(at)?.state(&[]), ..leg },
         };
-        let pinned = self.sequence.pinned_from(self.time, &[stop]).map(|durations| durations[0]);
-        if let Some(duration) = pinned.or(self.sequence.shared()?) {
-            leg = leg.with_duration(duration);
+        if let Some(arrivals) = self.next_arrivals() {
+            leg = leg.with_duration(arrivals[0][1] - self.time);
         }
         self.add(stop, leg.later(self.time), None, observer)
     }
@@ -199,14 +217,12 @@ impl<'a> Legs<'a> {
         let Self { sequence, settings, at: start, .. } = *self;
         let joints: Vec<Joint> =
             stops.iter().map(|stop| sequence.joint(&sequence.stops[*stop])).collect::<Result<_, _>>()?;
-        let (craft, total) = (sequence.leg(), sequence.shared()?);
-        let (power, pinned) = (sequence.power(), sequence.pinned_from(self.time, stops));
+        let craft = sequence.leg();
+        let power = sequence.power();
+        let visits: Vec<Visit> = stops.iter().map(|stop| sequence.stops[*stop].visit).collect();
+        let arrivals = self.next_arrivals().map(|arrivals| &arrivals[..stops.len()]);
         let inertia = craft.body.inertia.j();
-        let share = |states: &[State]| -> Vec<f64> {
-            if let Some(durations) = &pinned {
-                return durations.clone();
-            }
-            let Some(total) = total else { return Vec::new() };
+        let ends = |states: &[State]| -> Vec<f64> {
             let before = std::iter::once(&start).chain(states);
             let weight = |(from, to): (&State, &State)| {
                 let momentum = (inertia * lie::minus(&to.attitude, &from.attitude)).norm();
@@ -214,20 +230,24 @@ impl<'a> Legs<'a> {
                 momentum.powf(0.25 * power).max(f64::EPSILON)
             };
             let weights: Vec<f64> = before.zip(states).map(weight).collect();
-            let all: f64 = weights.iter().sum();
-            weights.iter().map(|weight| total * weight / all).collect()
+            let rests: Vec<f64> = visits.iter().map(Visit::rest).collect();
+            arrivals.map_or(Vec::new(), |arrivals| split(self.time, arrivals, &rests, &weights))
+        };
+        let durations = |ends: &[f64]| -> Vec<f64> {
+            let left = visits.iter().zip(ends).map(|(visit, end)| end + visit.rest());
+            ends.iter()
+                .zip(std::iter::once(self.time).chain(left))
+                .map(|(end, begins)| end - begins)
+                .collect()
         };
         let together = Together {
             craft: &craft,
             start,
             begins: self.time,
-            visits: stops.iter().map(|stop| sequence.stops[*stop].visit).collect(),
+            visits: visits.clone(),
             momentum: carried::momentum(&sequence.craft),
             joints: &joints,
-            lasting: match &pinned {
-                Some(durations) => Lasting::Given(durations),
-                None => total.map_or(Lasting::Sought, Lasting::Shared),
-            },
+            arrivals,
             settings,
             tuning: Tuning::default(),
         };
@@ -240,7 +260,7 @@ impl<'a> Legs<'a> {
         };
         let cheapest =
             |lasting: &[f64]| rolls::cheapest(&start, &joints, &allowed, (inertia, power), lasting);
-        let equal = share(&cheapest(&[]));
+        let equal = durations(&ends(&cheapest(&[])));
         let of_turns = cheapest(&equal);
         let observer = &mut Part { observer, part: "all legs together".into() };
         let mut firsts = vec![of_turns];
@@ -252,7 +272,7 @@ impl<'a> Legs<'a> {
         let mut best: Option<Whole> = None;
         for states in firsts {
             let passed = self.passed(&joints, states, &equal);
-            let first = together.unknowns(&passed, &share(&passed));
+            let first = together.unknowns(&passed, &ends(&passed));
             let Some(whole) = together.planned(first, None, observer).map_err(told)? else { continue };
             let whole = together.improved(whole, observer).map_err(told)?;
             if best.as_ref().is_none_or(|best| whole.cost() < best.cost()) {

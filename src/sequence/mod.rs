@@ -6,6 +6,7 @@
 //! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
 //! legs of a spacecraft make a table ([`table`]).
 
+mod arrivals;
 mod carried;
 pub mod joined;
 mod joint;
@@ -169,6 +170,22 @@ pub enum SequenceError {
     },
 }
 
+impl SequenceError {
+    /// Returns the status of a plan that this error stands for; `None` where the sequence is wrong.
+    pub fn status(&self) -> Option<Status> {
+        match self {
+            Self::Windows { .. } => Some(Status::Infeasible),
+            Self::NoPlan { .. } => Some(Status::NotConverged),
+            Self::Stopped(status) => Some(*status),
+            Self::Leg { .. }
+            | Self::Aim { .. }
+            | Self::Unsupported(_)
+            | Self::NoTime { .. }
+            | Self::Beyond { .. } => None,
+        }
+    }
+}
+
 /// An observer of the part of a sequence that is planned.
 struct Part<'a> {
     observer: &'a mut dyn Observer,
@@ -317,24 +334,42 @@ impl Sequence {
                 "pulses do not hold a body on a target that moves: leave the shortest pulse out",
             ));
         }
-        let has_window = |stop: &Stop| stop.visit.window != Visit::PASSED.window;
-        let all: Vec<usize> = (0..self.stops.len()).collect();
-        let timed = matches!(craft.objective, Objective::Time) || self.pinned(&all).is_some();
-        if !timed && self.stops.iter().any(|stop| self.is_alone(stop)) {
-            return Err(SequenceError::Unsupported(
-                "for effort and fuel, targets that move and free rolls beside stored momentum go with the \
-                 begin of every hold: give `start_s` of each stop",
-            ));
-        }
-        if !timed && self.stops.iter().any(has_window) {
-            return Err(SequenceError::Unsupported(
-                "windows go with least time: for effort and fuel give the begin of every hold, or none",
-            ));
+        if !matches!(craft.objective, Objective::Time) {
+            self.check_timed()?;
         }
         let passed = self.stops.iter().any(|stop| stop.passing.is_some());
         if passed && craft.actuation.wheels.is_some() {
             return Err(SequenceError::Unsupported(
                 "a body with wheels stops at its stops: leave `passing` out",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks what depends on when holds begin, for effort and fuel.
+    fn check_timed(&self) -> Result<(), SequenceError> {
+        let begins = |stop: &Stop| stop.visit.pinned;
+        let all_begin = self.stops.iter().all(begins);
+        let alone = self.stops.iter().enumerate().filter(|(_, stop)| self.is_alone(stop));
+        let is_timed =
+            |(index, stop): (usize, &Stop)| begins(stop) && (index == 0 || begins(&self.stops[index - 1]));
+        if !all_begin && !alone.into_iter().all(|(index, stop)| is_timed((index, stop))) {
+            return Err(SequenceError::Unsupported(
+                "for effort and fuel, targets that move and free rolls beside stored momentum go with the \
+                 begin of their holds: give `start_s` of such a stop, and of the stop before it",
+            ));
+        }
+        let has_window = self.stops.iter().any(|stop| stop.visit.window != Visit::PASSED.window);
+        if has_window && !all_begin && self.order != Ordering::Given {
+            return Err(SequenceError::Unsupported(
+                "windows of effort and fuel go with a given order: leave `order` out, or give `start_s` of \
+                 every stop",
+            ));
+        }
+        if has_window && !all_begin && self.craft.duration.known().is_none() {
+            return Err(SequenceError::Unsupported(
+                "windows of effort and fuel go with the duration of the whole: give `duration_s`, or \
+                 `start_s` of every stop",
             ));
         }
         Ok(())
@@ -391,27 +426,10 @@ impl Sequence {
         leg
     }
 
-    /// Returns how long the legs last, where every stop of an order begins at a time of its own \[s\].
-    fn pinned(&self, stops: &[usize]) -> Option<Vec<f64>> {
-        self.pinned_from(0.0, stops)
-    }
-
-    /// Returns how long legs last of which the first begins at a time \[s\].
-    fn pinned_from(&self, mut time: f64, stops: &[usize]) -> Option<Vec<f64>> {
-        let lasting = |stop: &usize| {
-            let Visit { settling, hold, window, pinned } = self.stops[*stop].visit;
-            let leg = window[0] - settling - time;
-            time = window[0] + hold;
-            (pinned && leg > 0.0).then_some(leg)
-        };
-        let asked = !matches!(self.craft.objective, Objective::Time);
-        stops.iter().map(lasting).collect::<Option<Vec<f64>>>().filter(|_| asked)
-    }
-
     /// Returns what the legs share of the duration of the whole \[s\]; `None` where each finds its own.
     fn shared(&self) -> Result<Option<f64>, SequenceError> {
         let Some(total) = self.craft.duration.known() else { return Ok(None) };
-        let holds = self.stops.iter().map(|stop| stop.visit.settling + stop.visit.hold).sum();
+        let holds = self.stops.iter().map(|stop| stop.visit.rest()).sum();
         if total > holds { Ok(Some(total - holds)) } else { Err(SequenceError::NoTime { holds, total }) }
     }
 

@@ -39,6 +39,9 @@ pub fn ordered(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Order, SequenceError> {
+    if let Some(order) = pinned(sequence) {
+        return Ok(order);
+    }
     let mut pairs = Pairs::of(sequence)?;
     let discrete = Settings { target: Target::Discrete, ..settings.clone() };
     let quick = Settings { search: Thoroughness::Quick, ..discrete.clone() };
@@ -89,6 +92,19 @@ pub fn ordered(
             pairs.know((from, to), Known { begins, weight, sure: true });
         }
     }
+}
+
+/// Returns the order of effort or fuel where the begin of every hold is given: no other keeps them.
+fn pinned(sequence: &Sequence) -> Option<Order> {
+    let visit = |stop: &usize| sequence.stops[stop - 1].visit;
+    let mut stops: Vec<usize> = (1..=sequence.stops.len()).collect();
+    if matches!(sequence.craft.objective, Objective::Time) || !stops.iter().all(|stop| visit(stop).pinned) {
+        return None;
+    }
+    let free = stops.len() - usize::from(sequence.order == Ordering::FreeBeforeLast && !stops.is_empty());
+    stops[..free].sort_by(|a, b| visit(a).window[0].total_cmp(&visit(b).window[0]));
+    let end = visit(stops.last()?).after(0.0).0;
+    Some(Order { stops, end, late: 0.0, bound: end, proof: Proof::AllOrders })
 }
 
 /// What a leg adds to an order if it begins at a time.

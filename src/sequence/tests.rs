@@ -6,7 +6,7 @@ use super::joint::Joint;
 use super::leg::Leg;
 use super::order::Visit;
 use super::rolls::cheapest;
-use super::together::{Lasting, Together, Tuning};
+use super::together::{Together, Tuning};
 use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, windows};
 use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::{Constraint, Direction, Rule};
@@ -85,7 +85,13 @@ fn rolls_and_times_of_dwells_are_found_together() {
 fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) -> f64 {
     let on = |steps: usize| {
         let craft = Problem::attitude(body.clone(), rest(), rest(), 1.0).with_steps(steps);
-        let (start, lasting, settings) = (rest(), Lasting::Given(durations), &Settings::default());
+        let (start, settings) = (rest(), &Settings::default());
+        let mut time = 0.0;
+        let ended = durations.iter().map(|lasting| {
+            time += lasting;
+            [time; 2]
+        });
+        let arrivals: Vec<[f64; 2]> = ended.collect();
         let together = Together {
             craft: &craft,
             start,
@@ -93,7 +99,7 @@ fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) ->
             visits: vec![Visit::PASSED; joints.len()],
             momentum: Vector3::zeros(),
             joints,
-            lasting,
+            arrivals: Some(&arrivals),
             settings,
             tuning: Tuning::default(),
         };
@@ -272,6 +278,41 @@ fn holds_that_begin_at_given_times_divide_the_whole() {
     let found = planned(&effort(skew_body(), 15.0, stops, 60));
     let lasting: Vec<f64> = found.legs.iter().map(|leg| leg.problem.seconds()).collect();
     assert_eq!((lasting, found.end, found.late), (vec![4.0, 5.0], 15.0, 0.0));
+}
+
+/// The window of a stop divides the whole where it acts: the legs on either side share what it leaves
+/// them by their fourth roots (s05).
+#[test]
+fn effort_keeps_windows() {
+    let quaternions = [
+        [0.8660254037844387, 0.0, 0.14367394278317266, 0.4789131426105756],
+        [0.6755902076156602, 0.30099221235048296, 0.6019844247009659, -0.30099221235048296],
+        [0.1305261922200517, 0.5724109576008407, -0.5724109576008407, 0.5724109576008407],
+        [0.3420201433256688, -0.8202309647129254, 0.4101154823564627, 0.20505774117823136],
+        [0.5735764363510462, 0.13846196710008074, -0.6923098355004037, -0.4153859013002422],
+    ];
+    let inertia = Matrix3::new(1.2, 0.04, -0.03, 0.04, 1.0, 0.02, -0.03, 0.02, 0.8);
+    let on = |steps: usize, window: [f64; 2]| {
+        let mut stops: Vec<Stop> = quaternions.iter().map(|at| stop("", to(*at))).collect();
+        stops[1].visit.window = window;
+        effort(body(inertia), 30.0, stops, steps)
+    };
+    // Without a window the legs take these parts of 30 s, and cost 0.47770595624872747: c_i = k p_i⁴.
+    let parts =
+        [4.107988118103805, 6.423118880843569, 6.375850156125012, 6.242782712962539, 6.850260131965072];
+    let power = 0.47770595624872747 * 30.0_f64.powi(3) / 30.0_f64.powi(4);
+    let shared = |legs: &[f64], total: f64| power * legs.iter().sum::<f64>().powi(4) / total.powi(3);
+    for (window, arrival) in [([0.0, 8.0], 8.0), ([12.0, 20.0], 12.0), ([5.0, 25.0], parts[0] + parts[1])] {
+        let known = shared(&parts[..2], arrival) + shared(&parts[2..], 30.0 - arrival);
+        is_near(cost(|steps| on(steps, window)), known, 1e-8);
+        let found = planned(&on(150, window));
+        assert!((found.legs[2].begins - arrival).abs() < 1e-3 && found.late == 0.0);
+    }
+    // The stop has to be left before the whole begins to end.
+    let found = on(50, [31.0, 40.0]).plan(&Settings::discrete(), &mut Silent);
+    assert!(matches!(found, Err(SequenceError::Windows { late, .. }) if late > 1.0 - 1e-12));
+    let free = Sequence { order: Ordering::Free, ..on(50, [0.0, 8.0]) };
+    assert!(matches!(free.check(), Err(SequenceError::Unsupported(_))));
 }
 
 /// One stop: its leg has what the hold leaves of the whole.

@@ -1,11 +1,11 @@
 //! Legs planned together: Newton on what they share.
 //!
 //! The cost of the whole is a sum of the costs of the legs, and each depends on few of the
-//! unknowns: the numbers that are free at its two ends, and its duration where a total is split.
+//! unknowns: the numbers that are free at its two ends, and when they are, where a total is split.
 //! The slopes come from the costates ([`super::leg`]). The curvature of each leg begins with
 //! differences of its slopes and is corrected by what every step shows of it (SR1; partially
 //! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
-//! bounds of the joints and for the given total, and is halved until the cost falls.
+//! bounds of the joints and of the windows, and is halved until the cost falls.
 //!
 //! Cones that move are where they are when a leg begins; that the begin of a leg depends on the legs
 //! before it changes the cost, but not the slopes.
@@ -14,13 +14,14 @@
 //! time) goes with stops too. That the unknowns end to first order right makes the cost right to
 //! second order.
 
+use super::arrivals::{Bounds, is_given};
 use super::carried::carry;
 use super::joint::Joint;
 use super::leg::{Leg, LegError};
 use super::order::Visit;
 use crate::Vector3;
 use crate::maneuver::problem::{Problem, State};
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Method, Settings};
 use crate::optimize::search::Observer;
 use nalgebra::{DMatrix, DVector};
 
@@ -32,8 +33,11 @@ pub struct Tuning {
     /// Halvings of a step.
     pub halvings: usize,
     /// The decrease that a step foresees or brings, relative to the cost, at which nothing is left to
-    /// gain: less of it follows the round-off of plans within limits, each of which takes its time.
+    /// gain: less of it follows the round-off of plans.
     pub gain: f64,
+    /// The same where the interior point plans a leg: the cost of its optimum depends on where the
+    /// switches lie between the nodes, and every plan takes its time.
+    pub gain_on_grid: f64,
     /// Differences of the unknowns from which the first curvature comes, as a part of their
     /// sizes: a smaller one is lost in what plans are known to.
     pub difference: f64,
@@ -43,19 +47,8 @@ pub struct Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { steps: 40, halvings: 8, gain: 1e-9, difference: 1e-3, flat: 1e-3 }
+        Self { steps: 40, halvings: 8, gain: 1e-9, gain_on_grid: 1e-6, difference: 1e-3, flat: 1e-3 }
     }
-}
-
-/// How long legs last.
-#[derive(Clone, Copy, Debug)]
-pub enum Lasting<'a> {
-    /// Each as long as its own plan finds best.
-    Sought,
-    /// So long \[s\].
-    Given(&'a [f64]),
-    /// So long in all \[s\].
-    Shared(f64),
 }
 
 /// Legs from a start by way of joints.
@@ -70,13 +63,14 @@ pub struct Together<'a> {
     /// The angular momentum of the craft with its wheels, inertial axes [N·m·s].
     pub momentum: Vector3,
     pub joints: &'a [Joint],
-    pub lasting: Lasting<'a>,
+    /// Bounds of the end of each leg \[s\]; `None` where each leg lasts as its own plan finds best.
+    pub arrivals: Option<&'a [Bounds]>,
     pub settings: &'a Settings,
     pub tuning: Tuning,
 }
 
-/// Unknowns: the free numbers of all joints, one after the other, then the durations of the legs
-/// where they share a total.
+/// Unknowns: the free numbers of all joints, one after the other, then the ends of the legs that are
+/// not given.
 #[derive(Clone, Debug)]
 pub struct Whole {
     pub unknowns: DVector<f64>,
@@ -99,22 +93,26 @@ impl Together<'_> {
     }
 
     fn count(&self) -> usize {
-        self.place(self.joints.len()) + if self.total().is_some() { self.joints.len() } else { 0 }
+        self.place(self.joints.len()) + self.open_ends().count()
     }
 
-    /// Returns what all legs last \[s\], where they share a total.
-    fn total(&self) -> Option<f64> {
-        match self.lasting {
-            Lasting::Shared(total) => Some(total),
-            Lasting::Sought | Lasting::Given(_) => None,
-        }
+    /// Returns the legs whose ends are unknowns, with their bounds.
+    fn open_ends(&self) -> impl Iterator<Item = (usize, Bounds)> {
+        let bounds = self.arrivals.unwrap_or_default().iter().copied().enumerate();
+        bounds.filter(|(_, bounds)| !is_given(*bounds))
     }
 
-    /// Returns the unknowns from the states at the joints and the durations of the legs.
-    pub fn unknowns(&self, states: &[State], durations: &[f64]) -> DVector<f64> {
+    /// Returns the unknown that is the end of a leg.
+    fn end(&self, leg: usize) -> Option<usize> {
+        let index = self.open_ends().position(|(open, _)| open == leg)?;
+        Some(self.place(self.joints.len()) + index)
+    }
+
+    /// Returns the unknowns from the states at the joints and the ends of the legs.
+    pub fn unknowns(&self, states: &[State], ends: &[f64]) -> DVector<f64> {
         let numbers = self.joints.iter().zip(states).flat_map(|(joint, state)| joint.numbers(state));
-        let durations = durations.iter().copied().filter(|_| self.total().is_some());
-        DVector::from_vec(numbers.chain(durations).collect())
+        let ends = self.open_ends().filter_map(|(leg, _)| ends.get(leg).copied());
+        DVector::from_vec(numbers.chain(ends).collect())
     }
 
     fn numbers<'x>(&self, unknowns: &'x DVector<f64>, joint: usize) -> &'x [f64] {
@@ -132,19 +130,18 @@ impl Together<'_> {
 
     /// Returns the duration of a leg, where it is not its own to find.
     fn lasting(&self, unknowns: &DVector<f64>, leg: usize) -> Option<f64> {
-        match self.lasting {
-            Lasting::Sought => None,
-            Lasting::Given(durations) => durations.get(leg).copied(),
-            Lasting::Shared(_) => Some(unknowns[self.place(self.joints.len()) + leg]),
-        }
+        let bounds = self.arrivals?;
+        let at = |leg: usize| self.end(leg).map_or(bounds[leg][1], |end| unknowns[end]);
+        let begins = leg.checked_sub(1).map_or(self.begins, |before| at(before) + self.visits[before].rest());
+        Some(at(leg) - begins)
     }
 
-    /// Returns the unknowns that a leg depends on.
+    /// Returns the unknowns that a leg depends on: what is free at its ends, and when they are.
     fn own(&self, leg: usize) -> Vec<usize> {
         let of_joint = |joint: usize| self.place(joint)..self.place(joint + 1);
-        let before = leg.checked_sub(1).map_or(0..0, of_joint);
-        let duration = self.total().map(|_| self.place(self.joints.len()) + leg);
-        before.chain(of_joint(leg)).chain(duration).collect()
+        let before = leg.checked_sub(1);
+        let numbers = before.map_or(0..0, of_joint).chain(of_joint(leg));
+        numbers.chain(before.and_then(|before| self.end(before))).chain(self.end(leg)).collect()
     }
 
     /// Plans a leg for unknowns.
@@ -201,8 +198,9 @@ impl Together<'_> {
             .checked_sub(1)
             .map(|joint| self.joints[joint].slope(self.numbers(unknowns, joint), &plan.slopes[0]));
         let after = self.joints[leg].slope(self.numbers(unknowns, leg), &plan.slopes[1]);
-        let duration = self.total().map(|_| plan.by_duration);
-        DVector::from_vec(before.into_iter().flatten().chain(after).chain(duration).collect())
+        let began = leg.checked_sub(1).and_then(|before| self.end(before)).map(|_| -plan.by_duration);
+        let ended = self.end(leg).map(|_| plan.by_duration);
+        DVector::from_vec(before.into_iter().flatten().chain(after).chain(began).chain(ended).collect())
     }
 
     /// Returns the curvature of a leg by differences of its slopes.
@@ -215,7 +213,14 @@ impl Together<'_> {
         let own = self.own(leg);
         let slope = self.slope(&at.unknowns, leg, &at.legs[leg]);
         let mut curvature = DMatrix::zeros(own.len(), own.len());
+        let ends = [leg.checked_sub(1).and_then(|before| self.end(before)), self.end(leg)];
         for (column, unknown) in own.iter().enumerate() {
+            // To begin later is to end earlier.
+            if column > 0 && ends == [own.get(column - 1).copied(), Some(*unknown)] {
+                let earlier = -curvature.column(column - 1);
+                curvature.set_column(column, &earlier);
+                continue;
+            }
             let by = self.tuning.difference * self.size(at, *unknown);
             let mut moved = at.unknowns.clone();
             moved[*unknown] += by;
@@ -230,8 +235,8 @@ impl Together<'_> {
     /// Returns the size of an unknown: a radian, a radian in the duration of a leg, or the mean
     /// duration.
     fn size(&self, at: &Whole, unknown: usize) -> f64 {
-        if let Some(total) = self.total().filter(|_| unknown >= self.place(self.joints.len())) {
-            return total / self.joints.len() as f64;
+        if unknown >= self.place(self.joints.len()) {
+            return at.legs.iter().map(Leg::lasting).sum::<f64>() / at.legs.len() as f64;
         }
         let joint = (0..self.joints.len()).find(|joint| unknown < self.place(joint + 1)).unwrap_or(0);
         let is_roll = unknown == self.place(joint)
@@ -239,17 +244,15 @@ impl Together<'_> {
         if is_roll { 1.0 } else { 1.0 / at.legs[joint].lasting() }
     }
 
-    /// Moves unknowns to where the joints may have them, and durations to their total.
+    /// Moves unknowns to where the joints may have them, and ends into their bounds.
     fn hold(&self, unknowns: &mut DVector<f64>) {
         for (joint, of) in self.joints.iter().enumerate() {
             let first = self.place(joint);
             of.hold(&mut unknowns.as_mut_slice()[first..first + of.size()]);
         }
-        if let Some(total) = self.total() {
-            let first = self.place(self.joints.len());
-            let durations = &mut unknowns.as_mut_slice()[first..];
-            let missing = (total - durations.iter().sum::<f64>()) / durations.len() as f64;
-            durations.iter_mut().for_each(|duration| *duration += missing);
+        let first = self.place(self.joints.len());
+        for (index, (_, [from, until])) in self.open_ends().enumerate() {
+            unknowns[first + index] = unknowns[first + index].clamp(from, until);
         }
     }
 
@@ -266,11 +269,14 @@ impl Together<'_> {
         for leg in 0..legs {
             curvatures.push(self.curvature(&at, leg, observer)?);
         }
+        let is_on_grid = |leg: &Leg| leg.solution.method == Method::InteriorPoint;
+        let on_grid = at.legs.iter().any(is_on_grid);
+        let gain = if on_grid { self.tuning.gain_on_grid } else { self.tuning.gain };
         for _ in 0..self.tuning.steps {
             let slopes: Vec<_> = (0..legs).map(|leg| self.slope(&at.unknowns, leg, &at.legs[leg])).collect();
             let model = self.model(&at, &slopes, &curvatures);
             let step = model.step(&at.unknowns, &|unknowns| self.hold(unknowns));
-            if model.decrease(&step) <= self.tuning.gain * at.cost().abs() {
+            if model.decrease(&step) <= gain * at.cost().abs() {
                 break;
             }
             let (mut part, mut better) = (1.0, None);
@@ -294,7 +300,7 @@ impl Together<'_> {
             let Some(next) = better else { break };
             let gained = at.cost() - next.cost();
             at = next;
-            if gained <= self.tuning.gain * at.cost().abs() {
+            if gained <= gain * at.cost().abs() {
                 break;
             }
         }

@@ -218,7 +218,7 @@ fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Resu
         Ordering::Free => "in the best order",
         Ordering::FreeBeforeLast => "in the best order before the last one",
     };
-    let rests: f64 = sequence.stops.iter().map(|stop| stop.visit.settling + stop.visit.hold).sum();
+    let rests: f64 = sequence.stops.iter().map(|stop| stop.visit.rest()).sum();
     let duration = match craft.duration.known() {
         Some(duration) => format!("{} s in all", significant(duration, 4)),
         None => format!("{} duration", if craft.objective == Objective::Time { "shortest" } else { "best" }),

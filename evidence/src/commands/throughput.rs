@@ -115,7 +115,7 @@ fn batch(cases: u64, steps: usize, settings: &[&str]) -> Result<Batch, Box<dyn E
 /// Returns the maneuvers of a batch, read beforehand.
 fn problems(batch: &Batch, cases: u64) -> Result<Vec<(Problem, Settings)>, Box<dyn Error>> {
     let read = |number| {
-        let loaded = batch.read(&batch.case(number)?)?;
+        let loaded = batch.read(&batch.case(number)?)?.maneuver().ok_or("the spec is of one maneuver")?;
         Ok((loaded.problem, loaded.settings))
     };
     (1..=cases).map(read).collect()

@@ -265,7 +265,7 @@ pub fn solve(
 }
 
 /// Solves a maneuver, and leaves what it is in continuous time for its best plan.
-fn without_arcs(
+pub(crate) fn without_arcs(
     problem: &Problem,
     settings: &Settings,
     guess: Option<&Guess>,

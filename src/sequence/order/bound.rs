@@ -14,7 +14,7 @@ const STEPS: usize = 400;
 /// Returns a lower bound of the end of all orders.
 pub fn of(stops: &Stops) -> f64 {
     let count = stops.visits.len() + 1;
-    let at_stops: f64 = stops.visits.iter().map(|visit| visit.settling + visit.hold).sum();
+    let at_stops: f64 = stops.visits.iter().map(super::Visit::rest).sum();
     let opens = |visit: &super::Visit| visit.window[0] + visit.hold;
     let latest = stops.visits.iter().map(opens).fold(f64::NEG_INFINITY, f64::max);
     // A tree has no directions: a leg counts as the shorter one of both.

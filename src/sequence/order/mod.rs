@@ -45,11 +45,26 @@ impl Visit {
     /// The round-off of sums of times, as a part of them: a hold that fills its window is not late.
     pub const ROUND_OFF: f64 = 1e-12;
 
+    /// Returns how long the body rests here at least \[s\].
+    pub fn rest(&self) -> f64 {
+        self.settling + self.hold
+    }
+
+    /// Returns the latest begin of the hold \[s\].
+    fn latest(&self) -> f64 {
+        if self.pinned { self.window[0] } else { self.window[1] - self.hold }
+    }
+
+    /// Returns the earliest arrival after which the body need not wait, and the latest one that is in
+    /// time, both \[s\].
+    pub fn arrival(&self) -> [f64; 2] {
+        [self.window[0] - self.settling, self.latest() - self.settling]
+    }
+
     /// Returns the end of the hold after an arrival \[s\], and by how much it is late \[s\].
     pub fn after(&self, arrival: f64) -> (f64, f64) {
         let begin = (arrival + self.settling).max(self.window[0]);
-        let latest = if self.pinned { self.window[0] } else { self.window[1] - self.hold };
-        let late = begin - latest;
+        let late = begin - self.latest();
         let is_late = late > Self::ROUND_OFF * (begin.abs() + self.hold);
         (begin + self.hold, if is_late { late } else { 0.0 })
     }

@@ -87,7 +87,8 @@ fn draws_have_the_moments_of_their_distributions() {
     let batch = batch(&[]);
     let cases = draws(&batch);
     assert_eq!((cases.len(), cases[0].set.len()), (20_000, 5));
-    let loaded: Vec<_> = cases.iter().take(4000).map(|case| batch.read(case).unwrap()).collect();
+    let loaded: Vec<_> =
+        cases.iter().take(4000).map(|case| batch.read(case).unwrap().maneuver().unwrap()).collect();
 
     let inertia: Vec<[f64; 3]> =
         loaded.iter().map(|one| one.problem.body.inertia.j().diagonal().into()).collect();
@@ -174,7 +175,7 @@ fn attitudes_keep_their_whole_turns() {
             .unwrap();
     let wanted = Vector3::new(480_f64.to_radians(), 0.0, 0.0);
     for case in draws(&batch) {
-        let loaded = batch.read(&case).unwrap();
+        let loaded = batch.read(&case).unwrap().maneuver().unwrap();
         let slewkit::maneuver::Path::AsGiven(turn) = loaded.problem.path else { panic!("{case:?}") };
         let offset = log(&(exp(&wanted).transpose() * exp(&turn)));
         assert!(offset.amax() < 0.01 && (turn - wanted).norm() < 0.2, "{turn}");

@@ -12,7 +12,7 @@ pub(super) enum Kind {
 
 /// The path of each column in a result, and its type. The heading is the path with underscores.
 pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
-pub(super) const AFTER: [(&str, Kind); 34] = [
+pub(super) const AFTER: [(&str, Kind); 36] = [
     ("status", Kind::Text),
     ("exit_code", Kind::Integer),
     ("error/code", Kind::Text),
@@ -23,6 +23,8 @@ pub(super) const AFTER: [(&str, Kind); 34] = [
     ("objective", Kind::Text),
     ("cost", Kind::Number),
     ("duration_s", Kind::Number),
+    ("stops", Kind::Text),
+    ("late_s", Kind::Number),
     ("steps", Kind::Integer),
     ("method", Kind::Text),
     ("outcome", Kind::Text),

@@ -1,12 +1,14 @@
 //! The lines of a file of results: a header, then one line a case.
 
 use super::{Case, Kind, Shard};
+use crate::export::SequenceRecord;
 use crate::spec::{Diagnostics, Severity};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{Outcome, Problem, Proved, SecondOrder, Sense, TerminalError};
-use slewkit::plan::Plan;
+use slewkit::plan::{Plan, Status};
+use slewkit::sequence::SequencePlan;
 use slewkit::verify::Verification;
 
 /// The first line: which batch the results are of.
@@ -67,10 +69,16 @@ pub struct CaseResult {
     /// Cost of the plan, converged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
-    /// The duration of the plan, or the requested one \[s\].
+    /// The duration of the plan, or the requested one \[s\]; of a sequence with its holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// Number of steps.
+    /// The stops of a sequence in the order in which they are visited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stops: Option<Vec<String>>,
+    /// By how much the windows of a sequence are missed, in all \[s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub late_s: Option<f64>,
+    /// Number of steps, of all legs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
     /// "shooting", "scp" or "interior_point".
@@ -168,6 +176,27 @@ impl From<&Verification> for Verdict {
     }
 }
 
+impl Verdict {
+    /// Returns what holds for two parts of a sequence: the larger one of each error.
+    fn worse(self, other: Self) -> Self {
+        let larger = |one: Option<f64>, other: Option<f64>| Some(one?.max(other?));
+        let mut failed = self.failed;
+        failed.extend(other.failed);
+        failed.sort_unstable();
+        failed.dedup();
+        Self {
+            passed: self.passed && other.passed,
+            failed,
+            discrete_attitude_rad: larger(self.discrete_attitude_rad, other.discrete_attitude_rad),
+            continuous_attitude_deg: larger(self.continuous_attitude_deg, other.continuous_attitude_deg),
+            // An order is of one motion.
+            order: None,
+            peak_torque_n_m: larger(self.peak_torque_n_m, other.peak_torque_n_m),
+            peak_rate_deg_s: larger(self.peak_rate_deg_s, other.peak_rate_deg_s),
+        }
+    }
+}
+
 /// Returns the number if it is finite: JSON has no NaN.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
@@ -206,6 +235,36 @@ impl CaseResult {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
         Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
+    }
+
+    /// Builds the result of a case without a plan.
+    pub(super) fn without_plan(case: &Case, status: Status, code: &str, reason: String) -> Self {
+        Self {
+            status: status.name().into(),
+            exit_code: status.exit_code(),
+            ..Self::refused(case, code, reason)
+        }
+    }
+
+    /// Builds the result of a sequence that was planned.
+    pub(super) fn of_sequence(case: &Case, record: &SequenceRecord, plan: &SequencePlan) -> Self {
+        let solved = record.status == Status::Solved;
+        let parts = plan
+            .legs
+            .iter()
+            .flat_map(|leg| std::iter::once(&leg.plan).chain(leg.hold.as_ref().map(|hold| &hold.plan)));
+        let verdicts: Option<Vec<Verdict>> =
+            parts.map(|part| part.verification.as_ref().map(Verdict::from)).collect();
+        Self {
+            objective: Some(record.minimize.clone()),
+            cost: finite(record.cost).filter(|_| solved),
+            duration_s: finite(record.duration_s).filter(|_| solved),
+            stops: Some(record.stops.iter().map(|stop| stop.name.clone()).collect()),
+            late_s: finite(record.late_s),
+            steps: Some(plan.legs.iter().map(|leg| leg.plan.solution.steps).sum()),
+            verified: verdicts.and_then(|verdicts| verdicts.into_iter().reduce(Verdict::worse)),
+            ..Self::of(case, record.status.name(), record.exit_code)
+        }
     }
 
     /// Builds a case at which the program failed: a bug, which must not take the other cases with

@@ -1,12 +1,14 @@
 //! One case from its spec to its result, as `slew plan` solves it, independent of all other cases.
 
 use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
-use crate::export::{PlanFile, Target};
-use crate::spec::Loaded;
+use crate::export::{ExportError, PlanFile, SequenceFile, Target};
+use crate::spec::{Diagnostics, Loaded, LoadedSequence, Spec};
 use slewkit::plan::{Control, Observer, Plan, PlanError, Progress, Status, plan};
 use std::collections::HashSet;
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::time::Instant;
 
 /// Stops a plan when the caller requests it.
 struct Stoppable<'a>(&'a dyn Fn() -> bool);
@@ -45,10 +47,13 @@ fn solved(
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<CaseResult>, BatchError> {
     let loaded = match batch.read(case) {
-        Ok(loaded) => loaded,
+        Ok(Spec::Maneuver(loaded)) => loaded,
+        Ok(Spec::Sequence(loaded)) => return sequence(batch, case, &loaded, options, stop),
+        // Refused by the reader.
+        Ok(Spec::Simulation(_)) => return Ok(Some(CaseResult::invalid(case, &Diagnostics(Vec::new())))),
         Err(found) => return Ok(Some(CaseResult::invalid(case, &found))),
     };
-    let Loaded { problem, settings, identity, .. } = &loaded;
+    let Loaded { problem, settings, identity, .. } = &*loaded;
     let plan = match plan_case(&loaded, stop) {
         Ok(plan) => plan,
         Err(error) => return Ok(Some(CaseResult::refused(case, "E0121", error.to_string()))),
@@ -56,14 +61,55 @@ fn solved(
     if plan.status == Status::Interrupted {
         return Ok(None);
     }
-    if let Some(folder) = &options.plans {
-        // The plan file is written before the result is recorded, so that each recorded case has
-        // its file. A file that a kill left is replaced.
-        let target = Target::new(folder.join(plan_name(case.number, batch.count())), true)?;
-        target
-            .write(|output| PlanFile::new(problem, settings, &plan).with_identity(identity).write(output))?;
-    }
+    keep(batch, case, options, |output| {
+        PlanFile::new(problem, settings, &plan).with_identity(identity).write(output)
+    })?;
     Ok(Some(CaseResult::planned(case, problem, &plan, options.times)))
+}
+
+/// Returns the result of a case with stops.
+fn sequence(
+    batch: &Batch,
+    case: &Case,
+    loaded: &LoadedSequence,
+    options: &Options,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<CaseResult>, BatchError> {
+    let LoadedSequence { sequence, settings, identity, .. } = loaded;
+    let began = Instant::now();
+    let plan = match sequence.plan(settings, &mut Stoppable(stop)) {
+        Ok(plan) => plan,
+        Err(error) => {
+            let (status, reason) = (error.status(), error.to_string());
+            let result = match status {
+                Some(Status::Interrupted) => return Ok(None),
+                Some(status) => CaseResult::without_plan(case, status, "E0191", reason),
+                None => CaseResult::refused(case, "E0190", reason),
+            };
+            return Ok(Some(result));
+        }
+    };
+    if plan.status() == Status::Interrupted {
+        return Ok(None);
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    let file = SequenceFile::new(sequence, settings, &plan, identity);
+    keep(batch, case, options, |output| file.write(output))?;
+    let result = CaseResult::of_sequence(case, &file.record, &plan);
+    Ok(Some(CaseResult { solve_time_s: options.times.then_some(seconds), ..result }))
+}
+
+/// Writes the plan file of a case into the folder of plans, before the result is recorded, so that
+/// each recorded case has its file. A file that a kill left is replaced.
+fn keep(
+    batch: &Batch,
+    case: &Case,
+    options: &Options,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
+) -> Result<(), BatchError> {
+    let Some(folder) = &options.plans else { return Ok(()) };
+    let target = Target::new(folder.join(plan_name(case.number, batch.count())), true)?;
+    Ok(target.write(|output| write(output))?)
 }
 
 impl Batch {

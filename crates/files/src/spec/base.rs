@@ -3,13 +3,13 @@
 use super::paths::{self, Place};
 use super::shape::open;
 use super::{
-    Diagnostic, Diagnostics, Finding, Format, Loaded, Node, Origin, Override, Source, Spec, Spot, Value,
-    Wanted, diagnostics, folder_of, overrides, parse, text, typed, understand,
+    Diagnostic, Diagnostics, Finding, Format, Node, Origin, Override, Source, Spec, Spot, Value, Wanted,
+    diagnostics, folder_of, overrides, parse, text, typed, understand,
 };
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The spec of a maneuver that is parsed once and read many times, each time under other overrides.
+/// The spec of a maneuver or a sequence that is parsed once and read many times, each time under other overrides.
 #[derive(Clone, Debug)]
 pub struct Base {
     name: String,
@@ -80,18 +80,14 @@ impl Base {
         files_named(&self.root, &self.folder)
     }
 
-    /// Returns the maneuver under more overrides.
+    /// Returns the maneuver or the sequence under more overrides.
     ///
     /// # Errors
     /// Returns all errors of the spec; a simulation is an error.
-    pub fn read(&self, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
+    pub fn read(&self, overrides: &[Override]) -> Result<Spec, Diagnostics> {
         let mut sources = self.sources.clone();
         let (root, findings) = overrides::apply(self.root.clone(), overrides, &mut sources);
-        match understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Maneuver)? {
-            Spec::Maneuver(loaded) => Ok(*loaded),
-            // Refused there.
-            Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
-        }
+        understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Planned)
     }
 
     /// Builds the base without `[dispersion]`, which need not be read again for each of its cases.

@@ -211,6 +211,14 @@ pub enum Spec {
 }
 
 impl Spec {
+    /// Returns the maneuver, if it is one without stops.
+    pub fn maneuver(self) -> Option<Loaded> {
+        match self {
+            Self::Maneuver(loaded) => Some(*loaded),
+            Self::Sequence(_) | Self::Simulation(_) => None,
+        }
+    }
+
     /// Returns the warnings, in file order.
     pub fn warnings(&self) -> &[Diagnostic] {
         match self {

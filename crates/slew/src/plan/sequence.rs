@@ -59,23 +59,21 @@ pub fn refusal(error: &SequenceError) -> Failure {
         let message = Message::new("E0191", format!("interrupted: {reason}"), "run it again");
         return Failure::Plan(Status::Interrupted, message);
     }
-    match error {
+    let remedy = match error {
         SequenceError::Windows { .. } => {
-            let remedy = "widen the window, shorten the holds before it, or allow more torque";
-            Failure::Plan(Status::Infeasible, Message::new("E0191", reason, remedy))
+            "widen the window, shorten the holds before it, or allow more torque"
         }
         SequenceError::NoPlan { .. } => {
-            let remedy = "plan that leg by itself to see why: a spec with its two ends; or allow more time";
-            Failure::Plan(Status::NotConverged, Message::new("E0191", reason, remedy))
+            "plan that leg by itself to see why: a spec with its two ends; or allow more time"
         }
-        SequenceError::Stopped(status) => {
-            let remedy = "allow more time: solver.time_limit_s";
-            Failure::Plan(*status, Message::new("E0191", reason, remedy))
-        }
+        SequenceError::Stopped(_) => "allow more time: solver.time_limit_s",
         SequenceError::Beyond { .. } => {
-            let remedy = "shorten the holds, or give maneuver.duration_s or a window as long as the whole";
-            Failure::Problem(Message::new("E0190", reason, remedy))
+            "shorten the holds, or give maneuver.duration_s or a window as long as the whole"
         }
-        _ => Failure::Problem(Message::new("E0190", reason, "change the stops accordingly")),
+        _ => "change the stops accordingly",
+    };
+    match error.status() {
+        Some(status) => Failure::Plan(status, Message::new("E0191", reason, remedy)),
+        None => Failure::Problem(Message::new("E0190", reason, remedy)),
     }
 }

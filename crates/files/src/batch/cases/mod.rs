@@ -11,7 +11,7 @@ pub use grid::Axis;
 
 use super::{BatchError, Case, Header, Kind, Shard};
 use crate::fingerprint::Fingerprint;
-use crate::spec::{Base, Diagnostics, Format, Loaded, MOST_CASES, Override, escape, read_as};
+use crate::spec::{Base, Diagnostics, Format, MOST_CASES, Override, Spec, escape, read_planned};
 use draws::Draws;
 use folder::Folder;
 use grid::Grid;
@@ -88,7 +88,8 @@ impl Batch {
     /// # Errors
     /// Returns an error of the spec, or of its dispersion.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
-        let Some(dispersion) = base.read(&[])?.dispersion else {
+        let maneuver = base.read(&[])?.maneuver();
+        let Some(dispersion) = maneuver.and_then(|loaded| loaded.dispersion) else {
             let reason = format!("{}: the spec has no [dispersion]", escape(base.name()));
             let remedy =
                 "add [dispersion] with seed, cases and [[dispersion.vary]], as `slew help monte-carlo` shows";
@@ -187,10 +188,10 @@ impl Batch {
     ///
     /// # Errors
     /// All errors of the spec of the case.
-    pub fn read(&self, case: &Case) -> Result<Loaded, Diagnostics> {
+    pub fn read(&self, case: &Case) -> Result<Spec, Diagnostics> {
         match (&self.base, &case.spec) {
             (Some(base), None) => base.read(&case.set),
-            (_, Some(path)) => read_as(path, Format::of(path), &self.overrides),
+            (_, Some(path)) => read_planned(path, Format::of(path), &self.overrides),
             // A case without its own spec uses the base. A batch has at least one of the two.
             (None, None) => Err(Diagnostics(Vec::new())),
         }
