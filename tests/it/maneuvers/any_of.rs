@@ -3,10 +3,11 @@
 use super::on_equal_steps::on_equal_steps;
 use super::shortest::cone;
 use slewkit::maneuver::{
-    Alternatives, Constraint, During, Fuel, Objective, Outcome, Problem, Rule, Settings, Side, Target,
+    Aim, Alternatives, Constraint, Direction, During, Fuel, Objective, Outcome, Problem, ProblemError, Rule,
+    Settings, Side, Target,
 };
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
-use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::{Body, Inertia, Matrix3, State, Vector3, lie};
 
 const HALF_ANGLE: f64 = 35.0;
@@ -130,6 +131,15 @@ fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
         planned(&problem.with_alternatives(Alternatives { name: "sky".into(), sets }), Target::Discrete);
     assert_eq!(found.status, Status::Solved);
     assert!((found.solution.cost / alone - 1.0).abs() < 1e-9, "{} and {alone}", found.solution.cost);
+}
+
+/// An end that a cone beside the sets forbids at every roll is refused, as it is without the sets.
+#[test]
+fn an_end_in_a_cone_is_refused_beside_sets() {
+    let aim = Aim::new(Vector3::z(), Direction::Fixed(Vector3::from(SUN).normalize())).at_rest();
+    let problem = cone(in_turns(), Side::KeepOut, [0.0, 0.0, 1.0], SUN, 30.0).with_aim_at_end(aim);
+    let found = plan(&problem, &Settings::default(), None, &mut Silent);
+    assert!(matches!(found, Err(PlanError::Problem(ProblemError::Violated { end: "end", .. }))), "{found:?}");
 }
 
 /// If no set holds at an end, this is reported, with the fault of each.

@@ -76,38 +76,39 @@ pub fn solve(
         Motion::Attitude => scheduled::<6>(problem, settings, guess, observer),
         Motion::RigidBody => scheduled::<12>(problem, settings, guess, observer),
     };
-    let mut plan = |schedule: &Schedule, guess: Option<&Guess>| {
+    let mut within = |schedule: &Schedule, guess: Option<&Guess>| {
         let given = problem.in_turns(schedule);
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
         let settings = Settings { time_limit: remaining, ..settings.clone() };
-        let found = match inner(&given, &settings, guess, observer) {
-            // The schedule and not the maneuver is at odds with an end.
-            Err(PlanError::Problem(ProblemError::Violated { .. })) => {
-                Ok(Solution::unsolved(&given, settings.tolerance))
-            }
-            found => found,
-        };
         let told =
             |found| Solution { turns: schedule.clone(), solve_time: began.elapsed().as_secs_f64(), ..found };
-        found.map(told)
+        inner(&given, &settings, guess, observer).map(told)
+    };
+    let or_unsolved = |found: Result<Solution, PlanError>| match found {
+        // The schedule and not the maneuver is at odds with an end.
+        Err(PlanError::Problem(ProblemError::Violated { .. })) => {
+            Ok(Solution::unsolved(problem, settings.tolerance))
+        }
+        found => found,
     };
     let ended = |found: &Solution| {
         matches!(found.outcome, Outcome::Converged | Outcome::Interrupted | Outcome::TimeLimit)
     };
     let mut failed = None;
     for (schedule, guess) in &scheduled {
-        let found = plan(schedule, Some(guess))?;
+        let found = or_unsolved(within(schedule, Some(guess)))?;
         if ended(&found) {
             return Ok(found);
         }
         failed = failed.or(Some(found));
     }
-    // What no plan can do without the sets it cannot with them.
-    let free = plan(&never(problem), guess)?;
+    // What no plan can do without the sets it cannot with them: an end that a constraint forbids.
+    let free = within(&never(problem), guess)?;
     if free.outcome != Outcome::Converged {
         return Ok(free);
     }
-    let found = plan(&roomiest(problem, &Followed::recorded(problem, &free)), guess)?;
+    let roomiest = roomiest(problem, &Followed::recorded(problem, &free));
+    let found = or_unsolved(within(&roomiest, guess))?;
     if ended(&found) {
         return Ok(found);
     }
