@@ -308,7 +308,7 @@ fn wheels_keep_the_total_momentum_in_space() {
     assert!((state.attitude * state.momentum - before).amax() < 1e-13 * before.norm());
 }
 
-/// theory.md's rest-to-rest slew by 120° of the body with a full inertia, W = diag(1, 2, 0.5).
+/// The slew of reference: from rest to rest by 120°, with a full inertia and W = diag(1, 2, 0.5).
 pub(crate) fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];

@@ -16,8 +16,9 @@
 //! stands in `linear_plan::stage`; bodies that translate and torques fixed in the reference frame
 //! in `linear_plan::posed`.
 //!
-//! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet flow of the motion that is
-//! flown, of second order in the step, and its `z` has the physical momenta at the nodes.
+//! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet
+//! flow of the motion that is flown, of second order in the step, and its `z` has the physical
+//! momenta at the nodes.
 //! [`Timing::AtNodes`]: `w₀ = 0`, and `w₁` the full kick at the node that the step leads to. It is
 //! the discrete problem itself, exactly; its momenta are those after a full kick, and half a kick
 //! leads there from the physical start, and back at the end.
@@ -203,7 +204,8 @@ impl LinearPlan {
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
     /// # Errors
-    /// [`Unlinearised`]: of bodies that translate, wheels, torques fixed in the reference frame, or a trajectory that does not fit.
+    /// [`Unlinearised`]: of bodies that translate, wheels, torques fixed in the reference frame, or
+    /// a trajectory that does not fit.
     pub fn new(problem: &Problem, plan: &Trajectory, timing: Timing) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         if problem.switches() && timing == Timing::AtNodes {

@@ -12,8 +12,9 @@ use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
 ///
-/// [`crate::plan::plan()`] uses a guess as one more start beside its search, and reports the cheapest plan. A guess that
-/// is [`alone`](Self::alone) replaces the search by shooting where it leads to a plan.
+/// [`crate::plan::plan()`] uses a guess as one more start beside its search, and reports the
+/// cheapest plan. A guess that is [`alone`](Self::alone) replaces the search by shooting where it
+/// leads to a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.

@@ -415,7 +415,7 @@ fn ends_of_families_have_the_derivatives_of_their_equations() {
     assert!(seen > 40, "{seen}");
 }
 
-/// From its one start: costs of theory.md, from another program, on the same grid; without limits
+/// From its one start: the costs of another program on the same grid; without limits
 /// the costates of the shooting. Within limits the rows that act and the costates are those that
 /// Newton on the active set finds.
 #[test]

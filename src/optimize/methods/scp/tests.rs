@@ -59,7 +59,7 @@ fn a_stop_leaves_a_large_subproblem_to_itself() {
     }
 }
 
-/// Costs of theory.md, section 9 and 10, from another program. The duals of the convex iteration
+/// Costs of the slew of reference from another program. The duals of the convex iteration
 /// are the costates, which Newton on the set of acting rows finds from there, and the interior
 /// point ends the digits after few subproblems.
 #[test]
