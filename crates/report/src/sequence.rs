@@ -12,7 +12,6 @@ use slewkit::lie;
 use slewkit::maneuver::{Outcome, Problem, Solution};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::plan::Plan;
-use slewkit::sequence::Place;
 use slewkit_files::export::{PlanFile, SequenceFile, StopRecord};
 use slewkit_files::spec::LoadedSequence;
 
@@ -76,10 +75,7 @@ fn subject<'a>(
     loaded: &'a LoadedSequence,
     euler: &'a str,
 ) -> Subject<'a> {
-    let aims = loaded.sequence.stops.iter().filter_map(|stop| match &stop.place {
-        Place::Aim(aim) => Some(aim.boresight),
-        Place::Attitude(_) => None,
-    });
+    let aims = loaded.sequence.stops.iter().filter_map(|stop| loaded.boresight(&stop.name));
     Subject {
         problem: craft,
         plan,
@@ -178,11 +174,7 @@ fn sky(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) 
         let boresights = boresights(subject);
         let only = (boresights.len() == 1).then(|| boresights[0].vector);
         for (index, stop) in file.record.stops.iter().enumerate() {
-            let asked = loaded.sequence.stops.iter().find(|asked| asked.name == stop.name);
-            let boresight = match asked.map(|asked| &asked.place) {
-                Some(Place::Aim(aim)) => Some(aim.boresight),
-                _ => only,
-            };
+            let boresight = loaded.boresight(&stop.name).or(only);
             let node = path.time.partition_point(|time| *time < stop.arrives_s).min(path.time.len() - 1);
             let attitude = lie::rotation_from_quaternion(&path.quaternion[node]);
             sky.marks.extend(

@@ -305,7 +305,7 @@ fn a_sequence_is_summarised_as_one_maneuver_is() {
         OBSERVED.replace("WINDOW", "window = [\"2026-11-21T07:01:00 UTC\", \"2026-11-21T07:02:00 UTC\"]");
     fs::write(folder.path("dates.toml"), &spec).unwrap();
     let run = folder.slew(&["plan", "dates.toml", "-o", "plan.json", "--report", "page.html"]).ends(0);
-    run.tells("slew report plan.json -o plan.html").tells("each leg is a local minimum to first order");
+    let run = run.tells("slew report plan.json -o plan.html").tells("each leg is a local minimum to");
     // The peaks of the wheels are those of the file.
     let json = folder.json("plan.json");
     let peak = |key: &str, wheel: usize| {

