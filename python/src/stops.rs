@@ -148,6 +148,6 @@ impl PlannedSequence {
 
     /// Returns the summary that `slew plan` prints.
     fn summary(&self) -> String {
-        summary::sequence::sequence(false, &self.file()).join("\n")
+        summary::sequence::sequence(false, &self.file(), &self.loaded).join("\n")
     }
 }

@@ -13,13 +13,13 @@ pub(super) struct Boresight {
     pub vector: Vector3,
 }
 
-/// Returns the boresight that ends on a target, and the boresights of all constraints, each once;
-/// the body axes for a maneuver without boresights.
+/// Returns the boresights that end on targets, and the boresights of all constraints, each once; the
+/// body axes for a maneuver without boresights.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
     let aim = subject.problem.aim().map(|aim| aim.boresight);
     let of_cones = cones(subject).flat_map(|(_, pointing)| pointing.boresights.iter().copied());
-    for vector in aim.into_iter().chain(of_cones) {
+    for vector in aim.into_iter().chain(subject.aims.iter().copied()).chain(of_cones) {
         if !found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {
             found.push(Boresight { name: name(subject.identity, &vector), vector });
         }

@@ -45,6 +45,7 @@ pub use simulation::{simulation_page, simulation_pictures};
 
 use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
+use slewkit::Vector3;
 use slewkit::assured::{Beside, NotKnown};
 use slewkit::maneuver::{Outcome, Problem, Trajectory};
 use slewkit::optimize::discrete::linear_plan::PosedPlan;
@@ -115,6 +116,8 @@ pub struct Subject<'a> {
     pub identity: &'a Identity,
     /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
+    /// The boresights, body axes, that point at the stops of a sequence.
+    aims: Vec<Vector3>,
     course: Option<Result<Course, WitnessError>>,
     /// The gains and uncertainties of the plan, and the resulting quantities.
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
@@ -137,7 +140,7 @@ impl<'a> Subject<'a> {
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
-        Self { problem, plan, identity, sequence, course, flight: None }
+        Self { problem, plan, identity, sequence, aims: Vec::new(), course, flight: None }
     }
 
     /// Adds the quantities of the plan flown with `closed_loop`, if that has gains or uncertainty

@@ -23,7 +23,7 @@ pub fn sequence_page(file: &SequenceFile<'_>, loaded: &LoadedSequence, euler: &s
     let subject = &subject(&craft, &plan, loaded, euler);
     let (verdict, tone) = verdict(record.status);
     let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
-    let told: Vec<(String, String)> = parts(&summary::sequence::told(file))
+    let told: Vec<(String, String)> = parts(&summary::sequence::told(file, loaded))
         .into_iter()
         .scan(String::new(), |label, (own, text)| {
             if !own.is_empty() {
@@ -75,13 +75,22 @@ fn subject<'a>(
     loaded: &'a LoadedSequence,
     euler: &'a str,
 ) -> Subject<'a> {
-    Subject { problem: craft, plan, identity: &loaded.identity, sequence: euler, course: None, flight: None }
+    let aims = loaded.sequence.stops.iter().filter_map(|stop| loaded.boresight(&stop.name));
+    Subject {
+        problem: craft,
+        plan,
+        identity: &loaded.identity,
+        sequence: euler,
+        aims: aims.collect(),
+        course: None,
+        flight: None,
+    }
 }
 
 fn drawn(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) -> Vec<Shown> {
     let mut shown = vec![timeline(file, loaded)];
     if subject.trajectory().time.len() > 1 {
-        shown.push(sky(file, subject));
+        shown.push(sky(file, loaded, subject));
         shown.extend(charts::inputs(subject));
         shown.extend(charts::of_motion(subject));
         shown.extend(attitude::turning(subject));
@@ -155,21 +164,21 @@ fn stops(file: &SequenceFile<'_>) -> Table {
     }
 }
 
-/// Draws the tracks of the boresights, with the stops by their numbers.
-fn sky(file: &SequenceFile<'_>, subject: &Subject<'_>) -> Shown {
+/// Draws the tracks of the boresights, with the stops by their numbers: a stop is where the
+/// boresight that points at it arrives. If a stop is an attitude, it has a number only if there is
+/// one boresight.
+fn sky(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) -> Shown {
     let mut shown = sphere::sky(subject);
     if let Picture::Sky(sky) = &mut shown.picture {
         let path = subject.trajectory();
+        let boresights = boresights(subject);
+        let only = (boresights.len() == 1).then(|| boresights[0].vector);
         for (index, stop) in file.record.stops.iter().enumerate() {
+            let boresight = loaded.boresight(&stop.name).or(only);
             let node = path.time.partition_point(|time| *time < stop.arrives_s).min(path.time.len() - 1);
             let attitude = lie::rotation_from_quaternion(&path.quaternion[node]);
-            let boresights = boresights(subject);
-            let only = if boresights.len() == 1 { &boresights[..] } else { &[] };
             sky.marks.extend(
-                only.iter().map(|boresight| SkyMark {
-                    name: (index + 1).to_string(),
-                    at: attitude * boresight.vector,
-                }),
+                boresight.map(|vector| SkyMark { name: (index + 1).to_string(), at: attitude * vector }),
             );
         }
     }

@@ -96,6 +96,14 @@ impl Destination {
         Ok(())
     }
 
+    /// Returns the path of the plan file, if one is written: other formats do not hold a whole plan.
+    pub fn plan_file(&self) -> Option<&Path> {
+        match self {
+            Self::File(target, Format::Json) => Some(target.path()),
+            _ => None,
+        }
+    }
+
     /// Returns the format, if data are written.
     pub fn format(&self) -> Option<Format> {
         match self {

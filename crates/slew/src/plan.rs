@@ -6,8 +6,8 @@ mod warm;
 use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
-    Console, Destination, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory,
-    report, spec_file, summary,
+    Console, Exit, Failure, Format, Message, OutputArgs, SpecArgs, export, interrupt, memory, report,
+    spec_file, summary,
 };
 use clap::ValueEnum;
 use slewkit::assured::{self, Beside, Margins, NotKept, NotKnown};
@@ -126,9 +126,6 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let beside = beside(&problem, &plan, &closed_loop, console);
     let gains = gains(&problem, &plan, &closed_loop, console);
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
-    let file = args.output.output.as_deref().filter(|_| {
-        matches!(destination, Destination::File(..)) && matches!(format, Some(formats::Format::Json))
-    });
     let record = margins.as_ref().map(|margins| MarginsRecord::new(&closed_loop, margins));
     let told = summary::Told {
         problem: &problem,
@@ -136,7 +133,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         plan: &plan,
         identity: &identity,
         verbose: args.verbose,
-        file,
+        file: destination.plan_file(),
         beside: beside.as_ref().map(|beside| (&closed_loop, beside)),
         margins: record.as_ref(),
         gains: gains.as_ref(),

@@ -55,14 +55,14 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
     }
     if let Some((label, text)) = begun {
-        lines.lines(label, summary::wrapped(&escape(text), summary::TEXT));
+        lines.text(label, escape(text));
     }
     let times = &plan.solution.trajectory.time;
     lines.extend(gains.iter().flat_map(|gains| summary::flown::gains(gains, times)));
     if let Some((closed_loop, beside)) = beside {
         lines.extend(summary::flown::beside(problem, closed_loop, beside, margins));
     } else if let Some(margins) = margins {
-        lines.lines("margin", summary::wrapped(&summary::flown::kept(margins), summary::TEXT));
+        lines.text("margin", summary::flown::kept(margins));
     }
     let advice = advice(args, problem, settings, plan);
     if advice.is_empty() && plan.status == Status::Solved {
@@ -75,8 +75,9 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     lines.join("\n")
 }
 
-/// Returns the suggested next command for a solved plan.
-fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
+/// Returns the suggested next command for a solved plan. `file` is the plan file that will be
+/// written.
+pub fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
     let more = if verbose { "" } else { "; -v reports how it was found" };
     if let Some(file) = file {
         let name = word(&file.to_string_lossy());
@@ -106,7 +107,7 @@ fn tried(text: &str) -> Vec<String> {
         return lines;
     }
     let Some((command, why)) = text.split_once("   # ") else {
-        lines.lines("try", summary::wrapped(text, summary::TEXT));
+        lines.text("try", text);
         return lines;
     };
     if command.chars().count() <= summary::TEXT {

@@ -320,12 +320,7 @@ impl Told {
                 ),
             );
         }
-        lines.lines(
-            "open",
-            self.open.iter().flat_map(|text| {
-                slewkit_report::summary::wrapped(&escape(text), slewkit_report::summary::TEXT)
-            }),
-        );
+        lines.texts("open", self.open.iter().map(|text| escape(text)));
         lines
     }
 

@@ -24,4 +24,5 @@ mod sequences;
 mod simulate;
 mod sky;
 mod streams;
+mod table;
 mod timeline;

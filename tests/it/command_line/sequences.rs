@@ -287,3 +287,120 @@ fn batches_take_sequences() {
     folder.slew(&["merge", "all.jsonl", "-o", "all.csv"]).ends(0);
     assert!(folder.read("all.csv").contains("\"[\"\"near\"\",\"\"far\"\"]\""));
 }
+
+/// A telescope and a star tracker, which has the only cone; wheels; a window by dates.
+const OBSERVED: &str = r#"
+format = 1
+name = "observations"
+epoch = "2026-11-21T07:00:00 UTC"
+[body]
+inertia_kg_m2 = [20, 18, 12]
+[actuators]
+wheel = [
+    { name = "A", axis_body = [1, 0, 0], torque_limit_n_m = 0.2, momentum_limit_n_m_s = 2 },
+    { name = "B", axis_body = [0, 1, 0], torque_limit_n_m = 0.2, momentum_limit_n_m_s = 2 },
+    { name = "C", axis_body = [0, 0, 1], torque_limit_n_m = 0.2, momentum_limit_n_m_s = 2 },
+]
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[maneuver]
+minimize = "time"
+steps = 40
+[[stop]]
+name = "Crab"
+point = { boresight_body = [0, 0, 1], boresight_name = "telescope", ra_deg = 83.633, dec_deg = 22.014 }
+second = { axis_body = [1, 0, 0], vector = [0, 0, 1] }
+hold_s = 10
+WINDOW
+[[stop]]
+name = "Vela"
+point = { boresight_body = [0, 0, 1], boresight_name = "telescope", ra_deg = 128.836, dec_deg = -45.176 }
+second = { axis_body = [1, 0, 0], vector = [0, 0, 1] }
+[[constraint]]
+kind = "keep_out"
+name = "star tracker off the Sun and its corona"
+boresight_body = [0, -1, 0]
+direction = { vector = [-1, -0.3, 0] }
+half_angle_deg = 20
+"#;
+
+/// Returns the numbers that a summary has under a label.
+fn numbers_of(text: &str, label: &str) -> Vec<f64> {
+    let line = text.lines().find(|line| line.trim_start().starts_with(label));
+    let line = line.unwrap_or_else(|| panic!("no {label} in {text}"));
+    line.split([' ', ';']).filter_map(|word| word.parse().ok()).collect()
+}
+
+#[test]
+fn a_sequence_is_summarised_as_one_maneuver_is() {
+    let folder = Folder::new();
+    let spec =
+        OBSERVED.replace("WINDOW", "window = [\"2026-11-21T07:01:00 UTC\", \"2026-11-21T07:02:00 UTC\"]");
+    fs::write(folder.path("dates.toml"), &spec).unwrap();
+    let run = folder.slew(&["plan", "dates.toml", "-o", "plan.json", "--report", "page.html"]).ends(0);
+    let run = run.tells("slew report plan.json -o plan.html").tells("each leg is a local minimum to");
+    // The peaks of the wheels are those of the file.
+    let json = folder.json("plan.json");
+    let peak = |key: &str, wheel: usize| {
+        let legs = json["legs"].as_array().unwrap();
+        let parts = legs.iter().chain(json["holds"].as_array().into_iter().flatten());
+        let rows = parts.flat_map(|part| part["trajectory"][key].as_array().into_iter().flatten());
+        rows.map(|row| row[wheel].as_f64().unwrap().abs()).fold(0.0, f64::max)
+    };
+    for (label, key, limit) in [("wheels", "input", 0.2), ("momentum", "wheel_momentum_n_m_s", 2.0)] {
+        let told = numbers_of(&run.stderr, label);
+        let [a, b, c, part, of] = told[..] else { panic!("{label}: {told:?}") };
+        let peaks = [0, 1, 2].map(|wheel| peak(key, wheel));
+        for (told, found) in [a, b, c].into_iter().zip(peaks) {
+            assert!((told - found).abs() <= 6e-3 * found, "{label}: {told} {found}");
+        }
+        let largest = peaks.into_iter().fold(0.0, f64::max);
+        assert!((part - 100.0 * largest / limit).abs() < 0.6 && of == limit, "{label}: {part} {of}");
+    }
+    // The terminal breaks the line, the page does not.
+    let clearance = "star tracker off the Sun and its corona: 0.0534 deg, on the leg to Vela";
+    assert!(!run.stderr.contains(clearance), "{}", run.stderr);
+    let page = folder.read("page.html");
+    assert!(page.contains(&format!("<dd>{clearance}</dd>")));
+    // The target of each stop is on the track of the telescope, although only the star tracker has a
+    // cone.
+    let data = super::page::data(&page);
+    let sky = super::page::picture(&data, "sky");
+    let names: Vec<&str> =
+        sky["tracks"].as_array().unwrap().iter().map(|track| track["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["telescope", "boresight −y"]);
+    for (name, [ra, dec]) in [("1", [83.633_f64, 22.014_f64]), ("2", [128.836, -45.176])] {
+        let marks = sky["marks"].as_array().unwrap();
+        let mark = marks.iter().find(|mark| mark["name"] == name).unwrap();
+        let at: Vec<f64> = mark["at"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        let (ra, dec) = (ra.to_radians(), dec.to_radians());
+        let wanted = [dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin()];
+        let off: f64 = at.iter().zip(wanted).map(|(a, b)| (a - b).powi(2)).sum();
+        assert!(off.sqrt() < 1e-6, "{name}: {at:?}");
+    }
+    folder.slew(&["report", "plan.json", "-o", "later.html"]).ends(0);
+    assert_eq!(page, folder.read("later.html"));
+}
+
+#[test]
+fn dates_of_windows_are_seconds_from_the_epoch() {
+    let folder = Folder::new();
+    let stops = |window: &str| {
+        fs::write(folder.path("stops.toml"), OBSERVED.replace("WINDOW", window)).unwrap();
+        folder.slew(&["plan", "stops.toml", "-o", "plan.json", "--force", "-q"]).ends(0);
+        folder.json("plan.json")["stops"].clone()
+    };
+    // TAI is 37 s ahead of UTC.
+    for (dates, seconds, begins) in [
+        (
+            r#"window = ["2026-11-21T07:01:00 UTC", "2026-11-21T07:02:17.5 TAI"]"#,
+            "window_s = [60, 100.5]",
+            60.0,
+        ),
+        (r#"start = "2026-11-21T07:01:00.25 UTC""#, "start_s = 60.25", 60.25),
+    ] {
+        let (dated, counted) = (stops(dates), stops(seconds));
+        assert_eq!(dated, counted, "{dates}");
+        assert_eq!(dated[0]["hold_begins_s"].as_f64(), Some(begins));
+    }
+}

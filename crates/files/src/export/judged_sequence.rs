@@ -59,7 +59,7 @@ impl SequenceFile<'_> {
         let (mut legs, mut holds) = (Vec::with_capacity(self.legs.len()), Vec::new());
         let mut unvisited: Vec<&Stop> = sequence.stops.iter().collect();
         let (mut at, mut time, mut late) = (sequence.craft.start, 0.0, 0.0);
-        let mut held: Option<Vec<f64>> = None;
+        let mut held: Option<Held> = None;
         if self.legs.len() != self.record.stops.len() {
             checks.holds("a leg for each stop", false);
         }
@@ -130,8 +130,8 @@ impl SequenceFile<'_> {
     }
 }
 
-/// The largest change of the momenta of wheels between legs, as a part of the largest one: a leg ends
-/// as well as it lands.
+/// The largest change of the momenta of wheels between legs, as a part of the largest momentum of the
+/// motion so far: a leg ends as well as it lands.
 const CARRIED: f64 = 1e-3;
 
 /// The largest angle between a hold and its target at the nodes \[rad\]: what the witnesses' round-off
@@ -168,6 +168,12 @@ impl Own {
     }
 }
 
+/// The momenta that wheels have at the end of a part, and the largest one so far [N·m·s].
+struct Held {
+    last: Vec<f64>,
+    largest: f64,
+}
+
 /// The checks so far.
 struct Checks(Vec<Check>);
 
@@ -193,21 +199,16 @@ impl Checks {
 
     /// Checks that wheels begin a part with the momenta that the part before has left; returns those
     /// that this part leaves.
-    fn carries(
-        &mut self,
-        name: &str,
-        before: Option<Vec<f64>>,
-        own: &Own,
-        part: &PlanFile<'_>,
-    ) -> Option<Vec<f64>> {
+    fn carries(&mut self, name: &str, before: Option<Held>, own: &Own, part: &PlanFile<'_>) -> Option<Held> {
         let now = &own.problem.actuation.wheels.as_ref()?.momentum;
-        if let Some(before) = before {
-            let scale = before.iter().chain(now).fold(f64::MIN_POSITIVE, |most, part| most.max(part.abs()));
-            let apart = before.iter().zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            self.within(&format!("wheels at the {name}"), apart / scale, CARRIED);
-        }
         let rows = &part.trajectory.0.wheel_momentum;
-        Some(rows[rows.len().saturating_sub(now.len())..].to_vec())
+        let so_far = before.as_ref().map_or(f64::MIN_POSITIVE, |held| held.largest);
+        let largest = rows.iter().chain(now).fold(so_far, |most, one| most.max(one.abs()));
+        if let Some(Held { last, .. }) = before {
+            let apart = last.iter().zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            self.within(&format!("wheels at the {name}"), apart / largest, CARRIED);
+        }
+        Some(Held { last: rows[rows.len().saturating_sub(now.len())..].to_vec(), largest })
     }
 
     /// Checks that a state at a time \[s\] is at a stop; `from` is the state at the start of its leg.

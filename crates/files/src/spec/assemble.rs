@@ -57,7 +57,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let duration = maneuver::duration(section);
     let known = duration.and_then(|duration| duration.known().or(duration.at_most()));
     let has_stops = stops::has_stops(root);
-    let known = known.or_else(|| has_stops.then(|| sky::ahead_of(stops::lasting(root))));
+    let known = known.or_else(|| has_stops.then(|| sky::ahead_of(stops::lasting(root, identity.epoch))));
     let mut sky = sky::Reading::new(root, identity.epoch, known, folder);
     let constraints = constraint::constraints(root, &mut sky);
     for boundary in [&start, &end].into_iter().flatten() {

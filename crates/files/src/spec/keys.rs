@@ -799,7 +799,7 @@ tables! {
     static STOP[
         exclusive: &[
             &["attitude", "point"],
-            &["window_s", "start_s"],
+            &["window_s", "start_s", "window", "start"],
             &["passing", "hold_s"],
             &["passing", "settling_s"],
             &["angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s"],
@@ -820,6 +820,11 @@ tables! {
         "window_s": Interval;
         /// The time at which the hold begins.
         "start_s": Number(q::NOT_NEGATIVE_TIME);
+        /// As window_s, by two dates with their time scales, which count from the epoch of the spec:
+        /// ["2026-11-21T07:05:00 UTC", "2026-11-21T07:15:00 UTC"].
+        "window": Texts(2);
+        /// As start_s, by a date with its time scale.
+        "start": Text(100);
         /// Whether the body passes without stopping, at the rate of least cost. Default: false.
         "passing": Flag;
         /// Bound on the rate at which the body passes. Default: none.

@@ -97,7 +97,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::mechanics::full_body::{Attractor, Dumbbell};
 use slewkit::propagate::simulate::Simulation;
-use slewkit::sequence::Sequence;
+use slewkit::sequence::{Place, Sequence};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -208,6 +208,17 @@ pub enum Spec {
     Sequence(Box<LoadedSequence>),
     /// A simulation.
     Simulation(Box<LoadedSimulation>),
+}
+
+impl LoadedSequence {
+    /// Returns the boresight that points at the stop of this name, body axes; `None` for a stop that
+    /// is an attitude.
+    pub fn boresight(&self, stop: &str) -> Option<Vector3> {
+        match self.sequence.stops.iter().find(|other| other.name == stop)?.place {
+            Place::Aim(ref aim) => Some(aim.boresight),
+            Place::Attitude(_) => None,
+        }
+    }
 }
 
 impl Spec {

@@ -34,11 +34,12 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Returns the boresights that have a name: first the boresights of constraints, then the boresight
-/// of the end.
+/// Returns the boresights that have a name: first the boresights of constraints, then the boresights
+/// of the end and of stops.
 fn boresights(root: &Section) -> Vec<Boresights> {
-    let point = root.section("end").and_then(|end| end.section("point"));
-    let named = root.list("constraint").iter().chain(point).filter_map(|section| {
+    let ends = root.section("end").into_iter().chain(root.list("stop"));
+    let points = ends.filter_map(|end| end.section("point"));
+    let named = root.list("constraint").iter().chain(points).filter_map(|section| {
         let name = section.word("boresight_name")?.trim();
         if name.is_empty() {
             let remedy = "write a name, or remove the key";
@@ -68,20 +69,29 @@ fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     root.section("actuators")?.list("thruster").iter().map(nozzle).collect()
 }
 
-fn epoch(root: &Section) -> Option<Epoch> {
-    let text = root.word("epoch")?;
-    Epoch::parse(text)
-        .map_err(|error| {
-            let remedy = match error {
-                EpochError::NoScale | EpochError::Scale(_) => {
-                    "name the time scale: UTC, TAI, TT, TDB or GPS, as in epoch = \"2026-11-21T07:00:00 UTC\""
-                }
-                EpochError::Offset(_) => "write the time in UTC, as in epoch = \"2026-11-21T07:00:00 UTC\"",
-                EpochError::Form | EpochError::Calendar => "write epoch = \"2026-11-21T07:00:00 UTC\"",
-            };
-            root.error("E0130", "epoch", format!("`epoch`: {error}"), remedy);
-        })
-        .ok()
+/// Returns the epoch under the key `epoch` of a table; `None` if it is absent, or if the report has
+/// an error of it.
+pub(super) fn epoch(section: &Section) -> Option<Epoch> {
+    let date = date("epoch", section.word("epoch")?);
+    date.map_err(|(reason, remedy)| section.error("E0130", "epoch", reason, remedy)).ok()
+}
+
+/// Returns the moment that a text states; or the reason for which it states none, and the remedy.
+pub(super) fn date(key: &str, text: &str) -> Result<Epoch, (String, String)> {
+    Epoch::parse(text).map_err(|error| {
+        let how = match error {
+            EpochError::NoScale | EpochError::Scale(_) => {
+                "name the time scale: UTC, TAI, TT, TDB or GPS, as in "
+            }
+            EpochError::Offset(_) => "write the time in UTC, as in ",
+            EpochError::Form | EpochError::Calendar => "write ",
+        };
+        let sample = match key {
+            "window" => "[\"2026-11-21T07:05:00 UTC\", \"2026-11-21T07:15:00 UTC\"]",
+            _ => "\"2026-11-21T07:00:00 UTC\"",
+        };
+        (format!("`{key}`: {error}"), format!("{how}{key} = {sample}"))
+    })
 }
 
 /// Returns a name that every format can carry.

@@ -4,7 +4,7 @@
 mod table;
 
 use super::shape::open;
-use super::{Diagnostics, Section, cut, short};
+use super::{Diagnostics, Section, cut, names, short};
 use crate::epoch::Epoch;
 use crate::exchange::{EphemerisAxes, Segment, read_ephemeris, read_mean_elements};
 use slewkit::Vector3;
@@ -111,17 +111,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
         return of_file(section, around);
     }
     let model = if section.word("model") == Some("two_body") { Model::TwoBody } else { Model::J2 };
-    let at = match section.word("epoch") {
-        None if section.has("epoch") => return None,
-        None => around.clock,
-        Some(text) => match Epoch::parse(text) {
-            Ok(epoch) => epoch.clock(),
-            Err(error) => {
-                let remedy = "write epoch = \"2026-11-21T07:00:00 UTC\"";
-                return section.refuse("E0130", "epoch", format!("`epoch`: {error}"), remedy);
-            }
-        },
-    };
+    let at = if section.has("epoch") { names::epoch(section)?.clock() } else { around.clock };
     let needs = |name: &str, sample: &str| {
         if !section.has(name) {
             let reason = format!("{what} needs `{name}`");

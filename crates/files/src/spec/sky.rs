@@ -26,6 +26,9 @@ const HORIZON: f64 = 7_200.0;
 /// The most of that \[s\]: a day of vectors is read in a second.
 const MOST_AHEAD: f64 = 86_400.0;
 
+/// The remedy for a spec without an epoch.
+const ADD_EPOCH: &str = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top";
+
 /// The time within which the next pass over a station is searched \[s\].
 const PASSES: f64 = 86_400.0;
 
@@ -59,6 +62,8 @@ pub struct Heavens {
 pub(crate) struct Reading {
     /// The epoch and the folder for reading orbits; `None` without an epoch.
     around: Option<Around>,
+    /// Whether the report has an error of the epoch, which then is not missing as well.
+    epoch_is_wrong: bool,
     /// The sky; `None` if the report has an error, or without an epoch.
     sky: Option<Sky>,
     /// The time that tracks cover \[s\].
@@ -78,6 +83,7 @@ impl Reading {
             polar_motion_arcsec: [number("polar_motion_x_arcsec"), number("polar_motion_y_arcsec")],
         };
         let ahead = duration.unwrap_or(HORIZON);
+        let epoch_is_wrong = epoch.is_none() && root.has("epoch");
         let around = epoch.map(|epoch| Around {
             epoch,
             clock: epoch.clock(),
@@ -86,9 +92,10 @@ impl Reading {
             folder: folder.into(),
         });
         let orbit = match (section, &around) {
+            (Some(_), None) if epoch_is_wrong => None,
             (Some(section), None) => {
                 let reason = "[orbit] needs `epoch`: the position of a satellite depends on the date";
-                section.error_here("E0075", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
+                section.error_here("E0075", reason, ADD_EPOCH);
                 None
             }
             (Some(section), Some(around)) => orbit::orbit(section, "[orbit]", around),
@@ -105,15 +112,10 @@ impl Reading {
             takes_time: root.word("light_time") == Some("one_way"),
             aberrates: root.word("aberration") == Some("satellite"),
         };
-        if let (true, None) = (light != Light::default(), &around) {
+        if light != Light::default() && around.is_none() && !epoch_is_wrong {
             let key = if light.takes_time { "light_time" } else { "aberration" };
             let reason = format!("`{key}` needs `epoch`: apparent directions depend on the date");
-            root.error(
-                "E0075",
-                key,
-                reason,
-                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or remove the key",
-            );
+            root.error("E0075", key, reason, format!("{ADD_EPOCH}, or remove the key"));
         }
         // An error of the orbit has been reported already.
         let sky = match &around {
@@ -122,7 +124,7 @@ impl Reading {
             }
             _ => None,
         };
-        Self { around, sky, ahead, targets: Vec::new(), goal: None }
+        Self { around, epoch_is_wrong, sky, ahead, targets: Vec::new(), goal: None }
     }
 
     /// Returns the targets.
@@ -177,7 +179,7 @@ impl Reading {
                 Target::Limb { azimuth_deg: section.number("azimuth_deg")?, height_m }
             }
             "satellite" => {
-                let Some(around) = &self.around else { return self.without_epoch(section, word) };
+                let around = self.around(section, "at", || of_word(word), ADD_EPOCH)?;
                 Target::Satellite(Box::new(orbit::orbit(section, "`at = \"satellite\"`", around)?))
             }
             _ if !section.has("orbit_vector") => {
@@ -186,9 +188,8 @@ impl Reading {
             }
             _ => Target::InOrbit(axis(section, "orbit_vector")?),
         };
-        let Some(sky) = &self.sky else {
-            return if self.around.is_none() { self.without_epoch(section, word) } else { None };
-        };
+        self.around(section, "at", || of_word(word), ADD_EPOCH)?;
+        let sky = self.sky.as_ref()?;
         self.known_ahead(section, "at")?;
         let found = sky.direction(&target, 0.0, self.ahead);
         let direction = self.told(section, word, found)?;
@@ -219,18 +220,8 @@ impl Reading {
 
     /// Returns the disc of the Earth, whose limb a cone begins at.
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
-        let Some(sky) = &self.sky else {
-            if self.around.is_none() {
-                let reason = "the position of the Earth depends on the date, and the spec has no `epoch`";
-                section.error(
-                    "E0075",
-                    "limb_of",
-                    reason,
-                    "add epoch = \"2026-11-21T07:00:00 UTC\" at the top",
-                );
-            }
-            return None;
-        };
+        self.around(section, "limb_of", || "the position of the Earth".into(), ADD_EPOCH)?;
+        let sky = self.sky.as_ref()?;
         self.known_ahead(section, "limb_of")?;
         let found = sky.earth_disc(0.0, self.ahead);
         let direction = self.told(section, "the limb of the Earth", found)?;
@@ -251,9 +242,30 @@ impl Reading {
         section.refuse("E0076", key, reason, "shorten the maneuver, or bound it by duration_at_most_s")
     }
 
-    fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
-        let reason = format!("the position of \"{word}\" depends on the date, and the spec has no `epoch`");
-        section.refuse("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top")
+    /// Returns the epoch of the spec, with the data that orbits need. If the spec has no epoch,
+    /// reports that `what` depends on the date.
+    fn around(
+        &self,
+        section: &Section,
+        key: &str,
+        what: impl FnOnce() -> String,
+        remedy: &str,
+    ) -> Option<&Around> {
+        if self.around.is_none() && !self.epoch_is_wrong {
+            let reason = format!("{} depends on the date, and the spec has no `epoch`", what());
+            section.error("E0075", key, reason, remedy);
+        }
+        self.around.as_ref()
+    }
+
+    /// Returns the epoch of the spec, from which the date under `key` is counted. If the spec has no
+    /// epoch, reports an error.
+    pub fn epoch(&self, section: &Section, key: &str) -> Option<Epoch> {
+        if self.around.is_none() && !self.epoch_is_wrong {
+            let reason = format!("`{key}` is a date, and the spec has no `epoch` at which time begins");
+            section.error("E0075", key, reason, format!("{ADD_EPOCH}, or give {key}_s in seconds"));
+        }
+        self.around.as_ref().map(|around| around.epoch)
     }
 
     fn told<T>(&self, section: &Section, what: &str, found: Result<T, SkyError>) -> Option<T> {
@@ -346,6 +358,11 @@ impl Reading {
         );
         section.refuse("E0077", "at", reason, remedy)
     }
+}
+
+/// Describes the position of a target in messages.
+fn of_word(word: &str) -> String {
+    format!("the position of \"{word}\"")
 }
 
 /// The largest part of an angular velocity across the axis that points which is round-off.

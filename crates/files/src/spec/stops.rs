@@ -1,8 +1,10 @@
 //! `[[stop]]`: the stops of a sequence, and their order.
 
 use super::attitude::{self, Use};
-use super::{Section, constraint, escape, short, sky};
+use super::{Section, constraint, cut, escape, names, short, sky};
+use crate::epoch::Epoch;
 use slewkit::maneuver::{Aim, Constraint, EndCondition, Problem, ProblemError, Rule, State};
+use slewkit::numerics::figures::counted;
 use slewkit::sequence::order::Visit;
 use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
@@ -47,20 +49,94 @@ pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> 
 
 /// Returns how long a sequence lasts at least, by its holds and the begins of its windows, and until
 /// when its windows are open, both \[s\].
-pub(crate) fn lasting(root: &Section) -> [f64; 2] {
+pub(crate) fn lasting(root: &Section, epoch: Option<Epoch>) -> [f64; 2] {
     let mut rests = 0.0;
     let (mut least, mut open) = (0.0_f64, 0.0_f64);
     for stop in root.list("stop") {
         let time = |key: &str| if stop.has(key) { stop.number(key).unwrap_or(0.0) } else { 0.0 };
         rests += time("settling_s") + time("hold_s");
-        let window = if stop.has("window_s") { stop.square("window_s") } else { None };
-        let [from, until] = match window.as_ref().and_then(|pairs| pairs.first()).map(Vec::as_slice) {
-            Some([from, until]) => [*from, *until],
-            _ => [time("start_s"); 2],
-        };
+        let Ok(Some(Opening { window: [from, until], pinned, .. })) = opening(stop, epoch) else { continue };
+        let until = if pinned { from } else { until };
         (least, open) = (least.max(from + time("hold_s")), open.max(until));
     }
     [least.max(rests), open]
+}
+
+/// The time in which a hold is allowed.
+struct Opening {
+    /// The key that states it.
+    key: &'static str,
+    /// The interval that contains the hold \[s\].
+    window: [f64; 2],
+    /// Whether the hold begins when the interval begins.
+    pinned: bool,
+}
+
+/// The fault of a window: code, key, reason, remedy; `None` if the report already has it.
+type Fault = Option<(&'static str, &'static str, String, String)>;
+
+/// Returns the window of a stop, if it has one. Dates count from `epoch`.
+fn opening(stop: &Section, epoch: Option<Epoch>) -> Result<Option<Opening>, Fault> {
+    const WINDOW: &str = "window";
+    const START: &str = "start";
+    // Seconds from the epoch to a date; a date before the epoch can only be a mistake.
+    let seconds = |key: &'static str, text: &str| {
+        let wrong =
+            |(reason, remedy)| Some(("E0130", key, format!("{reason}: \"{}\"", cut(text, 60)), remedy));
+        let date = names::date(key, text).map_err(wrong)?;
+        Ok::<_, Fault>(date.since(&epoch.ok_or(None)?))
+    };
+    let past = |key: &'static str, text: &str, time: f64| {
+        let reason = format!(
+            "`{key}`: {} is {} s before the `epoch`, at which the sequence begins",
+            escape(text),
+            short(-time)
+        );
+        Some(("E0079", key, reason, "give a later date, or an earlier `epoch`".to_string()))
+    };
+    let opening = |key, window, pinned| Ok(Some(Opening { key, window, pinned }));
+    if stop.has(START) {
+        let text = stop.word(START).ok_or(None)?;
+        let from = seconds(START, text)?;
+        return if from < 0.0 {
+            Err(past(START, text, from))
+        } else {
+            opening(START, [from, f64::INFINITY], true)
+        };
+    }
+    if stop.has(WINDOW) {
+        let texts = stop.texts(WINDOW).ok_or(None)?;
+        let [first, last] = &texts[..] else {
+            let reason =
+                format!("`window` has {}: an interval is [from, until]", counted(texts.len(), "date"));
+            let remedy = "write window = [\"2026-11-21T07:05:00 UTC\", \"2026-11-21T07:15:00 UTC\"]";
+            return Err(Some(("E0026", WINDOW, reason, remedy.into())));
+        };
+        let (from, until) = (seconds(WINDOW, first)?, seconds(WINDOW, last)?);
+        if until < from {
+            let reason = format!(
+                "`window`: {} is before {}: an interval is [from, until]",
+                escape(last),
+                escape(first)
+            );
+            return Err(Some(("E0079", WINDOW, reason, "exchange the two dates".into())));
+        }
+        return if until < 0.0 {
+            Err(past(WINDOW, last, until))
+        } else {
+            opening(WINDOW, [from, until], false)
+        };
+    }
+    if stop.has("start_s") {
+        let from = stop.number("start_s").ok_or(None)?;
+        return opening("start_s", [from, f64::INFINITY], true);
+    }
+    if stop.has("window_s") {
+        let pairs = stop.square("window_s").ok_or(None)?;
+        let pair = pairs.first().and_then(|pair| <[f64; 2]>::try_from(&pair[..]).ok());
+        return opening("window_s", pair.ok_or(None)?, false);
+    }
+    Ok(None)
 }
 
 /// Returns the name of a stop, which is its number if it has none.
@@ -90,19 +166,25 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
     };
     let time = |key: &str| if section.has(key) { section.number(key) } else { Some(0.0) };
     let (settling, hold) = (time("settling_s")?, time("hold_s")?);
-    let (window, pinned) = if section.has("start_s") {
-        ([section.number("start_s")?, f64::INFINITY], true)
-    } else if section.has("window_s") {
-        let pair = section.square("window_s")?;
-        let [from, until] = <[f64; 2]>::try_from(pair.first()?.clone()).ok()?;
-        if hold - (until - from) > Visit::ROUND_OFF * (from.abs() + hold) {
-            let reason =
-                format!("the window is {} s long, and the hold takes {} s", short(until - from), short(hold));
-            return section.refuse("E0190", "window_s", reason, "shorten the hold, or widen the window");
+    let dated = ["window", "start"].into_iter().find(|key| section.has(key));
+    let epoch = match dated {
+        Some(key) => Some(sky.epoch(section, key)?),
+        None => None,
+    };
+    let (window, pinned) = match opening(section, epoch) {
+        Ok(Some(Opening { key, window: [from, until], pinned })) => {
+            if hold - (until - from) > Visit::ROUND_OFF * (from.abs() + hold) {
+                let [length, hold] = [until - from, hold].map(short);
+                let reason = format!("the window is {length} s long, and the hold takes {hold} s");
+                return section.refuse("E0190", key, reason, "shorten the hold, or widen the window");
+            }
+            ([from, until], pinned)
         }
-        ([from, until], false)
-    } else {
-        (Visit::PASSED.window, false)
+        Ok(None) => (Visit::PASSED.window, false),
+        Err(fault) => {
+            let (code, key, reason, remedy) = fault?;
+            return section.refuse(code, key, reason, remedy);
+        }
     };
     let rate = section.angle("angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s");
     let passes = section.flag("passing").unwrap_or(false);

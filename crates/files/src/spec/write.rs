@@ -351,7 +351,7 @@ impl Writing {
         });
     }
 
-    /// Adds the names of boresights to the constraints and to the end.
+    /// Adds the names of boresights to the constraints, the end and the stops.
     fn with_boresights(&mut self, identity: &Identity) {
         let vector = |value: &Value| {
             let row: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
@@ -369,6 +369,9 @@ impl Writing {
         constraints.into_iter().flatten().filter_map(Value::as_object_mut).for_each(named);
         let point = self.keys.get_mut("end").and_then(|end| end.get_mut("point"));
         point.and_then(Value::as_object_mut).into_iter().for_each(named);
+        let stops = self.keys.get_mut("stop").and_then(Value::as_array_mut);
+        let points = stops.into_iter().flatten().filter_map(|stop| stop.get_mut("point"));
+        points.filter_map(Value::as_object_mut).for_each(named);
     }
 
     /// Appends a table to the list `name`.

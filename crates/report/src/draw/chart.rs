@@ -1,6 +1,7 @@
 //! Curves over two axes, with marks, bands and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
+use super::clear::crosses;
 use super::curve::{Curve, Shape};
 use super::legibility;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
@@ -103,11 +104,14 @@ impl Chart {
         for curve in curves.iter().rev() {
             draw(svg, curve, &x, &y);
         }
+        let placed = |curve: &Curve| -> Vec<(f64, f64)> {
+            curve.shape.points().into_iter().filter_map(|(a, b)| Some((x.place(a)?, y.place(b)?))).collect()
+        };
+        let lines: Vec<Vec<(f64, f64)>> = curves.iter().map(placed).collect();
         for level in self.levels.iter().filter(|level| !level.label.is_empty()) {
             if let Some(at) = y.place(level.value) {
-                let at = if at - TOP < 18.0 { at + 15.0 } else { at - 5.0 };
-                let style = format!("font-size=\"11\" fill=\"{LIMIT}\"");
-                svg.text((RIGHT - 6.0, at), Anchor::End, &style, &level.label);
+                let style = format!("font-size=\"{NAME}\" fill=\"{LIMIT}\"");
+                svg.text(beside(&level.label, at, &lines), Anchor::End, &style, &level.label);
             }
         }
         svg.raw("</g>");
@@ -115,6 +119,31 @@ impl Chart {
         let y = legend(svg, &curves);
         shades(svg, &names, y);
     }
+}
+
+/// The size of the name of a limit \[px\], the width of its characters relative to that, and the
+/// distance between the places that are tried for it \[px\].
+const NAME: f64 = 11.0;
+const WIDE: f64 = 0.6;
+const PLACES: f64 = 24.0;
+
+/// Returns the place of the name of a limit, by its right end: above or below its line, as far to the
+/// right as no curve crosses it.
+fn beside(name: &str, level: f64, lines: &[Vec<(f64, f64)>]) -> (f64, f64) {
+    let width = WIDE * NAME * name.chars().count() as f64;
+    let sides: Vec<f64> = [level - 5.0, level + 15.0]
+        .into_iter()
+        .filter(|below| below - NAME - 2.0 >= TOP && below + 3.0 <= BOTTOM)
+        .collect();
+    let last = RIGHT - 6.0;
+    let count = ((last - width - LEFT) / PLACES).max(0.0) as usize + 1;
+    let ends = (0..count).map(|place| last - PLACES * place as f64);
+    let mut places = ends.flat_map(|end| sides.iter().map(move |below| (end, *below)));
+    let is_free = |(end, below): &(f64, f64)| {
+        let frame = [end - width, below - NAME, *end, below + 2.0];
+        lines.iter().all(|line| !crosses(line, frame))
+    };
+    places.find(is_free).unwrap_or((last, sides.first().copied().unwrap_or(level - 5.0)))
 }
 
 fn axes(svg: &mut Svg, chart: &Chart, x: &Laid, y: &Laid) {
@@ -312,5 +341,25 @@ fn shades(svg: &mut Svg, names: &[&str], mut y: f64) {
         let style = format!("font-size=\"11\" fill=\"{INK}\"");
         svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(name, 27));
         y += 16.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_limit_is_off_the_curves() {
+        let level = 0.5 * (TOP + BOTTOM);
+        assert_eq!(beside("limit", level, &[]), (RIGHT - 6.0, level - 5.0));
+        // A curve above the line, then one along the right part of both sides.
+        let above = vec![(LEFT, level - 8.0), (RIGHT, level - 8.0)];
+        let (x, y) = beside("limit", level, &[above.clone()]);
+        assert_eq!((x, y), (RIGHT - 6.0, level + 15.0));
+        let below = vec![(LEFT + 200.0, level + 8.0), (RIGHT, level + 8.0)];
+        let (x, y) = beside("limit", level, &[above, below]);
+        assert!(x < LEFT + 200.0 && y > level, "{x} {y}");
+        // At the upper edge the name is below the line.
+        assert_eq!(beside("limit", TOP + 2.0, &[]).1, TOP + 17.0);
     }
 }

@@ -19,7 +19,7 @@ pub struct Gantt {
     pub rows: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// The edges of the rows [px].
+/// The edges of the rows [px]; names may move the left one.
 const LEFT: f64 = 118.0;
 const RIGHT: f64 = 776.0;
 const TOP: f64 = 64.0;
@@ -30,6 +30,11 @@ const ROW: f64 = 34.0;
 const BAR: f64 = 0.62;
 /// The narrowest bar [px].
 const NARROW: f64 = 1.6;
+/// The width of a character of a name, its distance from the rows [px], and the number of characters
+/// of the longest name.
+const LETTER: f64 = 7.0;
+const BESIDE_ROWS: f64 = 8.0;
+const LONGEST: usize = 28;
 /// The width of a stretch that is left out [px].
 const BREAK: f64 = 26.0;
 /// A stretch without bars is left out if it is longer than this part of all that has bars, and than
@@ -63,6 +68,12 @@ impl Gantt {
     /// Returns the lower edge of the rows [px].
     fn bottom(&self) -> f64 {
         self.top() + (self.rows.len().max(1) as f64 * ROW).min(BOTTOM - TOP)
+    }
+
+    /// Returns the left edge of the rows [px], which leaves room for their names.
+    fn left(&self) -> f64 {
+        let longest = self.rows.iter().map(|(name, _)| name.chars().count().min(LONGEST)).max();
+        LEFT.max(2.0 * BESIDE_ROWS + LETTER * longest.unwrap_or(0) as f64)
     }
 
     /// Returns the upper edge of the rows [px].
@@ -111,14 +122,15 @@ impl Gantt {
         if at < self.end {
             pieces.push(piece(at, self.end, false));
         }
-        laid_out(&mut pieces);
+        laid_out(&mut pieces, self.left());
         pieces
     }
 
     pub(super) fn draw(&self, svg: &mut Svg) {
         let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
-        svg.text((LEFT, 26.0), Anchor::Start, &bold, &self.title);
-        svg.text((LEFT, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
+        let left_edge = self.left();
+        svg.text((left_edge, 26.0), Anchor::Start, &bold, &self.title);
+        svg.text((left_edge, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
         let (pieces, top, bottom) = (self.pieces(), self.top(), self.bottom());
         let row = (bottom - top) / self.rows.len().max(1) as f64;
         let (grid, ink) = (format!("stroke=\"{GRID}\""), format!("fill=\"{INK}\""));
@@ -135,8 +147,9 @@ impl Gantt {
         }
         for (index, (name, bars)) in self.rows.iter().enumerate() {
             let middle = top + (index as f64 + 0.5) * row;
-            svg.text((LEFT - 8.0, middle + 0.35 * FONT_SIZE), Anchor::End, &ink, &shortened(name, 15));
-            svg.line((LEFT, middle + 0.5 * row), (RIGHT, middle + 0.5 * row), &grid);
+            let at = (left_edge - BESIDE_ROWS, middle + 0.35 * FONT_SIZE);
+            svg.text(at, Anchor::End, &ink, &shortened(name, LONGEST));
+            svg.line((left_edge, middle + 0.5 * row), (RIGHT, middle + 0.5 * row), &grid);
             for [from, to] in bars {
                 let Some((left, right)) = place(&pieces, *from).zip(place(&pieces, *to)) else { continue };
                 let width = (right - left).max(NARROW);
@@ -166,23 +179,23 @@ impl Gantt {
             let length = format!("{} s off", significant(piece.to - piece.from, 3));
             svg.text((at.0, at.1 + 4.0), Anchor::Middle, &turned, &length);
         }
-        let frame = [(LEFT, top), (RIGHT, top), (RIGHT, bottom), (LEFT, bottom)];
+        let frame = [(left_edge, top), (RIGHT, top), (RIGHT, bottom), (left_edge, bottom)];
         svg.path(&frame, true, &format!("fill=\"none\" stroke=\"{INK}\""));
-        svg.text((0.5 * (LEFT + RIGHT), bottom + 44.0), Anchor::Middle, &ink, "time, s");
+        svg.text((0.5 * (left_edge + RIGHT), bottom + 44.0), Anchor::Middle, &ink, "time, s");
     }
 }
 
-/// Places pieces side by side. All shown pieces have one scale, but at least the width [`LEAST`].
-fn laid_out(pieces: &mut [Piece]) {
+/// Places pieces side by side from `left`. All shown pieces have one scale, but at least the width [`LEAST`].
+fn laid_out(pieces: &mut [Piece], left: f64) {
     let length = |piece: &Piece| piece.to - piece.from;
     let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;
-    let (mut room, mut shown) = (RIGHT - LEFT - breaks * BREAK, 0.0);
+    let (mut room, mut shown) = (RIGHT - left - breaks * BREAK, 0.0);
     shown += pieces.iter().filter(|piece| !piece.left_out).map(length).sum::<f64>();
     let all = room / shown;
     for piece in pieces.iter().filter(|piece| !piece.left_out && all * length(piece) < LEAST) {
         (room, shown) = (room - LEAST, shown - length(piece));
     }
-    let mut pixel = LEFT;
+    let mut pixel = left;
     for piece in pieces {
         let width = match piece.left_out {
             true => BREAK,

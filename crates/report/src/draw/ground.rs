@@ -1,6 +1,7 @@
 //! Tracks on the ground as a map: azimuthal equidistant about the middle of the tracks, seen from
 //! above, north up.
 
+use super::clear::crosses;
 use super::colour;
 use super::sky::SkyView;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken};
@@ -103,9 +104,19 @@ impl Ground {
         svg.raw("</g>");
         svg.circle(MIDDLE, RADIUS, &format!("fill=\"none\" stroke=\"{INK}\""));
         let small = format!("font-size=\"10\" fill=\"{FAINT}\"");
+        let tracks = self.tracks.iter().flat_map(|track| &track.stretches);
+        let tracks: Vec<Vec<(f64, f64)>> =
+            tracks.map(|stretch| stretch.iter().map(place).collect()).collect();
         for (text, at) in labels(&view, step) {
-            let (x, y) = place(&at);
-            svg.text((x + 2.0, y - 2.0), Anchor::Start, &small, &text);
+            let ((x, y), width) = (place(&at), LETTER * text.chars().count() as f64);
+            // At the crossing of two grid lines, in a quarter that no track passes through.
+            let [right, left, above, below] = [x + 2.0, x - 2.0 - width, y - 2.0, y + 10.0];
+            let quarters = [(right, above), (right, below), (left, above), (left, below)];
+            let is_free = |(x, y): &&(f64, f64)| {
+                tracks.iter().all(|track| !crosses(track, [*x, y - 8.0, x + width, y + 2.0]))
+            };
+            let corner = quarters.iter().find(is_free).unwrap_or(&quarters[0]);
+            svg.text(*corner, Anchor::Start, &small, &text);
         }
         for track in &self.tracks {
             let colour = colour(track.style);
@@ -163,6 +174,9 @@ impl Ground {
         }
     }
 }
+
+/// The width of a character of the numbers on the map \[px\].
+const LETTER: f64 = 6.0;
 
 /// Returns the unit vector to a place, as on the sphere of directions.
 fn direction([latitude, longitude]: &Place) -> Vector3 {

@@ -7,6 +7,7 @@
 
 mod axis;
 mod chart;
+mod clear;
 mod curve;
 mod gantt;
 mod ground;

@@ -137,6 +137,9 @@ const LONGEST_NAME: usize = 30;
 const TOP: f64 = 56.0;
 const END: f64 = 6.0;
 
+/// Half the size of the cross at a mark \[px\].
+const CROSS: f64 = 5.0;
+
 /// Points around a cone.
 const AROUND: usize = 180;
 
@@ -251,21 +254,28 @@ impl Sky {
             );
             svg.path(&edge, true, &style);
         }
+        let stretches = |track: &SkyTrack| -> Vec<Vec<(f64, f64)>> {
+            let stretches = track.points.chunk_by(|a, b| !view.tears(a, b));
+            stretches.map(|stretch| stretch.iter().map(place).collect()).collect()
+        };
         for track in self.tracks.iter().rev() {
             let colour = colour(track.style);
-            for stretch in track.points.chunk_by(|a, b| !view.tears(a, b)) {
-                let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
+            for points in stretches(track) {
                 svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\""));
             }
         }
         svg.raw("</g>");
         let rim = format!("fill=\"none\" stroke=\"{INK}\"");
         svg.circle(MIDDLE, RADIUS, &rim);
-        let mut names = Names::within([0.0, TOP, MIDDLE.0 + RADIUS + 48.0, SIZE.1]);
+        let tracks = self.tracks.iter().flat_map(stretches).collect();
+        let mut names = Names::within([0.0, TOP, MIDDLE.0 + RADIUS + 48.0, SIZE.1], tracks);
         for track in &self.tracks {
             for end in [track.points.first(), track.points.last()].into_iter().flatten() {
                 names.keep_clear(place(end), END);
             }
+        }
+        for mark in &self.marks {
+            names.keep_clear(place(&mark.at), CROSS);
         }
         let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
         let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
@@ -294,8 +304,8 @@ impl Sky {
         for mark in &self.marks {
             let (x, y) = place(&mark.at);
             let cross = format!("stroke=\"{INK}\" stroke-width=\"1.6\"");
-            svg.line((x - 5.0, y), (x + 5.0, y), &cross);
-            svg.line((x, y - 5.0), (x, y + 5.0), &cross);
+            svg.line((x - CROSS, y), (x + CROSS, y), &cross);
+            svg.line((x, y - CROSS), (x, y + CROSS), &cross);
         }
         self.legend(svg);
     }

@@ -59,6 +59,37 @@ function linearTicks(low, high, count, least = 0) {
   return ticks;
 }
 
+// The width of a text of this size, as of wide letters of a sans-serif font.
+const nameWidth = (text, size) => 0.6 * size * text.length;
+
+// Whether a line through points passes through a box: left, top, right, bottom.
+function crosses(points, [left, top, right, bottom]) {
+  for (let k = 1; k < points.length; k++) {
+    const [[ax, ay], [bx, by]] = [points[k - 1], points[k]];
+    // The part of the segment within the box, from `first` to `last`.
+    let [first, last] = [0, 1];
+    for (const [from, to, least, most] of [[ax, bx, left, right], [ay, by, top, bottom]]) {
+      const [one, other] = [(least - from) / (to - from), (most - from) / (to - from)];
+      if (from === to) last = from < least || from > most ? -1 : last;
+      else [first, last] = [Math.max(first, Math.min(one, other)), Math.min(last, Math.max(one, other))];
+    }
+    if (first <= last) return true;
+  }
+  return false;
+}
+
+// A line with its points at least some pixels apart, the last one included.
+function sparse(points, apart = 3) {
+  const kept = [];
+  points.forEach((point, k) => {
+    const last = kept[kept.length - 1];
+    if (!last || k === points.length - 1 || Math.hypot(point[0] - last[0], point[1] - last[1]) >= apart) {
+      kept.push(point);
+    }
+  });
+  return kept;
+}
+
 // Decades on a logarithmic axis; values are logarithms.
 function logarithmicTicks(low, high, count) {
   const every = Math.max(1, Math.ceil((high - low) / count));

@@ -107,13 +107,17 @@ function stage() {
       }
     };
     // Names stand above everything: they are written last.
-    const names = naming([width, height]);
+    const names = naming([width, height], moving ? [] : tracks.map((track) => sparse(track.map(place))));
     const words = [];
     const word = (...what) => words.push(what);
     const written = ([text, at, colour, size = 12]) => {
       pen.fillStyle = colour;
       pen.font = `${size}px system-ui, "DejaVu Sans", sans-serif`;
-      pen.fillText(text, ...names.beside(...place(at), pen.measureText(text).width, size));
+      const where = names.beside(...place(at), pen.measureText(text).width, size);
+      pen.strokeStyle = tint("paper");
+      pen.lineWidth = 2.5;
+      pen.strokeText(text, ...where);
+      pen.fillText(text, ...where);
     };
     pen.clearRect(0, 0, width, height);
     const attitude = attitudeAt(time());

@@ -3,6 +3,20 @@
 // Room around the plot; to the left as much as the numbers take.
 const EDGE = { right: 14, top: 12, bottom: 42 };
 const NAME = 24;
+// The room for the name of a limit, above or below its line.
+const LEVEL = 18;
+
+// The place of the name of a limit, by its right end: above or below the line, as far to the right as
+// no curve crosses it.
+function beside(text, y, [left, right, top, bottom], lines) {
+  const width = nameWidth(text, 11);
+  const sides = [y - 5, y + 14].filter((below) => below - 12 >= top && below + 3 <= bottom);
+  const places = [];
+  for (let end = right - 6; end - width > left; end -= 24) for (const below of sides) places.push([end, below]);
+  const free = ([end, below]) => lines.every((line) => !crosses(line, [end - width, below - 10, end, below + 2]));
+  const [x, below] = places.find(free) || [right - 6, sides[0] ?? y - 5];
+  return { x, y: below };
+}
 
 function chart(figureNode, picture) {
   const plot = figureNode.querySelector(".plot");
@@ -54,10 +68,12 @@ function chart(figureNode, picture) {
     }
     if (!state().range) picture.levels.forEach((level) => see(level.value));
     if (low > high) [low, high] = [0, 1];
-    const margin = Math.max(0.06 * (high - low), logarithmic ? 0.2 : 1e-9 * Math.max(Math.abs(low),
+    const up = height - EDGE.top - EDGE.bottom;
+    // The name of a limit has room beyond it, where no curve is.
+    const part = picture.levels.some((level) => level.label) ? Math.max(0.06, LEVEL / (up - 2 * LEVEL)) : 0.06;
+    const margin = Math.max(part * (high - low), logarithmic ? 0.2 : 1e-9 * Math.max(Math.abs(low),
       Math.abs(high), 1e-12));
     [low, high] = [low - margin, high + margin];
-    const up = height - EDGE.top - EDGE.bottom;
     const ticks = (logarithmic ? logarithmicTicks : linearTicks)(low, high, Math.max(2, up / 36));
     const letters = (tick) => tick.text.length + (tick.power === null ? 0 : tick.text === "10" ? 2 : 7);
     const left = NAME + 10 + 7 * Math.max(2, ...ticks.map(letters));
@@ -112,10 +128,6 @@ function chart(figureNode, picture) {
       if (at === null) continue;
       const y = view.y(at);
       element("line", { x1: left, x2: right, y1: y, y2: y, stroke: "var(--limit)", "stroke-dasharray": "7 4" }, inside);
-      if (level.label) {
-        const label = { x: right - 6, y: y - top < 17 ? y + 14 : y - 5, "text-anchor": "end", class: "limit" };
-        element("text", label, inside, level.label);
-      }
     }
     for (const curve of [...curves].reverse()) {
       const attributes = {
@@ -131,6 +143,11 @@ function chart(figureNode, picture) {
         });
       }
     }
+    const lines = curves.map((curve) => sparse(points(curve)));
+    for (const level of picture.levels.filter((level) => level.label && place(level.value) !== null)) {
+      const at = beside(level.label, view.y(place(level.value)), [left, right, top, bottom], lines);
+      element("text", { ...at, "text-anchor": "end", class: "limit" }, inside, level.label);
+    }
     element("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none",
       stroke: "var(--line)" }, svg);
     element("text", { x: (left + right) / 2, y: height - 8, "text-anchor": "middle" }, svg, picture.x.label);
@@ -140,6 +157,12 @@ function chart(figureNode, picture) {
     cursor = element("line", { y1: top, y2: bottom, stroke: "var(--ink)", "stroke-width": 1 }, svg);
     plot.replaceChildren(svg);
     point();
+  }
+
+  // The pixels of the points in sight.
+  function points({ x, y }) {
+    const seen = (k) => x[k] >= view.from && x[k] <= view.to && y[k] !== null && place(y[k]) !== null;
+    return x.map((_, k) => k).filter(seen).map((k) => [view.x(x[k]), view.y(place(y[k]))]);
   }
 
   // The points in sight, and one more at each side.

@@ -37,11 +37,12 @@ function graticule() {
 }
 
 // Where names stand: each beside what it names, right or left, in the nearest row within the
-// picture that no other one covers.
-function naming([wide, high], taken = []) {
+// picture that no other one covers, and off the `lines` if there is such a row.
+function naming([wide, high], lines, taken = []) {
   const box = (x, y, width, size) => [x, y - size, x + width, y + 0.25 * size];
   const free = (b) => b[0] >= 0 && b[1] >= 0 && b[2] <= wide && b[3] <= high &&
     taken.every((other) => b[0] >= other[2] || b[2] <= other[0] || b[1] >= other[3] || b[3] <= other[1]);
+  const clear = (b) => lines.every((line) => !crosses(line, b));
   return {
     taken,
     keepClear(x, y, by) {
@@ -49,7 +50,7 @@ function naming([wide, high], taken = []) {
     },
     ifFree(x, y, width, size) {
       const wanted = box(x, y, width, size);
-      return free(wanted) && taken.push(wanted) > 0;
+      return free(wanted) && clear(wanted) && taken.push(wanted) > 0;
     },
     beside(x, y, width, size) {
       const places = [];
@@ -57,13 +58,13 @@ function naming([wide, high], taken = []) {
         for (const k of [row + 1, -row]) for (const left of [x + 7, x - 7 - width]) places.push([left,
           y + k * (size + 2)]);
       }
-      const place = places.find(([left, below]) => free(box(left, below, width, size))) || places[0];
+      const open = places.filter(([left, below]) => free(box(left, below, width, size)));
+      const place = open.find(([left, below]) => clear(box(left, below, width, size))) || open[0] || places[0];
       taken.push(box(...place, width, size));
       return place;
     },
   };
 }
-const nameWidth = (text, size) => 0.6 * size * text.length;
 // Whether a cone acts after a part of the motion.
 const coneActs = (cone, part) => !cone.acts || cone.acts.some(([from, to]) => from <= part && part <= to);
 const coneMoves = (cone) => cone.way.length > 0 || cone.acts !== null;
@@ -154,7 +155,9 @@ function sky(figureNode, picture) {
     const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
     // Names stand above everything, and are not cut at the rim.
     const words = element("g", {});
-    let [names, moved] = [naming([width, height]), null];
+    const lines = picture.tracks.flatMap((track) => stretches(track.points)).map((part) => sparse(part.map(place)));
+    let [names, moved] = [naming([width, height], lines), null];
+    for (const mark of picture.marks) names.keepClear(...place(mark.at), 5);
     for (const track of picture.tracks) {
       for (const end of [track.points[0], track.points[track.points.length - 1]]) names.keepClear(...place(end), 7);
     }
@@ -211,7 +214,7 @@ function sky(figureNode, picture) {
     drawMoving = () => {
       moving.replaceChildren();
       moved.replaceChildren();
-      names = naming([width, height], [...standing]);
+      names = naming([width, height], lines, [...standing]);
       // Without a cursor as at the end.
       const last = body ? body.time[body.time.length - 1] : 0;
       const part = shared.time === null || !last ? 1 : shared.time / last;

@@ -4,7 +4,7 @@
 
 use super::found::rotation_beside_path;
 use super::inputs;
-use super::lines::{Lines, TEXT, clipped, percent, wrapped};
+use super::lines::{Lines, clipped, percent, rows};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
 use super::{firings, fixed_axis, target};
@@ -43,13 +43,13 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return unsolved(solution);
     }
     let mut lines = Vec::new();
-    lines.lines("slew", wrapped(&slew(problem, solution), TEXT));
-    lines.lines("cost", wrapped(&cost(problem, solution, identity), TEXT));
-    lines.lines("in turns", turns(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.text("slew", slew(problem, solution));
+    lines.text("cost", cost(problem, solution, identity));
+    lines.texts("in turns", turns(problem, solution));
     let mut last = Vec::new();
-    last.lines("proof", wrapped(&proof(problem, solution), TEXT));
+    last.text("proof", proof(problem, solution));
     let mut others = Vec::new();
-    others.lines("also found", also(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
+    others.texts("also found", also(problem, solution));
     let Some(found) = &plan.verification else {
         lines.extend(last);
         return lines;
@@ -59,30 +59,25 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         lines.extend(last);
         return lines;
     }
-    lines.lines("arrives", arrives(problem, settings, found));
-    let aimed = target::told(problem, solution, identity);
-    let before = lines.len();
-    lines.lines("target", aimed.iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.texts("arrives", arrives(problem, settings, found));
+    let before = rows(&lines);
+    lines.texts("target", target::told(problem, solution, identity));
     // The lines of the target do not reduce the room for the cones.
-    let aimed = lines.len() - before;
-    lines.extend(inputs::told(problem, solution, found, identity));
-    lines.lines(
-        "firing",
-        firings::told(problem, solution, identity).iter().flat_map(|text| wrapped(text, TEXT)),
-    );
-    lines.lines("rate", wrapped(&rate(problem, found), TEXT));
+    let aimed = rows(&lines) - before;
+    lines.extend(inputs::told(problem, &solution.trajectory, &found.margins, identity));
+    lines.texts("firing", firings::told(problem, solution, identity));
+    lines.text("rate", rate(problem, found));
     let failed = failures(false, found);
     let failed_nothing = failed.is_empty();
     if !failed_nothing {
         last = failed;
     }
     // Other plans are reported if there is room.
-    if failed_nothing && AROUND + lines.len() + last.len() + others.len() < MOST_LINES + aimed {
+    if failed_nothing && AROUND + rows(&lines) + rows(&last) + rows(&others) < MOST_LINES + aimed {
         last.extend(others);
     }
-    let room = (MOST_LINES + aimed).saturating_sub(AROUND + lines.len() + last.len()).max(1);
-    let told = clearances(problem, solution, found, identity, room);
-    lines.lines("clearance", told.iter().flat_map(|text| wrapped(text, TEXT)));
+    let room = (MOST_LINES + aimed).saturating_sub(AROUND + rows(&lines) + rows(&last)).max(1);
+    lines.texts("clearance", clearances(problem, solution, found, identity, room));
     lines.extend(last);
     lines
 }
@@ -92,16 +87,13 @@ fn unsolved(solution: &Solution) -> Vec<String> {
     let mut lines = Vec::new();
     let reason = match &solution.infeasible {
         Some(proof) => {
-            lines.lines("because", wrapped(&escape(&proof.reason), TEXT));
+            lines.text("because", escape(&proof.reason));
             return lines;
         }
         None => stopped(solution),
     };
-    lines.lines("stopped", wrapped(reason, TEXT));
-    lines.lines(
-        "missing",
-        solution.shortfall.iter().flat_map(|told| wrapped(&escape(&told.to_string()), TEXT)),
-    );
+    lines.text("stopped", reason);
+    lines.texts("missing", solution.shortfall.iter().map(|told| escape(&told.to_string())));
     lines.line("nearest", nearest(&solution.terminal));
     if !solution.ladder.is_empty() {
         let count = counted(solution.ladder.len(), "attempt");
@@ -204,8 +196,7 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     if let (Some(position), Some(velocity)) = (found.continuous_position_m, found.continuous_velocity_m_s) {
         let (position, velocity) = (off(position, "m"), off(velocity, "m/s"));
         let attitude = if open { String::new() } else { format!("{attitude}, ") };
-        lines =
-            wrapped(&format!("{attitude}{rate}, {position} and {velocity} off, in the true motion"), TEXT);
+        lines.push(format!("{attitude}{rate}, {position} and {velocity} off, in the true motion"));
     } else if open {
         lines.push(format!("{rate} off, in the true motion"));
     } else {

@@ -1,6 +1,6 @@
 //! The summary of gains, of uncertainty, and of flights of a plan.
 
-use super::lines::{Lines, TEXT, wrapped};
+use super::lines::Lines;
 use super::{Tone, headline};
 use slewkit::Vector3;
 use slewkit::assured::Beside;
@@ -30,17 +30,17 @@ pub fn beside(
     if let Some(gains) = &beside.gains {
         lines.extend(self::gains(gains, beside.linear.times()));
         if let Some(text) = beside.switching.as_ref().map(|switching| reach(problem, switching)) {
-            lines.lines("", wrapped(&text, TEXT));
+            lines.text("", text);
         }
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
-        lines.lines("uncertain", wrapped(&text, TEXT));
+        lines.text("uncertain", text);
     }
     if let (Some(closed), Some(uncertainty)) = (&beside.closed, &closed_loop.uncertainty)
         && let Some(text) = largest_share(closed, uncertainty)
     {
-        lines.lines("", wrapped(&text, TEXT));
+        lines.text("", text);
     }
     // A chance of the limit contains more information.
     let limit = problem.actuation.limit_name(LimitKind::Size, false);
@@ -50,11 +50,11 @@ pub fn beside(
         && let Some(closed) = &beside.closed
         && let Some(text) = demand(problem, beside, closed)
     {
-        lines.lines("", wrapped(&text, TEXT));
+        lines.text("", text);
     }
-    lines.lines("chance", chances(problem, closed_loop, beside).iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.texts("chance", chances(problem, closed_loop, beside));
     if let Some(margins) = margins {
-        lines.lines("margin", wrapped(&kept(margins), TEXT));
+        lines.text("margin", kept(margins));
     }
     lines
 }
@@ -106,7 +106,7 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
         Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
     };
     let mut lines = Vec::new();
-    lines.lines("feedback", wrapped(&text, TEXT));
+    lines.text("feedback", text);
     lines
 }
 
@@ -280,7 +280,7 @@ pub fn case(
     let drawn = uncertainty.parameters.iter().zip(&flown.parameters);
     let drawn: Vec<String> =
         drawn.map(|((name, ..), value)| format!("{} {}", escape(name), significant(*value, 3))).collect();
-    lines.lines("drawn", wrapped(&drawn.join(", "), TEXT));
+    lines.text("drawn", drawn.join(", "));
     for (constraint, room) in problem.constraints.iter().zip(&flown.room) {
         let unit = if matches!(constraint.rule, Rule::Pointing(_)) {
             format!("{} deg", significant(room.to_degrees(), 3))
@@ -299,7 +299,7 @@ pub fn runs(colour: bool, record: &RunRecord) -> Vec<String> {
     let tone = if lost == 0 { Tone::Good } else { Tone::Bad };
     let mut lines = vec![headline(colour, &escape(&record.name), &verdict, tone)];
     for one in &record.loops {
-        lines.lines(&one.name, told(one));
+        lines.texts(&one.name, told(one));
     }
     lines
 }
@@ -351,5 +351,5 @@ fn told(one: &LoopRecord) -> Vec<String> {
     if one.lost > 0 {
         lines.push(format!("{} cases lost: they turn too fast to be propagated", counted(one.lost, "case")));
     }
-    lines.iter().flat_map(|text| wrapped(text, TEXT)).collect()
+    lines
 }

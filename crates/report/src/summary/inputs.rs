@@ -1,11 +1,11 @@
 //! Inputs in their own units: the name, the peak, and the part of its limit.
 
-use super::lines::{Lines, TEXT, clipped, percent, wrapped};
-use slewkit::maneuver::{Fuel, Motion, Problem, Solution};
+use super::lines::{Lines, clipped, percent};
+use slewkit::maneuver::{Fuel, Motion, Problem, Solution, Trajectory};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::mechanics::{ActuatorSet, AxisFrame};
 use slewkit::numerics::figures::{short, significant};
-use slewkit::verify::{Margin, Verification};
+use slewkit::verify::Margin;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
@@ -68,26 +68,27 @@ pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str 
     }
 }
 
-/// Returns the peaks of all inputs, and the momenta of the wheels.
+/// Returns the peaks of all inputs over a motion, and the momenta of the wheels. `margins` are the
+/// margins of all limits.
 pub(super) fn told(
     problem: &Problem,
-    solution: &Solution,
-    found: &Verification,
+    trajectory: &Trajectory,
+    margins: &[Margin],
     identity: &Identity,
 ) -> Vec<String> {
     let actuation = &problem.actuation;
     let first = actuation.first_torque();
     let mut lines = Vec::new();
     for channel in channels(problem) {
-        lines.lines(channel.label, channel.told(problem, solution, found, identity));
+        lines.text(channel.label, channel.told(problem, trajectory, margins, identity));
     }
     if let Some(wheels) = &actuation.wheels {
         let count = wheels.momentum.len();
         let names: Vec<String> = (0..count).map(|wheel| name(problem, identity, first + wheel)).collect();
-        let peaks = largest(&solution.trajectory.wheel_momentum, 0..count, count);
+        let peaks = largest(&trajectory.wheel_momentum, 0..count, count);
         let limits =
             Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
-        lines.lines("momentum", wrapped(&peaks_told(&names, &peaks, limits, "N·m·s"), TEXT));
+        lines.text("momentum", peaks_told(&names, &peaks, limits, "N·m·s"));
     }
     lines
 }
@@ -152,7 +153,7 @@ pub(crate) fn busiest(problem: &Problem, solution: &Solution, identity: &Identit
     let mut found: Vec<Busiest> = channels(problem)
         .into_iter()
         .filter_map(|channel| {
-            let (names, peaks, limits, unit) = channel.peaks(problem, solution, identity);
+            let (names, peaks, limits, unit) = channel.peaks(problem, trajectory, identity);
             Busiest::of(channel.label, &names, &peaks, limits.as_deref(), unit)
         })
         .collect();
@@ -178,10 +179,9 @@ impl Channel<'_> {
     fn peaks(
         &self,
         problem: &Problem,
-        solution: &Solution,
+        trajectory: &Trajectory,
         identity: &Identity,
     ) -> (Vec<String>, Vec<f64>, Option<Vec<f64>>, &'static str) {
-        let trajectory = &solution.trajectory;
         let scales: Vec<(f64, &str)> =
             self.range.clone().map(|input| scale(problem, identity, input)).collect();
         let by = |values: &[f64]| -> Vec<f64> {
@@ -196,11 +196,11 @@ impl Channel<'_> {
     fn told(
         &self,
         problem: &Problem,
-        solution: &Solution,
-        found: &Verification,
+        trajectory: &Trajectory,
+        margins: &[Margin],
         identity: &Identity,
-    ) -> Vec<String> {
-        let (names, peaks, limits, unit) = self.peaks(problem, solution, identity);
+    ) -> String {
+        let (names, peaks, limits, unit) = self.peaks(problem, trajectory, identity);
         let mut text = peaks_told(&names, &peaks, limits.as_deref(), unit);
         if self.set.frame() == AxisFrame::Reference {
             text.push_str(", reference axes");
@@ -210,7 +210,7 @@ impl Channel<'_> {
             limit.of_force == self.of_force && matches!(limit.kind, LimitKind::Norm | LimitKind::Rate)
         };
         for limit in problem.actuation.limits().filter(of_whole) {
-            let Some(margin) = found.margins.iter().find(|margin| margin.name == limit.name) else {
+            let Some(margin) = margins.iter().find(|margin| margin.name == limit.name) else {
                 continue;
             };
             let part = percent(1.0 - rounded(margin));
@@ -221,7 +221,7 @@ impl Channel<'_> {
                 _ => text.push_str(&format!("; change {part} of its limit")),
             }
         }
-        wrapped(&text, TEXT)
+        text
     }
 }
 

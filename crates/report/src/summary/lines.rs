@@ -34,14 +34,19 @@ pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
 }
 
-/// Returns the label and text of a labelled line.
-pub fn parts(line: &str) -> (String, String) {
-    let split = line.char_indices().nth(LABELLED).map_or(line.len(), |(at, _)| at);
-    let (label, text) = line.split_at(split);
-    (label.trim().into(), text.trim().into())
+/// Returns the label and the text of an entry of a summary, without the line breaks of a terminal.
+pub fn parts(entry: &str) -> (String, String) {
+    let split = entry.char_indices().nth(LABELLED).map_or(entry.len(), |(at, _)| at);
+    let (label, text) = entry.split_at(split);
+    (label.trim().into(), text.lines().map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
-/// A summary, line by line.
+/// Returns the number of lines of all entries on a terminal.
+pub(super) fn rows(entries: &[String]) -> usize {
+    entries.iter().map(|entry| entry.lines().count()).sum()
+}
+
+/// A summary: entries of a label and a text, most of them one line.
 pub trait Lines {
     /// Adds a labelled line.
     fn line(&mut self, label: &str, text: impl AsRef<str>);
@@ -50,6 +55,22 @@ pub trait Lines {
     fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.line(if index == 0 { label } else { "" }, text);
+        }
+    }
+
+    /// Adds a labelled text that is broken into lines between its words, as one entry; nothing if
+    /// the text is empty.
+    fn text(&mut self, label: &str, text: impl AsRef<str>) {
+        let broken = wrapped(text.as_ref(), TEXT);
+        if !broken.is_empty() {
+            self.line(label, broken.join(&format!("\n{:width$}", "", width = LABELLED + 1)));
+        }
+    }
+
+    /// Adds texts, each as one entry; the first one has the label.
+    fn texts<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
+        for (index, text) in texts.into_iter().enumerate() {
+            self.text(if index == 0 { label } else { "" }, text);
         }
     }
 }
@@ -103,4 +124,21 @@ pub(super) fn clipped(text: &str, most: usize) -> String {
     }
     let kept: String = text.chars().take(most.saturating_sub(1)).collect();
     format!("{kept}…")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Lines, TEXT, parts, rows};
+
+    #[test]
+    fn a_text_in_several_lines_has_its_words_back_without_them() {
+        let text = "a local minimum to first order, within 0.0123 % of its neighbours; others may cost less";
+        let mut lines = Vec::new();
+        lines.texts("clearance", [text, "Sun: 46.6 deg"]);
+        lines.text("target", "");
+        assert_eq!((lines.len(), rows(&lines)), (2, 3));
+        assert!(lines[0].lines().all(|line| line.chars().count() <= 14 + TEXT), "{}", lines[0]);
+        assert_eq!(parts(&lines[0]), ("clearance".to_string(), text.to_string()));
+        assert_eq!(parts(&lines[1]), (String::new(), "Sun: 46.6 deg".to_string()));
+    }
 }

@@ -1,12 +1,15 @@
-//! The summary of a sequence: its order, a line for each stop, the whole, and what the witnesses
-//! found.
+//! The summary of a sequence: its order, a line for each stop, the whole, what the witnesses
+//! found, and what is proved.
 
-use super::lines::{Lines, TEXT, Tone, clipped, headline, wrapped};
+use super::brief::proof;
+use super::inputs;
+use super::lines::{Lines, Tone, clipped, headline};
+use slewkit::maneuver::Solution;
 use slewkit::numerics::figures::{counted, short, significant};
 use slewkit::plan::Status;
 use slewkit::verify::Margin;
 use slewkit_files::export::{OrderProof, PlanFile, SequenceFile, SequenceRecord, StopRecord};
-use slewkit_files::spec::escape;
+use slewkit_files::spec::{LoadedSequence, escape};
 
 /// Characters of the name of a stop.
 const NAME: usize = 16;
@@ -18,11 +21,11 @@ const SHOWN: usize = 30;
 const CONES: usize = 4;
 
 /// Returns the summary of the plan of a sequence: headline and lines.
-pub fn sequence(colour: bool, file: &SequenceFile<'_>) -> Vec<String> {
+pub fn sequence(colour: bool, file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Vec<String> {
     let record = &file.record;
     let (verdict, tone) = verdict(record.status);
     let mut lines = vec![headline(colour, &record.name, verdict, tone)];
-    lines.extend(told(file));
+    lines.extend(told(file, loaded));
     lines
 }
 
@@ -39,11 +42,11 @@ pub fn verdict(status: Status) -> (&'static str, Tone) {
 }
 
 /// Returns the lines of the summary of a sequence below its headline.
-pub fn told(file: &SequenceFile<'_>) -> Vec<String> {
+pub fn told(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Vec<String> {
     let record = &file.record;
     let mut lines = Vec::new();
-    lines.lines("sequence", wrapped(&order(record), TEXT));
-    lines.lines("whole", wrapped(&whole(file), TEXT));
+    lines.text("sequence", order(record));
+    lines.text("whole", whole(file));
     let rows = file.legs.iter().zip(&record.stops).take(SHOWN);
     let head = [("turn", 8), ("in", 9), ("arrives", 10), ("holds", 10), ("until", 10)];
     let head: String = head.iter().map(|(word, width)| format!("{word:>width$}")).collect();
@@ -63,15 +66,37 @@ pub fn told(file: &SequenceFile<'_>) -> Vec<String> {
     let failed = file.legs.iter().zip(&record.stops).find(|(leg, _)| leg.status != Status::Solved);
     if let Some((leg, stop)) = failed {
         let (word, _) = verdict(leg.status);
-        lines.lines("stopped", wrapped(&format!("at the leg to {}: {word}", escape(&stop.name)), TEXT));
+        lines.text("stopped", format!("at the leg to {}: {word}", escape(&stop.name)));
         let reasons = leg.obstruction.iter().chain(&leg.shortfall);
-        lines.lines("because", reasons.flat_map(|text| wrapped(&escape(text), TEXT)));
+        lines.texts("because", reasons.map(|text| escape(text)));
         return lines;
     }
+    let margins = file.legs.iter().filter_map(|leg| leg.verified.as_ref()).flat_map(|found| &found.margins);
+    let mut margins: Vec<Margin> = margins.cloned().collect();
+    margins.sort_by(|a, b| a.scaled.total_cmp(&b.scaled));
+    lines.extend(inputs::told(&loaded.sequence.craft, &file.joined().path, &margins, &loaded.identity));
     lines.lines("rate", fastest(&file.legs));
-    lines.lines("clearance", clearances(file).iter().flat_map(|text| wrapped(text, TEXT)));
+    lines.texts("clearance", clearances(file));
     lines.lines("arrives", arrives(&file.legs));
+    lines.texts("proof", proved(file, loaded));
     lines
+}
+
+/// Returns the proof of optimality of the leg with the weakest proof.
+fn proved(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Option<String> {
+    let craft = &loaded.sequence.craft;
+    let solutions: Option<Vec<Solution>> =
+        file.legs.iter().map(|leg| leg.plan().ok().map(|plan| plan.solution)).collect();
+    let solutions = solutions?;
+    let (weakest, solution) = solutions.iter().enumerate().min_by(|(_, a), (_, b)| {
+        a.proved(craft).cmp(&b.proved(craft)).then(b.gap_part().total_cmp(&a.gap_part()))
+    })?;
+    let text = proof(craft, solution);
+    if solutions.iter().all(|other| other.proved(craft) == solution.proved(craft)) {
+        let each = if solutions.len() > 1 { "each leg is " } else { "" };
+        return Some(format!("{each}{text}"));
+    }
+    Some(format!("the weakest on the leg to {}: {text}", escape(&file.record.stops[weakest].name)))
 }
 
 /// Returns the order and what is known of it.

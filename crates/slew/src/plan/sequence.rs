@@ -31,9 +31,10 @@ pub(super) fn run(
     let planned = asked.plan(settings, &mut Watcher(console));
     let plan = planned.map_err(|error| refusal(&error))?;
     let file = SequenceFile::new(asked, settings, &plan, identity);
-    let mut lines = sequence::sequence(console.colour, &file);
-    if file.record.status == Status::Solved && args.output.output.is_none() {
-        lines.push(summary::line("next", "-o plan.json writes it, --report plan.html shows it"));
+    let mut lines = sequence::sequence(console.colour, &file, loaded);
+    if file.record.status == Status::Solved {
+        // Sequences have no details and no uncertainty.
+        lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, false)));
     }
     console.say(&lines.join("\n"));
     interrupt::writing();

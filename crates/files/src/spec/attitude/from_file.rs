@@ -13,6 +13,8 @@ use std::path::Path;
 pub(in super::super) struct Moment<'a> {
     /// The moment at which the maneuver begins.
     epoch: Option<Epoch>,
+    /// Whether the epoch of the spec has an error.
+    epoch_is_wrong: bool,
     /// The seconds from the epoch to the attitude; `None` if only the plan determines them.
     seconds: Option<f64>,
     reference_frame: Option<&'a str>,
@@ -28,9 +30,11 @@ impl<'a> Moment<'a> {
         let names = root.section("names");
         let turns =
             root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
+        let epoch = root.word("epoch").and_then(|text| Epoch::parse(text).ok());
         Self {
-            // A fault of the epoch is reported with the other names.
-            epoch: root.word("epoch").and_then(|text| Epoch::parse(text).ok()),
+            epoch,
+            // The error is reported with the other names.
+            epoch_is_wrong: epoch.is_none() && root.has("epoch"),
             seconds,
             reference_frame: names.and_then(|names| names.word("reference_frame")),
             body_frame: names.and_then(|names| names.word("body_frame")),
@@ -51,6 +55,9 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
         let reason = "the attitude at the end of a duration that is sought is not known before the plan";
         return section.refuse("E0029", KEY, reason, "give duration_s, or the numbers of the attitude");
     };
+    if moment.epoch_is_wrong {
+        return None;
+    }
     let (path, file) = match open(section.word(KEY)?, moment.folder, "a file with attitudes") {
         Ok(opened) => opened,
         Err((code, reason, remedy)) => return section.refuse(code, KEY, reason, remedy),

@@ -1,7 +1,7 @@
 //! The times at which a cone is active: `while` and `during_s`.
 
 use super::super::Section;
-use super::Reading;
+use super::{ADD_EPOCH, Reading};
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
@@ -45,14 +45,9 @@ impl Reading {
                 }
             },
         };
-        let Some(sky) = &self.sky else {
-            if self.around.is_none() {
-                let reason = format!("\"{word}\" depends on the date, and the spec has no `epoch`");
-                let remedy = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, and [orbit]";
-                section.error("E0075", "while", reason, remedy);
-            }
-            return None;
-        };
+        let remedy = format!("{ADD_EPOCH}, and [orbit]");
+        self.around(section, "while", || format!("\"{word}\""), &remedy)?;
+        let sky = self.sky.as_ref()?;
         self.known_ahead(section, "while")?;
         let windows = condition.windows(sky, 0.0, self.ahead).map_err(|error| {
             let remedy = "add [orbit] with tle, omm, oem, or the keys of a Keplerian orbit";

@@ -1,4 +1,6 @@
-//! Names of things on a map, none over another.
+//! Names of things on a map, none over another, and off the tracks if there is room.
+
+use super::super::clear::crosses;
 
 /// Width of a character in parts of its size, as of a wide one of a sans-serif font.
 const WIDE: f64 = 0.6;
@@ -12,14 +14,16 @@ const ROWS: i32 = 12;
 /// The rectangles of placed names: left, top, right, bottom \[px\].
 pub(super) struct Names {
     taken: Vec<[f64; 4]>,
+    /// The tracks that names stay off, if a place off them is free.
+    tracks: Vec<Vec<(f64, f64)>>,
     /// The rectangle that all names stay within.
     within: [f64; 4],
 }
 
 impl Names {
     /// Builds the names of a picture that stay within a rectangle.
-    pub fn within(within: [f64; 4]) -> Self {
-        Self { taken: Vec::new(), within }
+    pub fn within(within: [f64; 4], tracks: Vec<Vec<(f64, f64)>>) -> Self {
+        Self { taken: Vec::new(), tracks, within }
     }
 
     /// Keeps names away from a point, by a distance \[px\].
@@ -37,16 +41,18 @@ impl Names {
             let x = if left { x - BESIDE - width } else { x + BESIDE };
             (x, y + (row + 1.0) * (size + 2.0))
         };
-        let mut places = rows.flat_map(|row| [at(row, false), at(row, true)]);
+        let places = rows.flat_map(|row| [at(row, false), at(row, true)]);
+        let free: Vec<_> = places.filter(|place| self.is_free(*place, name, size)).collect();
+        let off_tracks = free.iter().find(|place| self.is_off_tracks(**place, name, size));
         // If all places are occupied, the name is next to the object.
-        let place = places.find(|place| self.is_free(*place, name, size)).unwrap_or_else(|| at(0.0, false));
+        let place = off_tracks.or(free.first()).copied().unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place
     }
 
     /// Reserves the place of a text, if it is free.
     pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
-        let free = self.is_free(place, name, size);
+        let free = self.is_free(place, name, size) && self.is_off_tracks(place, name, size);
         if free {
             self.take(place, name, size);
         }
@@ -72,6 +78,11 @@ impl Names {
                 .all(|other| left >= other[2] || right <= other[0] || top >= other[3] || bottom <= other[1])
     }
 
+    fn is_off_tracks(&self, place: (f64, f64), name: &str, size: f64) -> bool {
+        let frame = Self::of(place, name, size);
+        self.tracks.iter().all(|track| !crosses(track, frame))
+    }
+
     fn take(&mut self, place: (f64, f64), name: &str, size: f64) {
         self.taken.push(Self::of(place, name, size));
     }
@@ -83,7 +94,7 @@ mod tests {
 
     #[test]
     fn no_name_covers_another_where_all_stand_in_one_place() {
-        let mut names = Names::within([0.0, 0.0, 400.0, 400.0]);
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0], Vec::new());
         let all = ["Earth", "ground 48.1, 11.6", "star tracker off the Earth", "Moon", "Earth"];
         for name in all {
             names.beside((200.0, 200.0), name, 11.0);
@@ -98,8 +109,21 @@ mod tests {
     }
 
     #[test]
+    fn names_stay_off_tracks_where_there_is_room() {
+        // A track that passes where a name would be, and one that leaves no place at all.
+        let track = vec![(0.0, 208.0), (400.0, 208.0)];
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0], vec![track.clone()]);
+        names.beside((200.0, 200.0), "Sun", 11.0);
+        assert!(!crosses(&track, names.taken[0]), "{:?}", names.taken);
+        assert!(!names.if_free((20.0, 210.0), "30°", 10.0));
+        let hatch = (0..800).map(|k| (if k % 2 == 0 { 0.0 } else { 400.0 }, f64::from(k / 2))).collect();
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0], vec![hatch]);
+        assert_eq!(names.beside((200.0, 200.0), "Sun", 11.0), (207.0, 213.0));
+    }
+
+    #[test]
     fn names_stay_within_the_picture_and_off_the_ends_of_tracks() {
-        let mut names = Names::within([0.0, 0.0, 400.0, 400.0]);
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0], Vec::new());
         names.keep_clear((380.0, 200.0), 6.0);
         for at in [(395.0, 200.0), (5.0, 398.0), (380.0, 200.0)] {
             let name = "star tracker off the Earth";

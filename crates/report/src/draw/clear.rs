@@ -1,0 +1,44 @@
+//! Places of texts that no curve passes through.
+
+/// Returns whether a line through points passes through a rectangle: left, top, right, bottom.
+///
+/// The part of a segment within the rectangle is found axis by axis (Liang and Barsky 1984).
+pub(super) fn crosses(points: &[(f64, f64)], [left, top, right, bottom]: [f64; 4]) -> bool {
+    points.windows(2).any(|pair| {
+        let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for (from, to, least, most) in [(ax, bx, left, right), (ay, by, top, bottom)] {
+            let step = to - from;
+            if !step.is_finite() {
+                return false;
+            }
+            if step == 0.0 {
+                if from < least || from > most {
+                    return false;
+                }
+                continue;
+            }
+            let (one, other) = ((least - from) / step, (most - from) / step);
+            (first, last) = (first.max(one.min(other)), last.min(one.max(other)));
+        }
+        first <= last
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::crosses;
+
+    #[test]
+    fn a_line_crosses_a_box_that_none_of_its_points_is_in() {
+        let frame = [10.0, 10.0, 20.0, 14.0];
+        assert!(crosses(&[(0.0, 12.0), (30.0, 12.0)], frame));
+        assert!(crosses(&[(15.0, 0.0), (15.0, 30.0)], frame));
+        assert!(crosses(&[(12.0, 11.0), (13.0, 12.0)], frame));
+        // Beside a corner, above, and on the extension of a segment.
+        assert!(!crosses(&[(0.0, 16.0), (16.0, 32.0)], frame));
+        assert!(!crosses(&[(0.0, 5.0), (30.0, 5.0)], frame));
+        assert!(!crosses(&[(0.0, 12.0), (9.0, 12.0)], frame));
+        assert!(!crosses(&[(15.0, 12.0)], frame) && !crosses(&[(0.0, f64::NAN), (30.0, f64::NAN)], frame));
+    }
+}
