@@ -33,7 +33,7 @@ use super::smooth::{Path, Smooth, Smoothed, descend};
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
 use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
-use super::tuning::{FAR_ITERATIONS, VANISHED};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
@@ -290,7 +290,7 @@ pub(super) fn by_durations(
 /// but by smoothing. So the factor is taken at which the Hamiltonian vanishes; where more time
 /// would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
-    let shortest = VANISHED * from.path.duration;
+    let shortest = NOTHING * from.path.duration;
     let mut found = scaled(extremal, &from, work);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
     let _ = follow(&STRETCHING, from, ended, |at, length| {

@@ -14,7 +14,7 @@ use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
 use super::tuning::smooth::MANY;
-use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
+use super::tuning::{MET, NEAR_ITERATIONS, NOTHING, SAME, SMALLER};
 use super::work::Work;
 use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
@@ -32,7 +32,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> B
         found.eigenaxis = eigenaxis::duration(extremal);
     }
     let slow =
-        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - GAINED));
+        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
     let saddle = |best: &BranchEnd| {
         let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
         exact.is_some_and(|found| is_saddle(extremal, &found.arcs))
@@ -64,7 +64,7 @@ fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, 
         let of_quicker = search_here(&quicker, ask, work);
         found.branches += of_quicker.branches;
         // A motion that is slower by a factor takes inputs that are smaller by its square.
-        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - GAINED);
+        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - NOTHING);
         let slowed = of_quicker.limits.iter().filter(cheaper);
         found.extend(extremal, slowed.filter_map(|limit| long::followed(extremal, limit, work)));
     }
@@ -131,7 +131,7 @@ fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
     };
     let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    extremal.seeks_time() && sizes.iter().any(|size| *size <= UNUSED * largest)
+    extremal.seeks_time() && sizes.iter().any(|size| *size <= NOTHING * largest)
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
