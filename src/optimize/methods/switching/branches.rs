@@ -29,9 +29,8 @@
 //! the public set was lost. Where nothing comes to a small ε, as with fast bodies whose gyroscopic
 //! torques are of the size of the limits, first paths come by way of given durations: there the
 //! smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
-//! for its costates and ε it is an extremal of a sought duration. Where these turn back as well,
-//! arcs are looked for where they do. Newton on the switching times, which does not need a switch
-//! to exist to converge to it. And the grid: arcs of equal steps each, whose lengths are unknowns;
+//! for its costates and ε it is an extremal of a sought duration. Newton on the switching times,
+//! which does not need a switch to exist to converge to it. And the grid: arcs of equal steps each, whose lengths are unknowns;
 //! stationarity in the length of an arc (the mean of its discrete Hamiltonians is zero) replaces
 //! the switching functions, so that the plan is the exact optimum of its own grid and its error
 //! series is even in the step. Where two inputs switch together the arc between them stays in the
@@ -253,36 +252,28 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     }
     let rival = RIVAL_BASE * least(extremal, &from);
     from.retain(|one| one.cost(extremal) <= rival);
-    let (found, mut folded) = descended(extremal, ask, &from, work);
+    let found = descended(extremal, ask, &from, work);
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;
     }
     let more = each(&|turn| by_durations(extremal, turn, INTERVALS, true, work));
-    let (found, folded_more) = descended(extremal, ask, &more, work);
-    if !found.is_empty() {
-        return found;
-    }
-    // Arcs may be near where a smoothed extremal turns back.
-    folded.extend(folded_more);
-    let turning_back = folded.iter().filter_map(|one| unbiased(extremal, one, work));
-    cheapest_first(extremal, distinct(extremal, turning_back))
+    descended(extremal, ask, &more, work)
 }
 
-/// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do
-/// not come so far turn back.
+/// Distinct extremals at a small ε that bases lead to, unbiased and tipped.
 fn descended(
     extremal: &Extremal,
     ask: &SearchRequest,
     from: &[Smoothed],
     work: &Work,
-) -> (Vec<Smoothed>, Vec<Smoothed>) {
+) -> Vec<Smoothed> {
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its
     // price.
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let target = target.min(BRANCHING);
-    let (mut found, mut folded) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
     let least = least(extremal, from);
     for (index, from) in from.iter().enumerate() {
         // Of many bases the first and the cheapest are tipped: that tells nearly all branches
@@ -302,15 +293,12 @@ fn descended(
                 let parted = (PARTED * target).min(BRANCHING);
                 descend_by(STEEP, Intervals::Following, extremal, from, parted, &bias, work)
             };
-            match reached {
-                Ok(reached) => {
-                    found.extend(unbiased(extremal, &Smoothed { epsilon: target, ..reached }, work));
-                }
-                Err(last) => folded.push(last),
+            if let Ok(reached) = reached {
+                found.extend(unbiased(extremal, &Smoothed { epsilon: target, ..reached }, work));
             }
         }
     }
-    (cheapest_first(extremal, distinct(extremal, found)), folded)
+    cheapest_first(extremal, distinct(extremal, found))
 }
 
 /// An extremal without the bias that led to it.
