@@ -180,7 +180,7 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 }
 
 /// A smoothed extremal at its own ε, from a path near it.
-pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
+fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 

@@ -36,7 +36,7 @@
 //! series is even in the step. Where two inputs switch together the arc between them stays in the
 //! equations without length: five lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_durations, relaxed, unbalanced};
+use super::base::{Turn, bases, by_durations, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
@@ -232,23 +232,12 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     let each = |bases: &dyn Fn(&Turn) -> Vec<Smoothed>| {
         distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
     };
-    let by_way_of = |other: &Extremal, carried: &dyn Fn(&Smoothed) -> Option<Smoothed>| {
-        each(&|turn| bases(other, turn, false, work).iter().filter_map(carried).collect())
-    };
     let mut from = each(&|turn| bases(extremal, turn, all, work));
-    // In less time than a turn about the axis of a symmetry takes there is no extremal that has the
-    // symmetry.
-    for tilt in [ASKEW, OTHERWISE, -ASKEW, -OTHERWISE] {
-        if from.is_empty() && !work.stopped() {
-            let end_attitude = extremal.end_attitude * lie::exp(&(TILT * tilt));
-            let tilted = Extremal { end_attitude, ..extremal.clone() };
-            from = by_way_of(&tilted, &|near| relaxed(extremal, near, work));
-        }
-    }
     // Thrusters that push unequally turn the body the more the longer a first path takes.
     if from.is_empty() && extremal.middle.norm() > 0.0 {
         let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        from = by_way_of(&balanced, &|near| unbalanced(extremal, near, work));
+        let carried = |near: &Smoothed| unbalanced(extremal, near, work);
+        from = each(&|turn| bases(&balanced, turn, false, work).iter().filter_map(carried).collect());
     }
     let rival = RIVAL_BASE * least(extremal, &from);
     from.retain(|one| one.cost(extremal) <= rival);

@@ -121,10 +121,6 @@ pub(super) mod branches {
     /// A base that costs more than the best by this is no rival.
     pub const RIVAL_BASE: f64 = 1.15;
 
-    /// By what part of a radian and more the end is turned for first paths where there are none
-    /// without.
-    pub const TILT: f64 = 0.03;
-
     /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a
     /// symmetry has that along axes of the body as a rule, and what lies along them as well tips
     /// nothing.
