@@ -158,10 +158,7 @@ pub(crate) fn smooth_on_grid(
         }
         grid.newton(1, ON_THE_WAY * epsilon, most, extremal)
     };
-    let larger = |epsilon: &f64| Some((epsilon / SMALLER).max(LEAST_SMOOTHING));
-    let mut wishes = std::iter::successors(Some(wish), larger).take(1 + MOST_LARGER);
-    let first = wishes.find_map(|epsilon| Some((at(&start, epsilon, MOST_ITERATIONS)?, epsilon)))?;
-    let mut known = vec![first];
+    let mut known = vec![(at(&start, wish, MOST_ITERATIONS)?, wish)];
     while let Some((found, epsilon)) = known.last()
         && *epsilon > least
     {

@@ -288,11 +288,8 @@ pub(crate) mod grid {
     pub const FALLING: f64 = 0.1;
     pub const MOST_ITERATIONS: usize = 30;
 
-    /// ε that a step of the grid can follow, times the number of steps; that which is tried after
-    /// none at all; and how many larger ones.
+    /// ε that a step of the grid can follow, times the number of steps.
     pub const FOLLOWED: f64 = 0.3;
-    pub const LEAST_SMOOTHING: f64 = 1e-4;
-    pub const MOST_LARGER: usize = 4;
 }
 
 /// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are
