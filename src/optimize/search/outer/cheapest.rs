@@ -222,9 +222,6 @@ fn of_dimension<const N: usize>(
     let mut paths = resampled(&coarse, objective.name(), quick);
     if !stated.ends_in_any_attitude() {
         let turns = seeds::of(&search, coarse.model.steps, context.settings.search);
-        if objective.fuel().is_some() && stated.is_free_turn() {
-            paths.extend(effort_paths(&search, &turns));
-        }
         paths.extend(turns);
     }
     if stated.ends_in_any_attitude() || !stated.is_free_turn() {
