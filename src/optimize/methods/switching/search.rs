@@ -13,7 +13,7 @@ use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
-use super::tuning::smooth::MANY;
+use super::tuning::smooth::ENOUGH;
 use super::tuning::{MET, NEAR_ITERATIONS, NOTHING, SAME, SMALLER};
 use super::work::Work;
 use crate::Vector3;
@@ -211,7 +211,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();
-    while path.intervals() < MANY {
+    while path.intervals() < ENOUGH {
         path = exact.doubled(&path);
     }
     let found = exact.solve(path, MET, NEAR_ITERATIONS, work);

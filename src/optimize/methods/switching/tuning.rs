@@ -181,9 +181,6 @@ pub(super) mod smooth {
     pub const ENOUGH: usize = 128;
     pub const MOST_INTERVALS: usize = 3000;
 
-    /// Intervals on which the law of a limited norm, which is smooth, is followed to round-off.
-    pub const MANY: usize = 512;
-
     /// What an input may change by on one interval, as a part of its range: of equal ones this over
     /// ε are enough; and how often one is halved for it at once.
     pub const RESOLVED: f64 = 0.2;
