@@ -40,7 +40,7 @@ use super::base::{Turn, bases, by_durations, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
-use super::tuning::FAR_ITERATIONS;
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::tuning::branches::*;
 use super::tuning::smooth::{INTERVALS, STEEP};
 use super::work::Work;
@@ -294,7 +294,7 @@ fn descended(
 fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     // Fuel tells branches apart less sharply than time.
     let tolerance = Smooth::of(extremal, from.epsilon).tolerance();
-    let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { tolerance };
+    let tolerance = if extremal.counts_fuel() { NOTHING } else { tolerance };
     from.solved(extremal, tolerance, FAR_ITERATIONS, work)
 }
 

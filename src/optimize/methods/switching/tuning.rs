@@ -138,10 +138,6 @@ pub(super) mod branches {
     /// and of fuel, which is known less well.
     pub const ALIKE: (f64, f64) = (1e-4, 1e-2);
     pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
-
-    /// Residual of an extremal without the bias that led to it where fuel counts, which tells
-    /// branches apart less sharply than time.
-    pub const UNBIASED_FUEL: f64 = 1e-5;
 }
 
 /// Smoothed extremals (`smooth`): how fast and how far ε falls, and on what intervals.
