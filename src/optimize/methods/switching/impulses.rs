@@ -115,7 +115,7 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
     let ends =
         [start.norm(), (extremal.j * extremal.end_rate).norm(), PI * extremal.j.trace() / (3.0 * duration)];
-    let size = SPREAD * ends.into_iter().fold(0.0, f64::max);
+    let size = ends.into_iter().fold(0.0, f64::max);
     let mut random = Stream::new(0, 0, 0);
     let mut momenta = slow_momenta(extremal, duration).to_vec();
     momenta.push(start);

@@ -261,11 +261,9 @@ pub(crate) mod limits {
 
 /// Long durations between rates (`impulses`): how many coasts are known, and laid out.
 pub(super) mod impulses {
-    /// Momenta at random that coasts are sought from, how far they are from the motion at the start
-    /// and from none, over the largest of its momenta; how many of the cheapest transfers are given
+    /// Momenta at random that coasts are sought from; how many of the cheapest transfers are given
     /// burns, and how many of the cheapest of these more of them.
     pub const RANDOM: usize = 48;
-    pub const SPREAD: f64 = 1.2;
     pub const TRIED: usize = 24;
     pub const MENDED: usize = 4;
 }
