@@ -30,19 +30,19 @@
 //! torques are of the size of the limits, first paths come by way of given durations: there the
 //! smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
 //! for its costates and ε it is an extremal of a sought duration. Newton on the switching times,
-//! which does not need a switch to exist to converge to it. And the grid: arcs of equal steps each, whose lengths are unknowns;
-//! stationarity in the length of an arc (the mean of its discrete Hamiltonians is zero) replaces
-//! the switching functions, so that the plan is the exact optimum of its own grid and its error
-//! series is even in the step. Where two inputs switch together the arc between them stays in the
-//! equations without length: five lengths could not meet six conditions.
+//! which does not need a switch to exist to converge to it. And the grid: arcs of equal steps each,
+//! whose lengths are unknowns; stationarity in the length of an arc (the mean of its discrete
+//! Hamiltonians is zero) replaces the switching functions, so that the plan is the exact optimum of
+//! its own grid and its error series is even in the step. Where two inputs switch together the arc
+//! between them stays in the equations without length: five lengths could not meet six conditions.
 
 use super::base::{Turn, bases, by_durations, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
-use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::tuning::branches::*;
 use super::tuning::smooth::{INTERVALS, STEEP};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
@@ -250,12 +250,7 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
 }
 
 /// Distinct extremals at a small ε that bases lead to, unbiased and tipped.
-fn descended(
-    extremal: &Extremal,
-    ask: &SearchRequest,
-    from: &[Smoothed],
-    work: &Work,
-) -> Vec<Smoothed> {
+fn descended(extremal: &Extremal, ask: &SearchRequest, from: &[Smoothed], work: &Work) -> Vec<Smoothed> {
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its
     // price.
