@@ -23,7 +23,7 @@
 //!
 //! From turns about a fixed axis, bent to six sides, and their detours around the cones that they
 //! cross (`search/strategies/seeds`). Where a force or a field acts, also from the extremals of
-//! least effort without limits, and of fuel from the plans of least effort within all limits.
+//! least effort without limits.
 
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
@@ -42,7 +42,7 @@ use crate::optimize::search::ladder::Ask;
 use crate::optimize::search::record::goal::{SAME_COST, cheapest};
 use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::first_duration;
-use crate::optimize::search::strategies::chains::{effort_paths, resampled, unlimited_paths};
+use crate::optimize::search::strategies::chains::{resampled, unlimited_paths};
 use crate::optimize::search::strategies::{advice, seeds};
 use crate::optimize::search::switching;
 
@@ -225,11 +225,7 @@ fn of_dimension<const N: usize>(
         paths.extend(turns);
     }
     if stated.ends_in_any_attitude() || !stated.is_free_turn() {
-        let unlimited = unlimited_paths(&search, &coarse);
-        if objective.fuel().is_some() {
-            paths.extend(effort_paths(&search, &unlimited));
-        }
-        paths.extend(unlimited);
+        paths.extend(unlimited_paths(&search, &coarse));
     }
     let search = search.of(stated, Ask { paths: &paths, ..ask });
     let (found, cheapest) = cheapest(&search);
