@@ -360,12 +360,7 @@ fn base(
     let found = if isotropic {
         direct(work)
     } else {
-        through_bodies(extremal, turn, intervals, try_index, false, work)
-            .or_else(|| {
-                let scaled = || through_bodies(extremal, turn, intervals, try_index, true, work);
-                moves(extremal).then(scaled).flatten()
-            })
-            .or_else(|| direct(work))
+        through_bodies(extremal, turn, intervals, try_index, false, work).or_else(|| direct(work))
     }?;
     at_branching(extremal, found, work)
 }
