@@ -254,28 +254,23 @@ fn through_bodies(
 }
 
 /// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one,
-/// with the rates of the ends all along or scaled up to them: by a short one or by all of them,
-/// where the levels lead nowhere, as for fast bodies whose gyroscopic torques are of the size of
-/// the limits.
+/// with the rates of the ends all along or scaled up to them: where the levels lead nowhere, as for
+/// fast bodies whose gyroscopic torques are of the size of the limits.
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which
-/// cubic angles are near; a longer one leads to other paths. Those of the shortest are beside the
-/// cubic paths of a level wherever these are not the quickest: a body of unequal moments or limits
-/// does not turn about a fixed axis.
+/// cubic angles are near; a longer one leads to other paths.
 pub(super) fn by_durations(
     extremal: &Extremal,
     turn: &Turn,
     intervals: usize,
-    all: bool,
     work: &Work,
 ) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
     };
-    let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
-    let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
-    let each = parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled)));
+    let scaled: &[bool] = if moves(extremal) { &[false, true] } else { &[false] };
+    let each = DURATIONS.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled)));
     let found = each.filter_map(|(part, rates)| {
         let given = extremal.lasting(Some(part * usual));
         let of_given = through_bodies(&given, turn, intervals, 0, rates, work)?;
@@ -324,8 +319,8 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time
-/// without whole turns another by way of a short duration; one for each first path that leads to it
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one; one for each first
+/// path that leads to it
 /// where fuel counts and the duration is sought, where thrusters push unequally, which have
 /// extremals that no single path is near, and where `all` are asked for.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
@@ -341,8 +336,8 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
         }
     }
     // Where there is none, all durations are tried in the end.
-    if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
-        found.extend(by_durations(extremal, turn, intervals, all, work));
+    if all && extremal.seeks_time() && !found.is_empty() {
+        found.extend(by_durations(extremal, turn, intervals, work));
     }
     found
 }

@@ -245,7 +245,7 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;
     }
-    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, true, work));
+    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, work));
     descended(extremal, ask, &more, work)
 }
 
