@@ -209,13 +209,6 @@ fn by_way_of(
     reached.ok().map(|(solved, _)| solved)
 }
 
-/// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs
-/// which push unequally.
-pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let pushing = |part: f64| Some(Extremal { middle: part * extremal.middle, ..extremal.clone() });
-    by_way_of(pushing, from.clone(), |_, _, _| {}, work)
-}
-
 /// Whether rates can be scaled at all.
 fn moves(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0

@@ -36,7 +36,7 @@
 //! its own grid and its error series is even in the step. Where two inputs switch together the arc
 //! between them stays in the equations without length: five lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_durations, unbalanced};
+use super::base::{Turn, bases, by_durations};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
@@ -233,12 +233,6 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
         distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
     };
     let mut from = each(&|turn| bases(extremal, turn, all, work));
-    // Thrusters that push unequally turn the body the more the longer a first path takes.
-    if from.is_empty() && extremal.middle.norm() > 0.0 {
-        let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        let carried = |near: &Smoothed| unbalanced(extremal, near, work);
-        from = each(&|turn| bases(&balanced, turn, false, work).iter().filter_map(carried).collect());
-    }
     let rival = RIVAL_BASE * least(extremal, &from);
     from.retain(|one| one.cost(extremal) <= rival);
     let found = descended(extremal, ask, &from, work);
