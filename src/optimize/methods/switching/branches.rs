@@ -18,9 +18,8 @@
 //! and of so many bases the first and the cheapest are tipped.
 //! `cargo run --release -p evidence -- dearer thorough` counts: for eight of 300 random maneuvers
 //! the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may part
-//! below the ε at which they are compared: one whose symmetry leaves an input unused is tipped once
-//! more at the last ε, and where the best is no quicker than the turn about a fixed axis, which is
-//! known in closed form, the search becomes a thorough one.
+//! below the ε at which they are compared: where the best is no quicker than the turn about a fixed
+//! axis, which is known in closed form, the search becomes a thorough one.
 //! `cargo run --release -p evidence -- minimum_time plain` counts. To let tipped starts go down on
 //! half of the intervals, since most lead to an extremal that is known, is quicker and lost a
 //! branch of one public case and of a box. Their bias is left before the last level of ε, when

@@ -106,13 +106,6 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     }
     for rival in rivals.iter().filter(near).take_while(|_| !work.stopped()) {
         limits.push(end_game(extremal, rival, ask, work));
-        // Branches may part below the ε at which they were compared.
-        if ask.thoroughness != Thoroughness::Quick
-            && rests_on_a_symmetry(extremal, rival)
-            && let Some(tipped) = tipped(extremal, rival, work)
-        {
-            limits.push(end_game(extremal, &tipped, ask, work));
-        }
     }
     found.extend(extremal, limits);
     if ask.arcs && impulses::are_of_use(extremal, found.limits.first(), work) {
@@ -120,18 +113,6 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
         found.branches = found.branches.max(found.limits.len());
     }
     found
-}
-
-/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it
-/// is a saddle.
-fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
-    let size = |input: usize| {
-        let nodes = branch.path.nodes.iter();
-        nodes.map(|node| extremal.switching(input, &node.e).abs()).fold(0.0, f64::max)
-    };
-    let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    extremal.seeks_time() && sizes.iter().any(|size| *size <= NOTHING * largest)
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
