@@ -35,6 +35,7 @@ use super::tuning::paths::*;
 use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
 use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
+use crate::numerics::hermite::hermite;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
 
@@ -64,7 +65,8 @@ impl Turn {
         let whole = turned.tr_mul(&self.whole);
         let rate = ends[0] + t * (a + 0.5 * u * b) + 6.0 * u * (1.0 - u) / duration * whole;
         let acceleration = a + u * b + (6.0 - 12.0 * u) / (duration * duration) * whole;
-        (lie::exp(&(u * u * (3.0 - 2.0 * u) * self.whole)) * turned, rate, acceleration)
+        let about = hermite(u, 1.0, [&0.0, &1.0], [&0.0, &0.0]) * self.whole;
+        (lie::exp(&about) * turned, rate, acceleration)
     }
 }
 
