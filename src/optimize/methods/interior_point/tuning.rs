@@ -275,7 +275,7 @@ impl Default for Tuning {
             replays: 2,
             more_infeasible: 1e3,
             kept: 1e10,
-            armijo: 1e-4,
+            armijo: ARMIJO,
             less_infeasible: 1e-5,
             less_costly: 1e-8,
             switch: (2.3, 1.1),
