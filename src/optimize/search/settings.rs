@@ -1,7 +1,5 @@
 //! Every number of the search on equal steps that neither the maneuver nor the theory gives.
 
-use std::f64::consts::PI;
-
 /// Settings of the search on equal steps: how many paths it begins from, and which plans it takes
 /// for one.
 #[derive(Clone, Debug)]

@@ -1,8 +1,13 @@
 //! Every number of the interior point that the theory does not give.
 
+use crate::optimize::methods::ARMIJO;
+
+/// Stages for which barrier terms are stated.
+pub(crate) const STAGES: f64 = 100.0;
+
 /// Settings of the interior-point method. The first cost is of order one to ten, and rows are
-/// relative to their limits. Barrier terms are stated for a hundred stages and scale with the
-/// length of a step.
+/// relative to their limits. Barrier terms are stated for [`STAGES`] and scale with the length of a
+/// step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
@@ -32,12 +37,11 @@ pub(crate) struct Tuning {
     /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
     /// optima.
     pub tail: f64,
-    /// The mean complementarity at which the tail may begin.
-    pub tail_mean: f64,
     /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, in barrier terms, at which the tail decreases the barrier term.
+    /// Residual, in barrier terms, at which the tail decreases the barrier term; and mean
+    /// complementarity, in that of the tail, at which the tail may begin.
     pub lowered_at: f64,
     /// Multiple of the last barrier term from which the next one is the last: a larger one skips a
     /// term and may lose the path of minima.
@@ -244,7 +248,6 @@ impl Default for Tuning {
             last: 1e-12,
             tolerable: 5e-9,
             tail: 1e-7,
-            tail_mean: 1e-6,
             slack: 0.1,
             lowered_at: 10.0,
             snapped: 30.0,
@@ -326,7 +329,6 @@ impl Tuning {
             acceptable: 1e-3,
             last: 1e-6,
             tail: 1e-6,
-            tail_mean: 1e-5,
             raises: 1,
             replays: 0,
             known_from: 1e-5,
