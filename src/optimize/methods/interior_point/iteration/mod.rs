@@ -589,7 +589,7 @@ impl Solver {
             self.filter.clear();
             return state.least_shift <= tuning.shift.largest;
         }
-        state.least_shift *= tuning.shift_of_search.decay;
+        state.least_shift /= tuning.shift_of_search.growth;
         if state.least_shift < tuning.shift_of_search.least {
             state.least_shift = 0.0;
         }
