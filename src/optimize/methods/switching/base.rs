@@ -254,12 +254,7 @@ fn through_bodies(
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which
 /// cubic angles are near; a longer one leads to other paths.
-pub(super) fn by_durations(
-    extremal: &Extremal,
-    turn: &Turn,
-    intervals: usize,
-    work: &Work,
-) -> Vec<Smoothed> {
+pub(super) fn by_durations(extremal: &Extremal, turn: &Turn, intervals: usize, work: &Work) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
@@ -314,10 +309,9 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one; one for each first
-/// path that leads to it
-/// where fuel counts and the duration is sought, where thrusters push unequally, which have
-/// extremals that no single path is near, and where `all` are asked for.
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, or one for each
+/// first path that leads to it where fuel counts and the duration is sought, where thrusters push
+/// unequally, which have extremals that no single path is near, and where `all` are asked for.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
