@@ -75,8 +75,7 @@ impl Size {
                 continue;
             }
             size.lines += 1;
-            let named = code.contains("const ") && code.contains(": ") && !code.contains("const N: usize>");
-            if named && NUMERIC.iter().any(|name| code.contains(name)) && !code.contains("fn ") {
+            if names_constant(&code) && NUMERIC.iter().any(|name| code.contains(name)) {
                 size.named += 1;
                 within_named = true;
             }
@@ -98,6 +97,16 @@ impl Size {
     fn constants(&self) -> usize {
         self.named + self.literals
     }
+}
+
+/// Returns whether a line begins with a named constant; a parameter of a generic item is none.
+fn names_constant(code: &str) -> bool {
+    let Some((before, after)) = code.split_once("const ") else { return false };
+    let visibility = before.trim();
+    let is_visibility = visibility.starts_with("pub(") && visibility.ends_with(')');
+    (visibility.is_empty() || visibility == "pub" || is_visibility)
+        && after.contains(": ")
+        && !after.starts_with("fn ")
 }
 
 /// Passes over the item behind an attribute.

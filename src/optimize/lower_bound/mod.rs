@@ -229,7 +229,7 @@ pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerB
             bound.solve(&moments, settings)?;
         }
         None => {
-            if chain.limits.iter().all(|limit| limit.polynomial.constant_term() >= -1e-12) {
+            if chain.limits.iter().all(|limit| limit.polynomial.constant_term() >= -NEGLIGIBLE) {
                 bound.claimed = chain.cost.constant_term();
                 bound.cost = bound.claimed - 128.0 * f64::EPSILON * chain.cost_magnitude;
             }
@@ -259,6 +259,9 @@ pub fn covered(problem: &Problem) -> Result<(), BoundError> {
 /// Regularisations to try, the usually best first. Every dual vector proves something; the best
 /// proof counts.
 const REGULARIZATIONS: [f64; 3] = [1e-7, 1e-6, 1e-8];
+
+/// What is below this part of the quantity beside it is round-off: an asymmetry, a coefficient.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// A proof that loses no more than this share of what its dual vector claims is good enough.
 const GOOD_LOSS: f64 = 1e-6;
@@ -469,12 +472,12 @@ impl Weight {
         let authority = &torque.authority;
         let principal = principal_moments(authority);
         let [low, middle, high] = [principal[0], principal[1], principal[2]];
-        if torque.set.frame() == AxisFrame::Reference && high - low > 1e-12 * high {
+        if torque.set.frame() == AxisFrame::Reference && high - low > NEGLIGIBLE * high {
             return Err(BoundError::NotCovered(
                 "torques of unequal price along axes fixed to the reference frame",
             ));
         }
-        if middle <= 1e-12 * high {
+        if middle <= NEGLIGIBLE * high {
             // B W⁻¹ Bᵀ = a e eᵀ
             let column = authority.column_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
             let axis = Some(column.map(|column| column.normalize()).unwrap_or_else(Vector3::z));
@@ -508,10 +511,10 @@ impl ChainData {
         let (before, after) = (c * self.before, c * self.after);
         let whole = c * self.whole * c.transpose();
         let off = |vector: &Vector3| vector.x.hypot(vector.y);
-        let tilted = j_d[(0, 2)].hypot(j_d[(1, 2)]) > 1e-12 * j_d.norm()
-            || off(&before) > 1e-12 * before.norm()
-            || off(&after) > 1e-12 * after.norm()
-            || off(&whole.column(2).into_owned()) > 1e-12;
+        let tilted = j_d[(0, 2)].hypot(j_d[(1, 2)]) > NEGLIGIBLE * j_d.norm()
+            || off(&before) > NEGLIGIBLE * before.norm()
+            || off(&after) > NEGLIGIBLE * after.norm()
+            || off(&whole.column(2).into_owned()) > NEGLIGIBLE;
         if tilted {
             return Err(BoundError::NotCovered("one axis of torque, and a turn that is not about it"));
         }

@@ -34,7 +34,7 @@ impl Ends {
         let center = start + (end - start) * (t / total);
         let left = (self.budget - (end - start).norm_squared() / total).max(0.0);
         // A part in a billion for round-off: the range may be larger, never smaller.
-        center.norm() * (1.0 + 1e-9) + (t * (total - t) / total * left).max(0.0).sqrt() * (1.0 + 1e-9)
+        (center.norm() + (t * (total - t) / total * left).max(0.0).sqrt()) * (1.0 + 1e-9)
     }
 
     /// Largest angle of a step of length `h` at time `t` of torque \[rad\], at most 90°.

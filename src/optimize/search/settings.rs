@@ -1,7 +1,5 @@
 //! Every number of the search on equal steps that neither the maneuver nor the theory gives.
 
-use std::f64::consts::PI;
-
 /// Settings of the search on equal steps: how many paths it begins from, and which plans it takes
 /// for one.
 #[derive(Clone, Debug)]
@@ -49,7 +47,7 @@ impl Default for SearchTuning {
     fn default() -> Self {
         Self {
             bend: 0.5,
-            nearly_half: 150.0 / 180.0 * PI,
+            nearly_half: 150_f64.to_radians(),
             durations: [0.3, 0.45, 0.65, 0.99],
             slowed: 1.001,
             carried_on: 1.0,

@@ -12,6 +12,7 @@ use crate::maneuver::settings;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::Outcome;
 use crate::mechanics::environment::Pose;
+use crate::numerics::hermite::hermite;
 use crate::optimize::chain::Multipliers;
 use crate::optimize::chain::first_iterate;
 use crate::optimize::chain::iterate::Iterate;
@@ -270,8 +271,8 @@ pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() 
     let (model, tuning) = (&chain.model, Tuning::default());
     let turn = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {
-        let t = model.dynamics.grid.time(stage);
-        let attitude = model.start.attitude * lie::exp(&(turn * (t * t * (3.0 - 2.0 * t))));
+        let along = hermite(model.dynamics.grid.time(stage), 1.0, [&0.0, &1.0], [&0.0, &0.0]);
+        let attitude = model.start.attitude * lie::exp(&(turn * along));
         Pose { position: Vector3::zeros(), attitude }
     };
     let path = path("short", &model.dynamics.grid, (0..=steps).map(pose));

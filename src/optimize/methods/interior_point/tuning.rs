@@ -1,8 +1,13 @@
 //! Every number of the interior point that the theory does not give.
 
+use crate::optimize::methods::ARMIJO;
+
+/// Stages for which barrier terms are stated.
+pub(crate) const STAGES: f64 = 100.0;
+
 /// Settings of the interior-point method. The first cost is of order one to ten, and rows are
-/// relative to their limits. Barrier terms are stated for a hundred stages and scale with the
-/// length of a step.
+/// relative to their limits. Barrier terms are stated for [`STAGES`] and scale with the length of a
+/// step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
@@ -32,12 +37,11 @@ pub(crate) struct Tuning {
     /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
     /// optima.
     pub tail: f64,
-    /// The mean complementarity at which the tail may begin.
-    pub tail_mean: f64,
     /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, in barrier terms, at which the tail decreases the barrier term.
+    /// Residual, in barrier terms, at which the tail decreases the barrier term; and mean
+    /// complementarity, in that of the tail, at which the tail may begin.
     pub lowered_at: f64,
     /// Multiple of the last barrier term from which the next one is the last: a larger one skips a
     /// term and may lose the path of minima.
@@ -222,12 +226,10 @@ pub(crate) struct Shift {
 pub(crate) struct ShiftOfSearch {
     /// The first one.
     pub first: f64,
-    /// Growth where the next search fails too.
+    /// Growth where the next search fails too, and decay after a step that was taken.
     pub growth: f64,
     /// Factor on the last shift that the inertia needed: the shift is at least this.
     pub over: f64,
-    /// Factor on the shift after a step that was taken.
-    pub decay: f64,
     /// The shift below which it is dropped.
     pub least: f64,
 }
@@ -244,7 +246,6 @@ impl Default for Tuning {
             last: 1e-12,
             tolerable: 5e-9,
             tail: 1e-7,
-            tail_mean: 1e-6,
             slack: 0.1,
             lowered_at: 10.0,
             snapped: 30.0,
@@ -258,7 +259,7 @@ impl Default for Tuning {
             rho: 1e3,
             proximal: 1e-8,
             shift: Shift { first: 1e-4, growth_first: 100.0, growth: 8.0, decay: 1.0 / 3.0, largest: 1e10 },
-            shift_of_search: ShiftOfSearch { first: 1e-3, growth: 10.0, over: 4.0, decay: 0.1, least: 5e-7 },
+            shift_of_search: ShiftOfSearch { first: 1e-3, growth: 10.0, over: 4.0, least: 5e-7 },
             proposed: 0.1,
             judged_by_cost: 1e-4,
             gain: 0.9,
@@ -275,7 +276,7 @@ impl Default for Tuning {
             replays: 2,
             more_infeasible: 1e3,
             kept: 1e10,
-            armijo: 1e-4,
+            armijo: ARMIJO,
             less_infeasible: 1e-5,
             less_costly: 1e-8,
             switch: (2.3, 1.1),
@@ -299,7 +300,9 @@ impl Tuning {
     /// term or slack would lead to another one. With known multipliers the price of an error at the
     /// end may be higher, and what is left of it is less.
     pub fn near() -> Self {
-        Self { first: 1e-4, slack: 1e-3, terminal_price: 1e4, ..Self::default() }
+        let plan = Self::default();
+        let terminal_price = plan.terminal_price * plan.dearer;
+        Self { first: 1e-4, slack: 1e-3, terminal_price, ..plan }
     }
 
     /// Returns the settings for a start from an optimum on the same grid, towards a target that has
@@ -308,7 +311,7 @@ impl Tuning {
     pub fn beside(distance: f64) -> Self {
         let plan = Self::near();
         let first = (plan.beside * distance).clamp(plan.last, plan.beside);
-        Self { first, slack: 1e-5, ..plan }
+        Self { first, slack: plan.beside, ..plan }
     }
 
     /// Returns the settings with a last barrier term of at least this.
@@ -319,17 +322,17 @@ impl Tuning {
 
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
+        let (tolerance, last) = (1e-5, 1e-6);
         Self {
             search_patience: 25,
-            tolerance: 1e-5,
-            tolerance_without_rows: 1e-5,
+            tolerance,
+            tolerance_without_rows: tolerance,
             acceptable: 1e-3,
-            last: 1e-6,
-            tail: 1e-6,
-            tail_mean: 1e-5,
+            last,
+            tail: last,
             raises: 1,
             replays: 0,
-            known_from: 1e-5,
+            known_from: tolerance,
             ..Self::default()
         }
     }

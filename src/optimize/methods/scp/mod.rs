@@ -128,7 +128,7 @@ impl Iteration for Scp<'_> {
             Err(Failure::Stopped) => return Some(Outcome::Interrupted),
             Err(Failure::Numerical) => {
                 // Shorter steps are the better conditioned subproblem.
-                self.weights.radius *= NARROWED_BLINDLY;
+                self.weights.radius *= NARROWED * NARROWED;
                 return self.motionless();
             }
         };

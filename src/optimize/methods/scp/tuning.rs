@@ -8,11 +8,10 @@
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
 pub(super) const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
 /// What the radius is multiplied by after a move that kept its promise and was as long as it may
-/// be, after one that kept little of it, after one that cannot be computed, and what is left of a
-/// move that was refused.
+/// be, after one that kept little of it (twice after one that cannot be computed), and what is left of
+/// a move that was refused.
 pub(super) const WIDENED: f64 = 2.5;
 pub(super) const NARROWED: f64 = 0.5;
-pub(super) const NARROWED_BLINDLY: f64 = 0.25;
 pub(super) const REFUSED: f64 = 0.3;
 /// Share of the promised decrease that makes the radius grow, and below which it shrinks.
 pub(super) const GOOD: f64 = 0.7;

@@ -13,8 +13,8 @@ use super::grid_step::Torque;
 use super::sequence::{Sequence, Step, SweptArcs};
 use super::smooth::Path;
 use super::tuning::arcs::*;
-use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
-use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME, UNDETERMINED};
+use super::tuning::smooth::TIME_STEP;
+use super::tuning::{COARSER, FAR_ITERATIONS, FINE, NOTHING, SAME, UNDETERMINED, ZERO};
 use crate::Vector3;
 use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};
@@ -233,10 +233,10 @@ impl Arcs {
             }
             let (swept, kkt) = self.swept(extremal, longest)?;
             let merit = kkt.residual.norm_squared() + swept.gaps;
-            if merit < CONVERGED.powi(2) && longest <= FINE {
+            if merit < ZERO.powi(2) && longest <= FINE {
                 return Some(self);
             }
-            if merit < NEAR.powi(2) && longest > FINE {
+            if merit < NOTHING.powi(2) && longest > FINE {
                 longest = FINE;
                 continue;
             }
@@ -251,7 +251,7 @@ impl Arcs {
         let count = self.switches.len();
         let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
         let longest = step.rows(6, step.len() - 6).amax();
-        let mut factor = (COSTATE_STEP * costate / step.rows(0, 6).norm()).min(1.0);
+        let mut factor = (costate / step.rows(0, 6).norm()).min(1.0);
         factor = factor.min(TIME_STEP * self.duration / longest);
         if !factor.is_finite() {
             return None;

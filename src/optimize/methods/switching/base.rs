@@ -33,8 +33,9 @@ use super::smooth::{Path, Smooth, Smoothed, descend};
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
 use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
-use super::tuning::{FAR_ITERATIONS, VANISHED};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
+use crate::numerics::hermite::hermite;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
 
@@ -64,7 +65,8 @@ impl Turn {
         let whole = turned.tr_mul(&self.whole);
         let rate = ends[0] + t * (a + 0.5 * u * b) + 6.0 * u * (1.0 - u) / duration * whole;
         let acceleration = a + u * b + (6.0 - 12.0 * u) / (duration * duration) * whole;
-        (lie::exp(&(u * u * (3.0 - 2.0 * u) * self.whole)) * turned, rate, acceleration)
+        let about = hermite(u, 1.0, [&0.0, &1.0], [&0.0, &0.0]) * self.whole;
+        (lie::exp(&about) * turned, rate, acceleration)
     }
 }
 
@@ -180,7 +182,7 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 }
 
 /// A smoothed extremal at its own ε, from a path near it.
-pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
+fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
@@ -207,13 +209,6 @@ fn by_way_of(
         },
     );
     reached.ok().map(|(solved, _)| solved)
-}
-
-/// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs
-/// which push unequally.
-pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let pushing = |part: f64| Some(Extremal { middle: part * extremal.middle, ..extremal.clone() });
-    by_way_of(pushing, from.clone(), |_, _, _| {}, work)
 }
 
 /// Whether rates can be scaled at all.
@@ -254,28 +249,18 @@ fn through_bodies(
 }
 
 /// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one,
-/// with the rates of the ends all along or scaled up to them: by a short one or by all of them,
-/// where the levels lead nowhere, as for fast bodies whose gyroscopic torques are of the size of
-/// the limits.
+/// with the rates of the ends all along or scaled up to them: where the levels lead nowhere, as for
+/// fast bodies whose gyroscopic torques are of the size of the limits.
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which
-/// cubic angles are near; a longer one leads to other paths. Those of the shortest are beside the
-/// cubic paths of a level wherever these are not the quickest: a body of unequal moments or limits
-/// does not turn about a fixed axis.
-pub(super) fn by_durations(
-    extremal: &Extremal,
-    turn: &Turn,
-    intervals: usize,
-    all: bool,
-    work: &Work,
-) -> Vec<Smoothed> {
+/// cubic angles are near; a longer one leads to other paths.
+pub(super) fn by_durations(extremal: &Extremal, turn: &Turn, intervals: usize, work: &Work) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
     };
-    let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
-    let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
-    let each = parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled)));
+    let scaled: &[bool] = if moves(extremal) { &[false, true] } else { &[false] };
+    let each = DURATIONS.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled)));
     let found = each.filter_map(|(part, rates)| {
         let given = extremal.lasting(Some(part * usual));
         let of_given = through_bodies(&given, turn, intervals, 0, rates, work)?;
@@ -290,7 +275,7 @@ pub(super) fn by_durations(
 /// but by smoothing. So the factor is taken at which the Hamiltonian vanishes; where more time
 /// would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
-    let shortest = VANISHED * from.path.duration;
+    let shortest = NOTHING * from.path.duration;
     let mut found = scaled(extremal, &from, work);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
     let _ = follow(&STRETCHING, from, ended, |at, length| {
@@ -324,10 +309,9 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time
-/// without whole turns another by way of a short duration; one for each first path that leads to it
-/// where fuel counts and the duration is sought, where thrusters push unequally, which have
-/// extremals that no single path is near, and where `all` are asked for.
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, or one for each
+/// first path that leads to it where fuel counts and the duration is sought, where thrusters push
+/// unequally, which have extremals that no single path is near, and where `all` are asked for.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
@@ -341,8 +325,8 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
         }
     }
     // Where there is none, all durations are tried in the end.
-    if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
-        found.extend(by_durations(extremal, turn, intervals, all, work));
+    if all && extremal.seeks_time() && !found.is_empty() {
+        found.extend(by_durations(extremal, turn, intervals, work));
     }
     found
 }
@@ -360,12 +344,7 @@ fn base(
     let found = if isotropic {
         direct(work)
     } else {
-        through_bodies(extremal, turn, intervals, try_index, false, work)
-            .or_else(|| {
-                let scaled = || through_bodies(extremal, turn, intervals, try_index, true, work);
-                moves(extremal).then(scaled).flatten()
-            })
-            .or_else(|| direct(work))
+        through_bodies(extremal, turn, intervals, try_index, false, work).or_else(|| direct(work))
     }?;
     at_branching(extremal, found, work)
 }

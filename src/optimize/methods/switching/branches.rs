@@ -18,9 +18,8 @@
 //! and of so many bases the first and the cheapest are tipped.
 //! `cargo run --release -p evidence -- dearer thorough` counts: for eight of 300 random maneuvers
 //! the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may part
-//! below the ε at which they are compared: one whose symmetry leaves an input unused is tipped once
-//! more at the last ε, and where the best is no quicker than the turn about a fixed axis, which is
-//! known in closed form, the search becomes a thorough one.
+//! below the ε at which they are compared: where the best is no quicker than the turn about a fixed
+//! axis, which is known in closed form, the search becomes a thorough one.
 //! `cargo run --release -p evidence -- minimum_time plain` counts. To let tipped starts go down on
 //! half of the intervals, since most lead to an extremal that is known, is quicker and lost a
 //! branch of one public case and of a box. Their bias is left before the last level of ε, when
@@ -29,21 +28,20 @@
 //! the public set was lost. Where nothing comes to a small ε, as with fast bodies whose gyroscopic
 //! torques are of the size of the limits, first paths come by way of given durations: there the
 //! smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
-//! for its costates and ε it is an extremal of a sought duration. Where these turn back as well,
-//! arcs are looked for where they do. Newton on the switching times, which does not need a switch
-//! to exist to converge to it. And the grid: arcs of equal steps each, whose lengths are unknowns;
-//! stationarity in the length of an arc (the mean of its discrete Hamiltonians is zero) replaces
-//! the switching functions, so that the plan is the exact optimum of its own grid and its error
-//! series is even in the step. Where two inputs switch together the arc between them stays in the
-//! equations without length: five lengths could not meet six conditions.
+//! for its costates and ε it is an extremal of a sought duration. Newton on the switching times,
+//! which does not need a switch to exist to converge to it. And the grid: arcs of equal steps each,
+//! whose lengths are unknowns; stationarity in the length of an arc (the mean of its discrete
+//! Hamiltonians is zero) replaces the switching functions, so that the plan is the exact optimum of
+//! its own grid and its error series is even in the step. Where two inputs switch together the arc
+//! between them stays in the equations without length: five lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_durations, relaxed, unbalanced};
+use super::base::{Turn, bases, by_durations};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
-use super::tuning::FAR_ITERATIONS;
 use super::tuning::branches::*;
 use super::tuning::smooth::{INTERVALS, STEEP};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
@@ -233,56 +231,26 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     let each = |bases: &dyn Fn(&Turn) -> Vec<Smoothed>| {
         distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
     };
-    let by_way_of = |other: &Extremal, carried: &dyn Fn(&Smoothed) -> Option<Smoothed>| {
-        each(&|turn| bases(other, turn, false, work).iter().filter_map(carried).collect())
-    };
     let mut from = each(&|turn| bases(extremal, turn, all, work));
-    // In less time than a turn about the axis of a symmetry takes there is no extremal that has the
-    // symmetry.
-    for tilt in [ASKEW, OTHERWISE, -ASKEW, -OTHERWISE] {
-        if from.is_empty() && !work.stopped() {
-            let end_attitude = extremal.end_attitude * lie::exp(&(TILT * tilt));
-            let tilted = Extremal { end_attitude, ..extremal.clone() };
-            from = by_way_of(&tilted, &|near| relaxed(extremal, near, work));
-        }
-    }
-    // Thrusters that push unequally turn the body the more the longer a first path takes.
-    if from.is_empty() && extremal.middle.norm() > 0.0 {
-        let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        from = by_way_of(&balanced, &|near| unbalanced(extremal, near, work));
-    }
     let rival = RIVAL_BASE * least(extremal, &from);
     from.retain(|one| one.cost(extremal) <= rival);
-    let (found, mut folded) = descended(extremal, ask, &from, work);
+    let found = descended(extremal, ask, &from, work);
     if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
         return found;
     }
-    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, true, work));
-    let (found, folded_more) = descended(extremal, ask, &more, work);
-    if !found.is_empty() {
-        return found;
-    }
-    // Arcs may be near where a smoothed extremal turns back.
-    folded.extend(folded_more);
-    let turning_back = folded.iter().filter_map(|one| unbiased(extremal, one, work));
-    cheapest_first(extremal, distinct(extremal, turning_back))
+    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, work));
+    descended(extremal, ask, &more, work)
 }
 
-/// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do
-/// not come so far turn back.
-fn descended(
-    extremal: &Extremal,
-    ask: &SearchRequest,
-    from: &[Smoothed],
-    work: &Work,
-) -> (Vec<Smoothed>, Vec<Smoothed>) {
+/// Distinct extremals at a small ε that bases lead to, unbiased and tipped.
+fn descended(extremal: &Extremal, ask: &SearchRequest, from: &[Smoothed], work: &Work) -> Vec<Smoothed> {
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its
     // price.
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let target = target.min(BRANCHING);
-    let (mut found, mut folded) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
     let least = least(extremal, from);
     for (index, from) in from.iter().enumerate() {
         // Of many bases the first and the cheapest are tipped: that tells nearly all branches
@@ -302,22 +270,19 @@ fn descended(
                 let parted = (PARTED * target).min(BRANCHING);
                 descend_by(STEEP, Intervals::Following, extremal, from, parted, &bias, work)
             };
-            match reached {
-                Ok(reached) => {
-                    found.extend(unbiased(extremal, &Smoothed { epsilon: target, ..reached }, work));
-                }
-                Err(last) => folded.push(last),
+            if let Ok(reached) = reached {
+                found.extend(unbiased(extremal, &Smoothed { epsilon: target, ..reached }, work));
             }
         }
     }
-    (cheapest_first(extremal, distinct(extremal, found)), folded)
+    cheapest_first(extremal, distinct(extremal, found))
 }
 
 /// An extremal without the bias that led to it.
 fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     // Fuel tells branches apart less sharply than time.
     let tolerance = Smooth::of(extremal, from.epsilon).tolerance();
-    let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { tolerance };
+    let tolerance = if extremal.counts_fuel() { NOTHING } else { tolerance };
     from.solved(extremal, tolerance, FAR_ITERATIONS, work)
 }
 

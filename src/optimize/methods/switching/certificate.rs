@@ -21,9 +21,9 @@ use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Node};
 use super::sequence::steps;
-use super::tuning::arcs::{TOGETHER, ZERO};
+use super::tuning::arcs::TOGETHER;
 use super::tuning::limits::{NO_GAP, SMALL_GAP};
-use super::tuning::{FINE, POINTS};
+use super::tuning::{FINE, POINTS, ZERO};
 use crate::numerics::widest::widest;
 use std::f64::consts::PI;
 

@@ -8,8 +8,9 @@ use super::on_grid::OnGrid;
 use super::sequence::Step;
 use super::smooth::Smoothed;
 use super::tuning::grid::*;
+use super::tuning::limits::MOST_CORRECTIONS;
 use super::tuning::smooth::ON_THE_WAY;
-use super::tuning::{NEAR_ITERATIONS, SMALLER, VANISHED};
+use super::tuning::{NEAR_ITERATIONS, NOTHING, SMALLER};
 use crate::Vector3;
 
 /// Steps of arcs of these lengths, `steps` in all where that allows every arc its least number.
@@ -77,7 +78,7 @@ pub(super) struct Layout {
 impl Layout {
     pub fn of(arcs: &Arcs) -> Self {
         let lengths = arcs.lengths();
-        let common = lengths.iter().map(|length| length.abs() < VANISHED * arcs.duration).collect();
+        let common = lengths.iter().map(|length| length.abs() < NOTHING * arcs.duration).collect();
         let none = vec![false; lengths.len()];
         Self { lengths, common, exchanged: none.clone(), joined: none }
     }
@@ -127,7 +128,7 @@ impl Layout {
 /// The discrete optimum for arcs, on `steps` steps.
 pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     let (mut arcs, mut layout) = (arcs.clone(), Layout::of(arcs));
-    for _ in 0..MOST_CHANGES {
+    for _ in 0..MOST_CORRECTIONS {
         let found = of_arcs(extremal, &arcs, &layout.counts(steps).ok()?).solve(extremal)?;
         let Some(negative) = found.shorter_than_nothing() else {
             return Some(found);
@@ -157,10 +158,7 @@ pub(crate) fn smooth_on_grid(
         }
         grid.newton(1, ON_THE_WAY * epsilon, most, extremal)
     };
-    let larger = |epsilon: &f64| Some((epsilon / SMALLER).max(LEAST_SMOOTHING));
-    let mut wishes = std::iter::successors(Some(wish), larger).take(1 + MOST_LARGER);
-    let first = wishes.find_map(|epsilon| Some((at(&start, epsilon, MOST_ITERATIONS)?, epsilon)))?;
-    let mut known = vec![first];
+    let mut known = vec![(at(&start, wish, MOST_ITERATIONS)?, wish)];
     while let Some((found, epsilon)) = known.last()
         && *epsilon > least
     {

@@ -23,7 +23,8 @@
 //! large, where `h` is `s` times as long, and `m` and `Π̃` are `s⁻¹` times as large.
 
 use super::extremal::{ArcLaw, Extremal, LawResponse};
-use super::tuning::grid::{LAST_CHANGE, MOST_ITERATIONS};
+use super::tuning::SAME;
+use super::tuning::grid::MOST_ITERATIONS;
 use crate::mechanics::drift_equation;
 use crate::numerics::widest::widest;
 use crate::optimize::discrete::step::Costate;
@@ -169,7 +170,7 @@ impl Extremal {
                 let inverse = drift_equation::inverse3(&(Matrix3::identity() + answer));
                 let change = inverse * (law.torque - torque);
                 torque += change;
-                if change.norm() < LAST_CHANGE * (1.0 + torque.norm()) {
+                if change.norm() < SAME * (1.0 + torque.norm()) {
                     return Some((torque, inverse * law.stiffness));
                 }
             }

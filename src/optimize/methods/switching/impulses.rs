@@ -20,7 +20,7 @@ use super::tuning::impulses::*;
 use super::tuning::limits::LAST;
 use super::tuning::paths::LONG;
 use super::tuning::pulses::{COARSE, MOST_COMBINED};
-use super::tuning::{COARSER, FAR_ITERATIONS, FINE, GAINED, SAME};
+use super::tuning::{COARSER, FAR_ITERATIONS, FINE, NOTHING, SAME};
 use super::work::{Work, count};
 use crate::numerics::random::Stream;
 use crate::{Matrix3, Vector3, lie};
@@ -86,7 +86,7 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<BranchEnd> {
         transfers.iter().take(TRIED).take_while(|_| !work.stopped()).filter_map(burnt).collect();
     let cost = |burns: &Certified| burns.arcs.cost(extremal);
     burns.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-    burns.dedup_by(|a, b| (cost(a) / cost(b) - 1.0).abs() < GAINED);
+    burns.dedup_by(|a, b| (cost(a) / cost(b) - 1.0).abs() < NOTHING);
     burns.truncate(MENDED);
     let limit = |burns: Certified| {
         let all = refined(extremal, burns, work);
@@ -115,7 +115,7 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
     let ends =
         [start.norm(), (extremal.j * extremal.end_rate).norm(), PI * extremal.j.trace() / (3.0 * duration)];
-    let size = SPREAD * ends.into_iter().fold(0.0, f64::max);
+    let size = ends.into_iter().fold(0.0, f64::max);
     let mut random = Stream::new(0, 0, 0);
     let mut momenta = slow_momenta(extremal, duration).to_vec();
     momenta.push(start);
@@ -137,7 +137,7 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
         let end = extremal.flow_step(&Vector3::zeros(), &first, &coast, (duration, duration), COARSER * FINE);
         let miss = lie::log(&(end.f * extremal.end_attitude.transpose()));
-        if miss.norm() < NEAR {
+        if miss.norm() < NOTHING {
             let start = momentum - extremal.j * extremal.start_rate;
             let stop = extremal.j * extremal.end_rate - end.pi;
             let burns = [cheapest(extremal, &start)?, cheapest(extremal, &stop)?];

@@ -23,7 +23,7 @@ use super::certificate::looks;
 use super::extremal::Extremal;
 use super::flow::{Course, Lanes};
 use super::tuning::arcs::*;
-use super::tuning::{FAR_ITERATIONS, GAINED};
+use super::tuning::{FAR_ITERATIONS, NOTHING};
 use nalgebra::{SMatrix, SVector};
 
 /// A change of `M` and of the costate at the start.
@@ -157,7 +157,7 @@ fn newton(pieces: &[Piece], from: CostateChange, across: Option<&CostateChange>,
         hessian += SMatrix::from_diagonal(&(OPEN * hessian.diagonal()));
         let Some(step) = hessian.lu().solve(&-gradient) else { break };
         let halved = std::iter::successors(Some(1.0), |factor| Some(0.5 * factor));
-        let better = halved.take_while(|factor| *factor > GAINED).find_map(|factor| {
+        let better = halved.take_while(|factor| *factor > NOTHING).find_map(|factor| {
             let next = change + factor * step;
             let found = gap(pieces, &next, mu);
             (found < last).then_some((next, found))
@@ -165,7 +165,7 @@ fn newton(pieces: &[Piece], from: CostateChange, across: Option<&CostateChange>,
         let Some((next, found)) = better else { break };
         let gained = last - found;
         (change, last) = (next, found);
-        if gained <= GAINED * found {
+        if gained <= NOTHING * found {
             break;
         }
     }

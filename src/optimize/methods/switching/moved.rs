@@ -29,7 +29,7 @@ use super::extremal::{Extremal, TorqueLimit};
 use super::flow::Node;
 use super::grid_step::Torque;
 use super::sequence::{Sequence, Step, free_lengths};
-use super::tuning::{FINE, UNDETERMINED, VANISHED};
+use super::tuning::{FINE, NOTHING, UNDETERMINED};
 use crate::Vector3;
 use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
@@ -80,8 +80,7 @@ pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
     let lengths = arcs.lengths();
     // Of inputs that switch together the arc between them can grow alone, which its certificate
     // tells of.
-    let free: Vec<usize> =
-        (0..lengths.len()).filter(|arc| lengths[*arc] > VANISHED * arcs.duration).collect();
+    let free: Vec<usize> = (0..lengths.len()).filter(|arc| lengths[*arc] > NOTHING * arcs.duration).collect();
     let given = extremal.given_duration.is_some();
     if free.len() <= 6 + usize::from(given) || !matches!(extremal.law, TorqueLimit::Inputs(_)) {
         return false;

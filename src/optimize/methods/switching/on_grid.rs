@@ -10,11 +10,11 @@
 use super::extremal::Extremal;
 use super::flow::Node;
 use super::sequence::{Sequence, Step, SweptArcs, free_lengths};
-use super::tuning::UNDETERMINED;
 use super::tuning::arcs::DETERMINED;
 use super::tuning::grid::*;
 use super::tuning::pulses::NEARBY_ON_GRID;
 use super::tuning::smooth::{DECREASE, MOST_TRIALS, SHORTENED};
+use super::tuning::{NO_LENGTH, UNDETERMINED};
 use crate::Vector3;
 use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};

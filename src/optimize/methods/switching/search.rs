@@ -13,8 +13,8 @@ use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
-use super::tuning::smooth::MANY;
-use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
+use super::tuning::smooth::ENOUGH;
+use super::tuning::{MET, NEAR_ITERATIONS, NOTHING, SAME, SMALLER};
 use super::work::Work;
 use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
@@ -32,7 +32,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> B
         found.eigenaxis = eigenaxis::duration(extremal);
     }
     let slow =
-        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - GAINED));
+        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
     let saddle = |best: &BranchEnd| {
         let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
         exact.is_some_and(|found| is_saddle(extremal, &found.arcs))
@@ -64,7 +64,7 @@ fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, 
         let of_quicker = search_here(&quicker, ask, work);
         found.branches += of_quicker.branches;
         // A motion that is slower by a factor takes inputs that are smaller by its square.
-        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - GAINED);
+        let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - NOTHING);
         let slowed = of_quicker.limits.iter().filter(cheaper);
         found.extend(extremal, slowed.filter_map(|limit| long::followed(extremal, limit, work)));
     }
@@ -106,13 +106,6 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     }
     for rival in rivals.iter().filter(near).take_while(|_| !work.stopped()) {
         limits.push(end_game(extremal, rival, ask, work));
-        // Branches may part below the ε at which they were compared.
-        if ask.thoroughness != Thoroughness::Quick
-            && rests_on_a_symmetry(extremal, rival)
-            && let Some(tipped) = tipped(extremal, rival, work)
-        {
-            limits.push(end_game(extremal, &tipped, ask, work));
-        }
     }
     found.extend(extremal, limits);
     if ask.arcs && impulses::are_of_use(extremal, found.limits.first(), work) {
@@ -120,18 +113,6 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
         found.branches = found.branches.max(found.limits.len());
     }
     found
-}
-
-/// Whether a branch of minimum time has inputs that a symmetry alone keeps out of use: as a rule it
-/// is a saddle.
-fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
-    let size = |input: usize| {
-        let nodes = branch.path.nodes.iter();
-        nodes.map(|node| extremal.switching(input, &node.e).abs()).fold(0.0, f64::max)
-    };
-    let sizes: Vec<f64> = (0..extremal.axes().len()).map(size).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    extremal.seeks_time() && sizes.iter().any(|size| *size <= UNUSED * largest)
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
@@ -211,7 +192,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();
-    while path.intervals() < MANY {
+    while path.intervals() < ENOUGH {
         path = exact.doubled(&path);
     }
     let found = exact.solve(path, MET, NEAR_ITERATIONS, work);

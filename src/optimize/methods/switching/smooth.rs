@@ -251,7 +251,7 @@ impl<'a> Smooth<'a> {
             }
             let costate = (path.m.norm_squared() + path.nodes[0].e.norm_squared()).sqrt();
             let length = step.fixed_rows::<6>(0).norm();
-            let factor = (COSTATE_STEP * costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
+            let factor = (costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
             let changes = changes(&swept.lanes, &step);
             let mut factors = std::iter::successors(Some(factor.min(1.0)), |factor| Some(SHORTENED * factor))
                 .take(MOST_TRIALS);

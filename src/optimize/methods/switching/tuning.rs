@@ -14,12 +14,10 @@
 /// Numbers that differ by this part are one: costs, gaps, times and ε.
 pub(super) const SAME: f64 = 1e-9;
 
-/// A pulse or an arc that is shorter than this part of the duration is none for the grid, and what
-/// is nearer to its bound is at it: Newton tells such times apart, but steps do not.
-pub(super) const VANISHED: f64 = 1e-6;
-
-/// Less than this part of a cost is no gain: more changes are tried for less.
-pub(super) const GAINED: f64 = 1e-6;
+/// Less than this part is nothing: of the duration for the grid, though Newton tells such times
+/// apart; of a cost as a gain; of the largest switching function or curvature; and as a residual on
+/// the way.
+pub(super) const NOTHING: f64 = 1e-6;
 
 /// Singular values below this part of the largest belong to what is not determined: lower,
 /// round-off moves costates far; higher, what short arcs determine is lost.
@@ -27,6 +25,14 @@ pub(super) const UNDETERMINED: f64 = 1e-9;
 
 /// Residual at which the end is met.
 pub(super) const MET: f64 = 1e-11;
+
+/// A switching function of this size is zero, and Newton on switching times ends: the flow along an
+/// arc is as good as that.
+pub(super) const ZERO: f64 = 1e-12;
+
+/// Residual of times to all digits, and a part of the duration that is no length: two inputs switch
+/// together.
+pub(crate) const NO_LENGTH: f64 = 1e-14;
 
 /// Iterations of Newton from a near solution of the same kind, and from farther away: what takes
 /// more does not come as a rule.
@@ -61,11 +67,11 @@ pub(super) mod paths {
     /// ε of a first path where the duration is given: so large that fuel hardly counts.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
-    /// How often a bracket is halved.
-    pub const HALVINGS: usize = 40;
-
     /// Under a limit of the norm the costate over ε that gives a torque is sought up to this size.
     pub const LARGEST_COSTATE: f64 = 32.0;
+
+    /// How often a bracket is halved.
+    pub const HALVINGS: usize = 40;
 
     /// Residual of a smoothed extremal that another one starts from.
     pub const RELAXED: f64 = 1e-3;
@@ -115,10 +121,6 @@ pub(super) mod branches {
     /// A base that costs more than the best by this is no rival.
     pub const RIVAL_BASE: f64 = 1.15;
 
-    /// By what part of a radian and more the end is turned for first paths where there are none
-    /// without.
-    pub const TILT: f64 = 0.03;
-
     /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a
     /// symmetry has that along axes of the body as a rule, and what lies along them as well tips
     /// nothing.
@@ -136,10 +138,6 @@ pub(super) mod branches {
     /// and of fuel, which is known less well.
     pub const ALIKE: (f64, f64) = (1e-4, 1e-2);
     pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
-
-    /// Residual of an extremal without the bias that led to it where fuel counts, which tells
-    /// branches apart less sharply than time.
-    pub const UNBIASED_FUEL: f64 = 1e-5;
 }
 
 /// Smoothed extremals (`smooth`): how fast and how far ε falls, and on what intervals.
@@ -159,9 +157,7 @@ pub(super) mod smooth {
     pub const ON_THE_WAY: f64 = 0.1;
     pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
 
-    /// Longest step of the costates, relative to them, and of the duration and of switching times,
-    /// relative to the duration.
-    pub const COSTATE_STEP: f64 = 1.0;
+    /// Longest step of the duration and of switching times, relative to the duration.
     pub const TIME_STEP: f64 = 0.4;
 
     /// A step of Newton leaves out so much of the residual times its length, or is made shorter by
@@ -181,9 +177,6 @@ pub(super) mod smooth {
     pub const ENOUGH: usize = 128;
     pub const MOST_INTERVALS: usize = 3000;
 
-    /// Intervals on which the law of a limited norm, which is smooth, is followed to round-off.
-    pub const MANY: usize = 512;
-
     /// What an input may change by on one interval, as a part of its range: of equal ones this over
     /// ε are enough; and how often one is halved for it at once.
     pub const RESOLVED: f64 = 0.2;
@@ -193,10 +186,6 @@ pub(super) mod smooth {
 /// Arcs at the limits (`arcs`, `certificate`, `least_gap`): whether Newton on switching times comes
 /// from a reading of a path to its arcs.
 pub(super) mod arcs {
-    /// Residual at which the integration becomes fine, and at which Newton ends.
-    pub const NEAR: f64 = 1e-6;
-    pub const CONVERGED: f64 = 1e-12;
-
     /// Most steps of one arc: no bound but for durations that are out of all proportion.
     pub const MOST_STEPS: f64 = 1e3;
 
@@ -212,9 +201,6 @@ pub(super) mod arcs {
 
     /// An input that is on for less than this part of a run is between its limits.
     pub const BETWEEN: f64 = 0.7;
-
-    /// A switching function of this size is zero: the flow along an arc is as good as that.
-    pub const ZERO: f64 = 1e-12;
 
     /// Runs of wrong signs whose gap is this part of the largest are put right with it.
     pub const TOGETHER: f64 = 0.2;
@@ -242,9 +228,6 @@ pub(crate) mod limits {
     pub const RIVAL: f64 = 1.015;
     pub const FAR_RIVAL: f64 = 1.1;
 
-    /// Switching functions of this part of the largest are those of inputs that are not used.
-    pub const UNUSED: f64 = 1e-6;
-
     /// How often a branch without arcs is followed to a smaller ε: of time, where more of them
     /// would take a third longer in the slowest tenth of the public set; and of fuel, as short
     /// pulses show late.
@@ -257,7 +240,8 @@ pub(crate) mod limits {
     pub const SMALLEST: f64 = 2e-5;
 
     /// Most corrections of the sequence of switches, of times that are laid out anew, and of arcs
-    /// with a gap that is not small.
+    /// with a gap that is not small; and on the grid, where pulses are held at another bound and
+    /// switches exchanged or joined.
     pub const MOST_CORRECTIONS: usize = 12;
 
     /// The last are of so many of the worst signs, on these parts of their time.
@@ -277,16 +261,11 @@ pub(crate) mod limits {
 
 /// Long durations between rates (`impulses`): how many coasts are known, and laid out.
 pub(super) mod impulses {
-    /// Momenta at random that coasts are sought from, how far they are from the motion at the start
-    /// and from none, over the largest of its momenta; how many of the cheapest transfers are given
+    /// Momenta at random that coasts are sought from; how many of the cheapest transfers are given
     /// burns, and how many of the cheapest of these more of them.
     pub const RANDOM: usize = 48;
-    pub const SPREAD: f64 = 1.2;
     pub const TRIED: usize = 24;
     pub const MENDED: usize = 4;
-
-    /// A coast ends this near \[rad\]: its burns move it by more.
-    pub const NEAR: f64 = 1e-6;
 }
 
 /// The grid (`discretize`, `on_grid`, `grid_step`): whether arcs have a discrete optimum.
@@ -300,21 +279,8 @@ pub(crate) mod grid {
     pub const FALLING: f64 = 0.1;
     pub const MOST_ITERATIONS: usize = 30;
 
-    /// An arc shorter than this part of the duration has no length: two inputs switch together.
-    pub const NO_LENGTH: f64 = 1e-14;
-
-    /// How often pulses are held at another bound, and switches exchanged or joined, in all.
-    pub const MOST_CHANGES: usize = 12;
-
-    /// ε that a step of the grid can follow, times the number of steps; that which is tried after
-    /// none at all; and how many larger ones.
+    /// ε that a step of the grid can follow, times the number of steps.
     pub const FOLLOWED: f64 = 0.3;
-    pub const LEAST_SMOOTHING: f64 = 1e-4;
-    pub const MOST_LARGER: usize = 4;
-
-    /// A change of the torque of a step after which the next one would be round-off, as Newton
-    /// squares it.
-    pub const LAST_CHANGE: f64 = 1e-9;
 }
 
 /// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are
@@ -328,19 +294,16 @@ pub(super) mod pulses {
     /// them.
     pub const STIFF: f64 = 1e8;
 
-    /// Longest change of a time in one step, as a part of the duration; the shortest below which
+    /// Longest change of a time at once, as a part of the duration; the shortest below which
     /// nothing is gained any more; and that after a step that was of no use, over what it was.
     pub const TRUST: f64 = 0.2;
     pub const NO_TRUST: f64 = 1e-8;
     pub const LESS_TRUST: f64 = 0.3;
 
-    /// Iterations of Gauss and Newton: from a first guess, and after a step.
-    pub const FIRST_ITERATIONS: usize = 30;
+    /// Iterations of Gauss and Newton after a step; and most that do not leave less than a part of
+    /// the miss.
     pub const ITERATIONS: usize = 6;
-
-    /// An iteration leaves less than this part of the miss, or is one of few that do not.
     pub const LESS: f64 = 0.9;
-    pub const SLOW: usize = 6;
 
     /// Steps of least fuel; what is still to be gained, as a part of it, when the best times are
     /// found.
@@ -350,14 +313,8 @@ pub(super) mod pulses {
     /// Part of the predicted gain at which the next step may be longer.
     pub const GOOD: f64 = 0.5;
 
-    /// Curvature below this part of the largest is none.
-    pub const FLAT: f64 = 1e-6;
-
     /// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
-    pub const NEAR: [f64; 3] = [super::VANISHED, 1e-8, 1e-10];
-
-    /// Residual of times that hang on others, to all digits.
-    pub const SHARP: f64 = 1e-14;
+    pub const NEAR: [f64; 3] = [super::NOTHING, 1e-8, 1e-10];
 
     /// Newton stays this near to where it began, as a part of the duration; and on the grid to the
     /// equations of motion.
@@ -382,11 +339,9 @@ pub(super) mod pulses {
     pub const CHANGED: usize = 3;
     pub const MOST_CHANGES: usize = 60;
 
-    /// Random schedules, and how many are tried at most where none has met the end; how far their
-    /// times are moved, as a part of the duration.
+    /// Random schedules, and how many are tried at most where none has met the end.
     pub const RANDOM: usize = 12;
     pub const MOST_RANDOM: usize = 40;
-    pub const MOVED: f64 = 0.2;
 
     /// Costs that differ by this part are those of two schedules; schedules whose times differ by
     /// less than this are one to start from.

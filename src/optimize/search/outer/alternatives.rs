@@ -15,7 +15,7 @@
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
-use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
+use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rung, Solution};
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
@@ -27,8 +27,8 @@ use crate::optimize::search::context::Context;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::given_duration::search_of;
 use crate::optimize::search::ladder::{Ask, Search};
-use crate::optimize::search::outer::Inner;
 use crate::optimize::search::outer::free_end::Posed;
+use crate::optimize::search::outer::{Inner, of_discrete_optima};
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::starts::transfer::transfer;
 use crate::optimize::search::strategies::chains::{descend, distinct, optimised_near};
@@ -131,12 +131,7 @@ fn scheduled<const N: usize>(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Vec<(Schedule, Guess)> {
-    let settings = Settings {
-        target: Target::Discrete,
-        test_second_order: false,
-        method: Method::InteriorPoint,
-        ..settings.clone()
-    };
+    let settings = of_discrete_optima(settings);
     let context = Context::new(&settings, observer);
     let ends = problem.aim().and_then(|aim| {
         let ends = problem.ends_on(aim, problem.duration.known().unwrap_or(0.0)).ok()?;

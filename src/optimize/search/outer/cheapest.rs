@@ -23,15 +23,13 @@
 //!
 //! From turns about a fixed axis, bent to six sides, and their detours around the cones that they
 //! cross (`search/strategies/seeds`). Where a force or a field acts, also from the extremals of
-//! least effort without limits, and of fuel from the plans of least effort within all limits. A
-//! search that is local in the duration too may miss a cheaper plan: least fuel in the duration
-//! found is therefore looked for once more.
+//! least effort without limits.
 
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
 use crate::lie;
 use crate::maneuver::constraint::Constraint;
-use crate::maneuver::objective::{Fuel, Objective};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
@@ -44,7 +42,7 @@ use crate::optimize::search::ladder::Ask;
 use crate::optimize::search::record::goal::{SAME_COST, cheapest};
 use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::first_duration;
-use crate::optimize::search::strategies::chains::{effort_paths, resampled, unlimited_paths};
+use crate::optimize::search::strategies::chains::{resampled, unlimited_paths};
 use crate::optimize::search::strategies::{advice, seeds};
 use crate::optimize::search::switching;
 
@@ -138,9 +136,6 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
         (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
         (Ok(()), None) => of_stated(&stated, problem, context, path),
     };
-    if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
-        solution = cheaper;
-    }
     if let Some(within) = within
         && !(solution.outcome == Outcome::Converged && solution.cost <= within.cost)
     {
@@ -188,30 +183,6 @@ fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
-/// The same maneuver of least fuel once more along what is cheaper in the duration that was found,
-/// where anything is: a search that is local in the duration too misses more.
-fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Option<Solution> {
-    let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
-    let fuel = problem.objective.fuel().filter(|_| converged(found))?;
-    let duration = *found.trajectory.time.last()?;
-    let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
-    let noted = context.ladder.borrow().clone();
-    let given = solve_once(
-        &problem.clone().with_objective(objective).with_duration(duration),
-        context,
-        &Trajectory::default(),
-    );
-    *context.ladder.borrow_mut() = noted;
-    let price = problem.objective.time_price();
-    let dearer = found.cost * (1.0 - SAME_COST);
-    if !converged(&given) || given.cost + price * duration >= dearer {
-        return None;
-    }
-    let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
-    let again = of_stated(&stated, problem, context, &given.trajectory);
-    (converged(&again) && again.cost < dearer).then_some(again)
-}
-
 /// The attitude alone of a body that nothing acts on, at the rates that it has in the reference
 /// frame.
 fn without_field(problem: Problem) -> Problem {
@@ -251,17 +222,10 @@ fn of_dimension<const N: usize>(
     let mut paths = resampled(&coarse, objective.name(), quick);
     if !stated.ends_in_any_attitude() {
         let turns = seeds::of(&search, coarse.model.steps, context.settings.search);
-        if objective.fuel().is_some() && stated.is_free_turn() {
-            paths.extend(effort_paths(&search, &turns));
-        }
         paths.extend(turns);
     }
     if stated.ends_in_any_attitude() || !stated.is_free_turn() {
-        let unlimited = unlimited_paths(&search, &coarse);
-        if objective.fuel().is_some() {
-            paths.extend(effort_paths(&search, &unlimited));
-        }
-        paths.extend(unlimited);
+        paths.extend(unlimited_paths(&search, &coarse));
     }
     let search = search.of(stated, Ask { paths: &paths, ..ask });
     let (found, cheapest) = cheapest(&search);

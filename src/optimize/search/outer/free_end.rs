@@ -12,7 +12,7 @@ use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem};
-use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
+use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rival, Trajectory};
 use crate::optimize::chain::model::Goal;
 use crate::optimize::chain::{Chain, path};
@@ -27,6 +27,7 @@ use crate::optimize::search::context::Context;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::given_duration::search_of;
 use crate::optimize::search::ladder::{Ask, Search};
+use crate::optimize::search::outer::of_discrete_optima;
 use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::starts::first_duration;
@@ -69,12 +70,7 @@ pub fn found(
     observer: &mut dyn Observer,
 ) -> FreeEnd {
     // Ends are compared by their discrete optima; the plan to the best one lands.
-    let settings = Settings {
-        target: Target::Discrete,
-        test_second_order: false,
-        method: Method::InteriorPoint,
-        ..settings.clone()
-    };
+    let settings = of_discrete_optima(settings);
     let context = Context::new(&settings, observer);
     let reached = match problem.motion {
         Motion::Attitude => of_dimension::<6>(problem, (aim, ends), known, &context),

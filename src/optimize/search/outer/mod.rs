@@ -12,10 +12,16 @@ mod rolls;
 pub mod steps;
 
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Method, Settings, Target};
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::{Guess, Observer, PlanError};
 
 /// The search that is repeated.
 pub type Inner<'a> =
     &'a dyn Fn(&Problem, &Settings, Option<&Guess>, &mut dyn Observer) -> Result<Solution, PlanError>;
+
+/// Returns the settings with which discrete optima on the chain are compared.
+fn of_discrete_optima(settings: &Settings) -> Settings {
+    let method = Method::InteriorPoint;
+    Settings { target: Target::Discrete, test_second_order: false, method, ..settings.clone() }
+}

@@ -8,7 +8,7 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
-use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::interior_point::tuning::{STAGES, Tuning};
 use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::{self, Recorded};
@@ -68,7 +68,7 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
         let warm = attempt.warm.as_deref();
         // Along a valley of nearly equal plans the barrier term alone tells one from another: the
         // same one leads to the same plan.
-        let held = attempt.barrier.map_or(0.0, |[barrier, ..]| barrier * chain.model.steps as f64 / 100.0);
+        let held = attempt.barrier.map_or(0.0, |[barrier, ..]| barrier * chain.model.steps as f64 / STAGES);
         for (tuning, warm) in
             [(Tuning::beside(miss).down_to(held), warm), (Tuning::near(), None), (Tuning::default(), None)]
         {

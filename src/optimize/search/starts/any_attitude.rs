@@ -16,6 +16,7 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
+use crate::numerics::hermite::hermite;
 use crate::numerics::random::Stream;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::path;
@@ -142,8 +143,8 @@ fn bent(model: &Model, name: &str, attitudes: &[Matrix3], bend: &Vector3) -> Can
     let grid = &model.dynamics.grid;
     let poses = attitudes.iter().enumerate().map(|(node, attitude)| {
         let s = grid.after(node);
-        let along = 3.0 * s * s - 2.0 * s * s * s;
-        let position = model.start.position + (model.target.position - model.start.position) * along;
+        let ends = [&model.start.position, &model.target.position];
+        let position = hermite(s, 1.0, ends, [&Vector3::zeros(), &Vector3::zeros()]);
         Pose { position, attitude: attitude * lie::exp(&(bend * (s * s))) }
     });
     path(name, grid, poses)

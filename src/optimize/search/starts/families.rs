@@ -21,25 +21,21 @@ const UNEQUAL: f64 = 4.0;
 /// Turns about the axis of the least moment that paths of such a body have more. They cost little,
 /// and the gyroscopic torques of a spinning rod bend its path.
 const TWISTS: [i32; 4] = [1, -1, 2, -2];
-/// Turns that a coarse grid has to resolve where paths are twisted.
-const TWISTED: f64 = 2.0;
 /// Most minima of the coarse grid that are followed further: as a rule, and of a body with unequal
 /// moments, whose minima lie so near to each other that the coarse grid ranks them wrongly.
 const MOST_MINIMA: usize = 6;
 const MOST_MINIMA_UNEQUAL: usize = 8;
 /// Random paths: as a rule, for a free body that turns by less than that, for one with unequal
-/// moments (from each end), where inputs about an axis are missing, where they are dear, and in a
-/// thorough search.
+/// moments (from each end), where inputs about an axis are missing (twice as many where they are
+/// dear), and in a thorough search.
 const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
 const RANDOM_UNEQUAL: usize = 16;
 const RANDOM_FEW_INPUTS: usize = 72;
-const RANDOM_STIFF: usize = 144;
 const RANDOM_THOROUGH: usize = 160;
-/// Hops from minimum to minimum without a new one that counts: where inputs about an axis are
-/// missing or dear, and in a thorough search.
+/// Hops from minimum to minimum without a new one that counts, where inputs about an axis are
+/// missing or dear; twice as many in a thorough search.
 const HOPS: usize = 48;
-const HOPS_THOROUGH: usize = 96;
 
 /// Which families of paths a search starts from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,7 +83,7 @@ impl Starts {
         }
         let (hops, random) = match (few, stiff) {
             (true, _) => (HOPS, RANDOM_FEW_INPUTS),
-            (false, true) => (HOPS, RANDOM_STIFF),
+            (false, true) => (HOPS, 2 * RANDOM_FEW_INPUTS),
             (false, false) => (0, RANDOM),
         };
         // Half of them go the other way round, and are not followed where one is asked for.
@@ -100,7 +96,7 @@ impl Starts {
                 let all = Self { from_end: false, twist: None, ..all };
                 Self { slowed: Paces::None, bent: Vec::new(), random: 0, hops: 0, ..all }
             }
-            Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
+            Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: 2 * HOPS, ..all },
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
@@ -178,7 +174,7 @@ fn backwards(mut path: Candidate) -> Candidate {
 /// the least moment \[rad\]; nothing for other bodies.
 pub fn twisted_by(problem: &Problem) -> f64 {
     let moves = [&problem.start, &problem.end].iter().any(|end| end.angular_velocity != Vector3::zeros());
-    if moves && is_unequal(problem) { TAU * TWISTED } else { 0.0 }
+    if moves && is_unequal(problem) { TAU * f64::from(TWISTS.into_iter().max().unwrap_or(0)) } else { 0.0 }
 }
 
 /// The most minima of the coarse grid that are followed further.

@@ -36,6 +36,7 @@ use crate::lie;
 use crate::maneuver::settings::Method;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
+use crate::numerics::hermite::hermite;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
@@ -89,12 +90,6 @@ pub(crate) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32
     wound(&lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value), turns)
 }
 
-/// Cubic through `(0, a0, v0)` and `(1, a1, v1)` at `t`.
-fn cubic(t: f64, a0: &Vector3, v0: &Vector3, a1: &Vector3, v1: &Vector3) -> Vector3 {
-    let (t2, t3) = (t * t, t * t * t);
-    a0 * (2.0 * t3 - 3.0 * t2 + 1.0) + v0 * (t3 - 2.0 * t2 + t) + a1 * (3.0 * t2 - 2.0 * t3) + v1 * (t3 - t2)
-}
-
 /// The step of the blends: 0 to 1, its first two derivatives zero at both ends.
 fn blend(t: f64) -> f64 {
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
@@ -120,7 +115,7 @@ pub(crate) fn smooth<const N: usize>(
     let grid = &dynamics.grid;
     let poses = (0..=grid.steps()).map(|node| {
         let t = grid.after(node);
-        let turned = cubic(t, &zero, &rate(start), rotation, &arrival) + bend(t);
+        let turned = hermite(t, 1.0, [&zero, rotation], [&rate(start), &arrival]) + bend(t);
         Pose { position: position(bvp, t), attitude: start.attitude.value * lie::exp(&turned) }
     });
     candidate(bvp, name, poses)
@@ -129,13 +124,8 @@ pub(crate) fn smooth<const N: usize>(
 /// The cubic between the boundary positions.
 fn position<const N: usize>(bvp: &BoundaryValueProblem<N>, t: f64) -> Vector3 {
     let (start, target) = (&bvp.start, bvp.terminal.target());
-    cubic(
-        t,
-        &start.position.value,
-        &start.linear_momentum.value,
-        &target.position.value,
-        &target.linear_momentum.value,
-    )
+    let ends = [&start.position.value, &target.position.value];
+    hermite(t, 1.0, ends, [&start.linear_momentum.value, &target.linear_momentum.value])
 }
 
 /// No bend.
@@ -427,7 +417,7 @@ pub fn shortest_way(model: &Model) -> Candidate {
     let relative = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {
         let t = stage as f64 * model.h;
-        let along = 3.0 * t * t - 2.0 * t * t * t;
+        let along = hermite(t, 1.0, [&0.0, &1.0], [&0.0, &0.0]);
         Pose {
             position: model.start.position + (model.target.position - model.start.position) * along,
             attitude: model.start.attitude * lie::exp(&(relative * along)),

@@ -3,6 +3,7 @@
 use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Pose;
+use crate::numerics::hermite::hermite;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::ChainState;
 use crate::optimize::chain::rows::LimitRows;
@@ -97,8 +98,7 @@ fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
     // At the ends the rate goes on as inside.
     let before = if low > 0 { before } else { 2.0 * way - after };
     let after = if low + 1 < ways.len() { after } else { 2.0 * way - before };
-    let (s, s2, s3) = (share, share * share, share * share * share);
-    way * (3.0 * s2 - 2.0 * s3) + before * (s3 - 2.0 * s2 + s) + after * (s3 - s2)
+    hermite(share, 1.0, [&Vector3::zeros(), &way], [&before, &after])
 }
 
 /// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the

@@ -25,7 +25,7 @@ use crate::maneuver::settings;
 use crate::maneuver::solution::{Rung, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::optimize::chain::{Chain, path};
-use crate::optimize::discrete::candidate::{Candidate, Provenance};
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
@@ -35,10 +35,8 @@ use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::method::ConvexIteration;
 use crate::optimize::search::asked;
 use crate::optimize::search::found::{Found, cheapest_first, same};
-use crate::optimize::search::ladder::{Ask, Search};
+use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::landed::can_be_flown;
-use crate::optimize::search::starts::coarse::chain_steps;
-use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::starts::transfer::transfer;
 use crate::optimize::search::starts::{any_attitude, paths};
 
@@ -49,32 +47,6 @@ pub fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain) -> Ve
         return vec![paths::shortest_way(&coarse.model)];
     }
     seeds.into_iter().map(|(_, seed)| seed).collect()
-}
-
-/// Plans of least effort within all limits along paths on the coarse grid, cheapest first: states
-/// and inputs to begin from.
-pub fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidate]) -> Vec<Candidate> {
-    let search = search.of(search.problem, Ask::of_goal(None, search.context.settings));
-    let mut found = Found::default();
-    let coarse = search.chain(chain_steps(search.problem));
-    for path in paths {
-        for seed in detours(search.problem, path.clone()) {
-            if !search.stopped() {
-                descend(&search, &mut found, &coarse, seed);
-            }
-        }
-    }
-    let tuning = &search.context.tuning;
-    let of_effort = |Attempt { candidate, .. }: Attempt| Candidate {
-        costates: Vec::new(),
-        multipliers: Default::default(),
-        provenance: Provenance {
-            start: format!("least effort, {}", candidate.provenance.start),
-            ..candidate.provenance
-        },
-        ..candidate
-    };
-    distinct(found.take_plans(), tuning.one).into_iter().take(tuning.carried).map(of_effort).collect()
 }
 
 /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make

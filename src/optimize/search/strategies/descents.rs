@@ -44,13 +44,12 @@ pub const SAME_BRANCH: f64 = 1e-4;
 pub const NARROW: f64 = 0.02;
 /// Most minima that authority is taken away from, counted level by level.
 const MOST_BRANCHES: usize = 100;
-/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the
-/// hops in vain at most.
-const HOP_FROM: usize = 4;
+/// So many of the lowest minima are twisted to either side, and hopped from in turn: by so much
+/// \[rad\], and so many times the hops in vain at most.
+const LOWEST: usize = 4;
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
 const MOST_HOPS: usize = 10;
-/// So many of the lowest minima are twisted to either side, and so many minima at most.
-const TWIST_FROM: usize = 4;
+/// Most minima that are twisted.
 const MOST_TWISTED: usize = 40;
 /// Most paths that the lifted Newton is tried on directly.
 const MOST_LIFTED: usize = 2;
@@ -139,7 +138,7 @@ fn twist<const N: usize>(
     let mut tried: Vec<f64> = Vec::new();
     while tried.len() < MOST_TWISTED && !search.stopped() {
         let is_tried = |cost: f64| tried.iter().any(|other| (other - cost).abs() <= SAME_MINIMUM * cost);
-        let next = minima.0.iter().take(TWIST_FROM).find(|minimum| !is_tried(minimum.cost));
+        let next = minima.0.iter().take(LOWEST).find(|minimum| !is_tried(minimum.cost));
         let Some(from) = next else { return };
         tried.push(from.cost);
         let starts = [1, -1].map(|turns| paths::twisted(coarse, &from.candidate, axis, turns));
@@ -164,12 +163,12 @@ fn hop<const N: usize>(
     let mut bends = paths::Bends::new();
     let (mut idle, mut hops) = (0, 0);
     while idle < patience && hops < MOST_HOPS * patience && !search.stopped() {
-        let Some(from) = minima.0.get(hops % HOP_FROM.min(minima.0.len().max(1))) else { return };
-        let by = HOPS_BY[hops / HOP_FROM % HOPS_BY.len()];
+        let Some(from) = minima.0.get(hops % LOWEST.min(minima.0.len().max(1))) else { return };
+        let by = HOPS_BY[hops / LOWEST % HOPS_BY.len()];
         let start = paths::bent_at_random(coarse, &from.candidate, &mut bends, by);
         let minimum = descended(search, coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
         let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
-        idle = if place.is_some_and(|place| place < HOP_FROM) { 0 } else { idle + 1 };
+        idle = if place.is_some_and(|place| place < LOWEST) { 0 } else { idle + 1 };
         hops += 1;
     }
 }

@@ -4,11 +4,10 @@ use crate::lie;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::found::SAME_COST;
 
 /// Minima whose costs differ by less, relative, are one.
 pub const SAME_MINIMUM: f64 = 1e-7;
-/// Costs that differ by less, relative, are equal.
-const EQUAL: f64 = 1e-9;
 
 /// Minima of different costs, cheapest first.
 #[derive(Default)]
@@ -37,7 +36,7 @@ impl Minima {
 /// symmetry gives many of one cost, less turning.
 fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
     let difference = (minimum.cost - other.cost) / other.cost.abs().max(f64::MIN_POSITIVE);
-    if difference.abs() > EQUAL {
+    if difference.abs() > SAME_COST {
         difference < 0.0
     } else {
         turned(&minimum.candidate) < turned(&other.candidate)

@@ -12,7 +12,7 @@ use crate::optimize::methods::switching::flow::Node;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::scaled::{input_of, inputs, shared};
-use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
+use crate::optimize::methods::switching::tuning::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Vector1, Vector6};

@@ -44,7 +44,7 @@ mod step;
 
 use super::program::{Derivatives, Duals, Point, Program, RowKind, Shape, Values};
 use super::riccati::{Riccati, Right, Taken, Yield, add, dot};
-use super::tuning::Tuning;
+use super::tuning::{STAGES, Tuning};
 use crate::optimize::methods::method::Watch;
 use settle::Saved;
 use step::Step;
@@ -208,7 +208,7 @@ impl Solver {
         begin: impl FnOnce(&mut Self, &P, &Tuning, f64),
     ) -> Run {
         let shape = program.shape();
-        let weight = 100.0 / shape.stages as f64;
+        let weight = STAGES / shape.stages as f64;
         let first = tuning.first * weight;
         let mut state = State {
             barrier: first,
@@ -314,7 +314,7 @@ impl Solver {
             }
             if !state.tail
                 && state.barrier <= tuning.tail * weight
-                && residuals.mean <= tuning.tail_mean * weight
+                && residuals.mean <= tuning.lowered_at * tuning.tail * weight
             {
                 state.tail = true;
                 state.idle = 0;
@@ -533,7 +533,7 @@ impl Solver {
         watch: &Watch,
     ) -> bool {
         let shape = program.shape();
-        let weight = 100.0 / shape.stages as f64;
+        let weight = STAGES / shape.stages as f64;
         self.weigh(shape, tuning);
         let curved_only = state.tail;
         let mut taken = Taken { curved: true, shift: state.least_shift };
@@ -589,7 +589,7 @@ impl Solver {
             self.filter.clear();
             return state.least_shift <= tuning.shift.largest;
         }
-        state.least_shift *= tuning.shift_of_search.decay;
+        state.least_shift /= tuning.shift_of_search.growth;
         if state.least_shift < tuning.shift_of_search.least {
             state.least_shift = 0.0;
         }

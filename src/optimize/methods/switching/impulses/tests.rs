@@ -40,7 +40,7 @@ fn two_impulses_turn_a_free_body_to_the_end_with_the_momentum_that_it_should_hav
         for _ in 0..4000 {
             node = course.reached(&node, 60.0 / 4000.0, |_, e| still.at(e));
         }
-        assert!(lie::log(&given.end_attitude.tr_mul(&node.r)).norm() < 2.0 * NEAR);
+        assert!(lie::log(&given.end_attitude.tr_mul(&node.r)).norm() < 2.0 * NOTHING);
         let pushed = burns.map(|burn| {
             burn.iter().fold(none, |sum, (level, length)| sum + 2.0 * *length * given.axes()[*level])
         });

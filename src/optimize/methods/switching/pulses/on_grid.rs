@@ -8,7 +8,7 @@ use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
 use super::super::on_grid::OnGrid;
-use super::super::tuning::grid::MOST_CHANGES;
+use super::super::tuning::limits::MOST_CORRECTIONS;
 use super::super::tuning::pulses::{FINE, KEPT};
 use super::motion::Motion;
 use super::optimum::{Settled, acts, settled};
@@ -50,7 +50,7 @@ pub(crate) fn placed(
     let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).filter(inside).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let mut layout = Layout::of(&arcs);
-    for _ in 0..MOST_CHANGES {
+    for _ in 0..MOST_CORRECTIONS {
         let mut ties = Ties::of(times.len(), acts(&bounds, &acting));
         for arc in (1..order.len()).filter(|arc| layout.joined[*arc]) {
             ties.add(&Bound { a: Some(order[arc - 1]), b: Some(order[arc]), least: 0.0 });

@@ -8,8 +8,9 @@
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
+use super::super::tuning::grid::MOST_ITERATIONS;
 use super::super::tuning::pulses::*;
-use super::super::tuning::{MET, NEAR_ITERATIONS, UNDETERMINED, VANISHED};
+use super::super::tuning::{MET, NEAR_ITERATIONS, NO_LENGTH, NOTHING, UNDETERMINED};
 use super::motion::Motion;
 use super::schedule::{Best, PulseRequest, Schedule};
 use crate::numerics::least_squares::shortest;
@@ -77,7 +78,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: us
                 slow += 1;
             }
         }
-        if slow > SLOW || trust < NO_TRUST * schedule.duration {
+        if slow > ITERATIONS || trust < NO_TRUST * schedule.duration {
             return None;
         }
     }
@@ -104,7 +105,7 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
     let projected = &along * (hessian + hessian.transpose()) * &along * 0.5;
     let eigen = projected.symmetric_eigen();
-    let floor = FLAT * eigen.eigenvalues.amax().max(FLAT);
+    let floor = NOTHING * eigen.eigenvalues.amax().max(NOTHING);
     let mut weighted = eigen.eigenvectors.clone();
     for (index, value) in eigen.eigenvalues.iter().enumerate() {
         let value = value.abs().max(floor);
@@ -116,7 +117,7 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
 /// The best times near those of a schedule; `None` where the terminal conditions are not met near
 /// it.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseRequest) -> Option<Best> {
-    let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
+    let mut schedule = met(extremal, first, ask, MOST_ITERATIONS)?;
     let start = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
     // Without costates what the times cost.
     let gradient = start.slope().into_owned();
@@ -168,7 +169,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseReque
 /// `None` where the terminal conditions are not met near them.
 pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     let ask = PulseRequest::free(extremal);
-    let vanished = VANISHED * arcs.duration;
+    let vanished = NOTHING * arcs.duration;
     let first = Schedule::kept(Schedule::of_arcs(arcs), arcs.duration, &ask)?;
     let mut best = best_times(extremal, &first, &ask)?;
     let mut kept = best.schedule.clone().joined(vanished);
@@ -231,7 +232,7 @@ fn newton(
         let schedule = best.schedule.at(&times);
         let kkt = Motion::of(extremal, &schedule, &costates, FINE)?.kkt.tied(&matrix);
         let size = kkt.merit(steps);
-        if size < SHARP || size < MET && size >= 0.5 * last {
+        if size < NO_LENGTH || size < MET && size >= 0.5 * last {
             let moved = (&times - &first).amax();
             return (moved < NEARBY * schedule.duration).then_some((schedule, costates));
         }

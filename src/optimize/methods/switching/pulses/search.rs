@@ -12,7 +12,7 @@ use super::super::certificate::Certified;
 use super::super::extremal::Extremal;
 use super::super::impulses;
 use super::super::limit::BranchEnd;
-use super::super::tuning::GAINED;
+use super::super::tuning::NOTHING;
 use super::super::tuning::pulses::*;
 use super::super::work::Work;
 use super::motion::Motion;
@@ -154,7 +154,7 @@ fn at_random(
         let Schedule { mut pulses, duration, .. } = starts[index % starts.len()].clone();
         for pulse in &mut pulses {
             let (later, longer) = (random.unit() - 0.5, random.unit());
-            let moved = 2.0 * MOVED * duration * later;
+            let moved = 2.0 * TRUST * duration * later;
             *pulse = Pulse { on: pulse.on + moved, off: pulse.off + moved, ..*pulse };
             *pulse = pulse.with_length(pulse.length() * (0.5 + longer));
         }
@@ -183,7 +183,7 @@ fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut Pul
             changes += 1;
             let tried = changes <= times * MOST_CHANGES && !work.stopped();
             let next = tried.then(|| found.try_out(extremal, next, ask)).flatten()?;
-            (next.cost < best.cost * (1.0 - GAINED)).then_some(next)
+            (next.cost < best.cost * (1.0 - NOTHING)).then_some(next)
         }) {
             found.keep(better.clone());
             best = better;
