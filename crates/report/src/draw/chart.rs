@@ -354,7 +354,7 @@ mod tests {
         assert_eq!(beside("limit", level, &[]), (RIGHT - 6.0, level - 5.0));
         // A curve above the line, then one along the right part of both sides.
         let above = vec![(LEFT, level - 8.0), (RIGHT, level - 8.0)];
-        let (x, y) = beside("limit", level, &[above.clone()]);
+        let (x, y) = beside("limit", level, std::slice::from_ref(&above));
         assert_eq!((x, y), (RIGHT - 6.0, level + 15.0));
         let below = vec![(LEFT + 200.0, level + 8.0), (RIGHT, level + 8.0)];
         let (x, y) = beside("limit", level, &[above, below]);
