@@ -35,8 +35,8 @@ pub struct Tuning {
     /// The decrease that a step foresees or brings, relative to the cost, at which nothing is left to
     /// gain: less of it follows the round-off of plans.
     pub gain: f64,
-    /// The same where the interior point plans a leg: the cost of its optimum depends on where the
-    /// switches lie between the nodes, and every plan takes its time.
+    /// The decrease that counts as none where the interior point plans a leg: the cost of its optimum
+    /// depends on where the switches lie between the nodes, and every plan takes its time.
     pub gain_on_grid: f64,
     /// Differences of the unknowns from which the first curvature comes, as a part of their
     /// sizes: a smaller one is lost in what plans are known to.

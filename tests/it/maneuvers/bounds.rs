@@ -161,18 +161,28 @@ fn corner(random: &mut Random) -> Option<Problem> {
     Some(problem)
 }
 
+/// Stops a search after so many steps: as many on any machine.
+struct StopsAfter(usize);
+
+impl Observer for StopsAfter {
+    fn on_progress(&mut self, _: &Progress) -> Control {
+        self.0 = self.0.saturating_sub(1);
+        if self.0 == 0 { Control::Stop } else { Control::Continue }
+    }
+}
+
 /// `RANDOM_MANEUVERS` sets their number.
 #[test]
 fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
     let mut random = Random::new(73);
     let settings =
-        Settings { time_limit: Some(Duration::from_millis(200)), max_iterations: 25, ..Settings::discrete() };
+        Settings { time_limit: Some(Duration::from_secs(2)), max_iterations: 25, ..Settings::discrete() };
     let (mut solved, mut open, mut refused, mut disputed) = (0, 0, 0, 0);
     let count = std::env::var("RANDOM_MANEUVERS").map_or(400, |count| count.parse().unwrap());
     for case in 0..count {
         let Some(problem) = corner(&mut random) else { continue };
         let began = Instant::now();
-        let planned = plan(&problem, &settings, None, &mut Silent);
+        let planned = plan(&problem, &settings, None, &mut StopsAfter(1000));
         assert!(began.elapsed() < Duration::from_secs(20), "case {case} took {:?}", began.elapsed());
         match planned {
             Err(_) => refused += 1,

@@ -39,8 +39,8 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
         }
     };
     let (problem, solution) = (plan.solution.on_grid(&loaded.problem), &plan.solution);
-    let lines = summary::plan(false, &loaded.problem, &loaded.settings, plan, &loaded.identity);
-    let text = lines.join("\n");
+    let text = summary::plan(false, &loaded.problem, &loaded.settings, plan, &loaded.identity).join("\n");
+    let lines: Vec<&str> = text.lines().collect();
     // One more line names the next command.
     claim(lines.len() < LINES, format!("{} lines:\n{text}", lines.len()));
     for line in &lines {

@@ -237,13 +237,11 @@ impl CaseResult {
         Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
     }
 
-    /// Builds the result of a case without a plan.
-    pub(super) fn without_plan(case: &Case, status: Status, code: &str, reason: String) -> Self {
-        Self {
-            status: status.name().into(),
-            exit_code: status.exit_code(),
-            ..Self::refused(case, code, reason)
-        }
+    /// Builds the result of a sequence without a plan.
+    pub(super) fn without_plan(case: &Case, status: Status, reason: String) -> Self {
+        let is_proved = status == Status::Infeasible;
+        let (obstruction, shortfall) = if is_proved { (Some(reason), None) } else { (None, Some(reason)) };
+        Self { obstruction, shortfall, ..Self::of(case, status.name(), status.exit_code()) }
     }
 
     /// Builds the result of a sequence that was planned.

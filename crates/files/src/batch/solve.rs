@@ -83,7 +83,7 @@ fn sequence(
             let (status, reason) = (error.status(), error.to_string());
             let result = match status {
                 Some(Status::Interrupted) => return Ok(None),
-                Some(status) => CaseResult::without_plan(case, status, "E0191", reason),
+                Some(status) => CaseResult::without_plan(case, status, reason),
                 None => CaseResult::refused(case, "E0190", reason),
             };
             return Ok(Some(result));
