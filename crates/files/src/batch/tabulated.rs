@@ -143,6 +143,8 @@ mod tests {
             error: Some(error),
             cost: number,
             duration_s: number,
+            stops: Some(vec![text()]),
+            late_s: number,
             steps: Some(1),
             method: Some(text()),
             outcome: Some(Outcome::Converged),
