@@ -350,10 +350,10 @@ impl Sequence {
     fn check_timed(&self) -> Result<(), SequenceError> {
         let begins = |stop: &Stop| stop.visit.pinned;
         let all_begin = self.stops.iter().all(begins);
-        let alone = self.stops.iter().enumerate().filter(|(_, stop)| self.is_alone(stop));
+        let mut alone = self.stops.iter().enumerate().filter(|(_, stop)| self.is_alone(stop));
         let is_timed =
-            |(index, stop): (usize, &Stop)| begins(stop) && (index == 0 || begins(&self.stops[index - 1]));
-        if !all_begin && !alone.into_iter().all(|(index, stop)| is_timed((index, stop))) {
+            alone.all(|(index, stop)| begins(stop) && (index == 0 || begins(&self.stops[index - 1])));
+        if !is_timed && !all_begin {
             return Err(SequenceError::Unsupported(
                 "for effort and fuel, targets that move and free rolls beside stored momentum go with the \
                  begin of their holds: give `start_s` of such a stop, and of the stop before it",

@@ -9,7 +9,8 @@ use super::{
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The spec of a maneuver or a sequence that is parsed once and read many times, each time under other overrides.
+/// The spec of a maneuver or a sequence that is parsed once and read many times, each time under
+/// other overrides.
 #[derive(Clone, Debug)]
 pub struct Base {
     name: String,
