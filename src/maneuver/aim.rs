@@ -323,8 +323,8 @@ impl Ends {
         (self.boresight, rate.cross(&self.boresight))
     }
 
-    /// Returns the derivative of the end state at a roll with respect to time: the changes `(ζ,
-    /// δΩ)` of attitude and rate per second, body axes.
+    /// Returns the derivative of the end state at a roll with respect to time: the changes
+    /// `(ζ, δΩ)` of attitude and rate per second, body axes.
     pub(crate) fn along_time(&self, roll: f64) -> (Vector3, Vector3) {
         let (attitude, _) = self.at(roll);
         let change = self.acceleration - (self.frame_rate + self.carried).cross(&self.rate);

@@ -78,8 +78,8 @@ impl Scheme {
 
 /// The time grid of a maneuver, in seconds or in the solvers' unit of time.
 ///
-/// The duration is stored as a number and is not the unit of time: a step lasts `duration ×
-/// fraction`.
+/// The duration is stored as a number and is not the unit of time: a step lasts
+/// `duration × fraction`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     scheme: Scheme,

@@ -491,7 +491,7 @@ impl Rival {
     }
 }
 
-/// Homotopy class of a path, up to two full turns: whether the path can be deformed, with fixed
+/// Homotopy class of a path, modulo double turns: whether the path can be deformed, with fixed
 /// ends, into the ballistic motion followed by the shortest rotation to the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -674,13 +674,14 @@ impl Solution {
         }
     }
 
-    /// Returns the maneuver on the grid of its plan. It has:
+    /// Returns `problem` on the grid of this plan. The result has:
     /// - the shifts of its alternatives
     /// - the number of steps of the plan, which may have been chosen, or may be one more than
     ///   requested
     /// - the duration that was found, if it was free
     /// - the attitude at the end, if it was free
-    /// - equal steps if the interior point has planned it, or the steps of arcs if no constraint is active
+    /// - a uniform grid if the interior point has planned it, or the steps of arcs if no constraint
+    ///   is active
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };
