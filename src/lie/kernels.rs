@@ -65,14 +65,14 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Returns `A = sin t/t`.
+/// Returns the coefficient `A = sin t/t`.
 pub(super) fn a(t2: f64) -> f64 {
     let t = t2.sqrt();
     // This also guards the division: below the threshold, 1 − t²/6 rounds to 1.
     if t < 1e-8 { 1.0 } else { t.sin() / t }
 }
 
-/// Returns `B = (1 − cos t)/t² = ½ (sin(t/2)/(t/2))²`.
+/// Returns the coefficient `B = (1 − cos t)/t² = ½ (sin(t/2)/(t/2))²`.
 pub(super) fn b(t2: f64) -> f64 {
     0.5 * a(0.25 * t2).powi(2)
 }
@@ -82,27 +82,27 @@ fn switched(series: &[f64], t2: f64, closed: impl Fn(f64) -> f64) -> f64 {
     if t2 < SWITCH { horner(series, t2) } else { closed(t2.sqrt()) }
 }
 
-/// Returns `C = (t − sin t)/t³`.
+/// Returns the coefficient `C = (t − sin t)/t³`.
 pub(super) fn c(t2: f64) -> f64 {
     switched(&C, t2, |t| (t - t.sin()) / (t * t2))
 }
 
-/// Returns `A' = (t cos t − sin t)/(2t³)`.
+/// Returns the coefficient `A' = (t cos t − sin t)/(2t³)`.
 pub(super) fn a_prime(t2: f64) -> f64 {
     switched(&A_PRIME, t2, |t| (t * t.cos() - t.sin()) / (2.0 * t * t2))
 }
 
-/// Returns `B' = (t sin t − 2(1 − cos t))/(2t⁴)`.
+/// Returns the coefficient `B' = (t sin t − 2(1 − cos t))/(2t⁴)`.
 pub(super) fn b_prime(t2: f64) -> f64 {
     switched(&B_PRIME, t2, |t| (t * t.sin() - 2.0 * (1.0 - t.cos())) / (2.0 * t2 * t2))
 }
 
-/// Returns `C' = (3 sin t − 2t − t cos t)/(2t⁵)`.
+/// Returns the coefficient `C' = (3 sin t − 2t − t cos t)/(2t⁵)`.
 pub(super) fn c_prime(t2: f64) -> f64 {
     switched(&C_PRIME, t2, |t| (3.0 * t.sin() - t * (2.0 + t.cos())) / (2.0 * t * t2 * t2))
 }
 
-/// Returns `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`. The second form has no
+/// Returns the coefficient `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`. The second form has no
 /// cancellation.
 ///
 /// The result is infinite at `t = 2π`.
@@ -115,7 +115,7 @@ fn a_second(t2: f64) -> f64 {
     switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
 }
 
-/// Returns `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, with `A` and its derivatives at `t/2`.
+/// Returns the derivative `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, with `A` and its derivatives at `t/2`.
 pub(super) fn g_prime(t2: f64) -> f64 {
     let quarter = 0.25 * t2;
     let (a, first) = (a(quarter), a_prime(quarter));

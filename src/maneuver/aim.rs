@@ -44,7 +44,7 @@ pub struct Aim {
     pub at: Direction,
     /// The condition on the roll about the boresight.
     pub roll: Roll,
-    /// The rate of the body at the end.
+    /// The angular velocity of the body at the end, apart from the spin.
     pub rate: AimRate,
     /// Spin: additional rate about the boresight at the end \[rad/s\].
     pub roll_rate: f64,
@@ -67,14 +67,14 @@ pub enum Roll {
     },
 }
 
-/// The rate at an end on a target.
+/// The angular velocity of the body at an end on a target, apart from a spin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AimRate {
     /// The body turns with the target direction, so the boresight stays on the target. The rate
     /// about the boresight is zero if the roll is free, and otherwise the rate of the aligned
     /// frame.
     Matched,
-    /// The rate is zero.
+    /// The angular velocity is zero, apart from a spin.
     Zero,
 }
 
@@ -119,7 +119,7 @@ const LEAST_APART: f64 = 0.6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ends {
     boresight: Vector3,
-    /// Attitude without roll.
+    /// End attitude at zero roll.
     attitude: Matrix3,
     /// The rate of the attitude without roll relative to the reference frame, in axes of that frame
     /// \[rad/s\].
@@ -132,7 +132,7 @@ pub struct Ends {
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
-    /// The additional rate about the boresight \[rad/s\].
+    /// Spin: additional rate about the boresight \[rad/s\].
     roll_rate: f64,
 }
 

@@ -28,11 +28,11 @@ pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 pub struct Constraint {
     /// The name of the constraint in reports and messages.
     pub name: String,
-    /// The condition on the motion.
+    /// The condition that the constraint imposes on the motion.
     pub rule: Rule,
 }
 
-/// The condition of a constraint.
+/// The condition that a constraint imposes on the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
     /// Boresights stay outside of, or inside, cones about directions.
@@ -119,7 +119,7 @@ pub enum ConstraintError {
     /// A rate limit is not positive and finite.
     #[error("a rate limit is {value} rad/s: it must be positive and finite")]
     Rate {
-        /// The limit [rad/s].
+        /// The invalid limit [rad/s].
         value: f64,
     },
     /// Another constraint has this name, so reports could not distinguish the two.

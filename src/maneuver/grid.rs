@@ -153,7 +153,7 @@ impl Grid {
         Ok(Self { scheme, duration, steps: count, lengths })
     }
 
-    /// Builds the grid stretched to another duration.
+    /// Returns the grid scaled to another duration, with equal fractions.
     pub fn with_duration(&self, duration: f64) -> Self {
         let lengths = match &self.lengths {
             Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),
@@ -162,7 +162,7 @@ impl Grid {
         Self { duration, lengths, ..*self }
     }
 
-    /// Returns the discretisation.
+    /// Returns the integration scheme.
     pub fn scheme(&self) -> Scheme {
         self.scheme
     }

@@ -73,7 +73,7 @@ pub enum Shortfall {
     Unusable(ProblemError),
     /// No plan was found for the requested duration; the results for other durations are included.
     InOtherTime {
-        /// The reason for the requested duration.
+        /// The reason why no plan of the requested duration was found.
         missing: Box<Shortfall>,
         /// The requested duration \[s\].
         asked: f64,

@@ -310,7 +310,7 @@ pub struct InteriorWork {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContinuousCost {
-    /// The estimate, in the unit of [`Solution::cost`].
+    /// The estimated cost, in the unit of [`Solution::cost`].
     pub cost: f64,
     /// The possible error of the estimate, in the same unit: the difference of the costs on both
     /// grids, and the cost of landing.
@@ -452,7 +452,7 @@ pub struct RungReport {
     pub start: String,
     /// Number of steps of the grid on which the strategy worked.
     pub steps: usize,
-    /// The outcome.
+    /// The outcome of the run.
     pub outcome: Outcome,
     /// Number of Newton iterations.
     pub iterations: usize,
@@ -496,9 +496,10 @@ impl Rival {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
-    /// The path can be deformed into that motion.
+    /// The short way: the path can be deformed into the ballistic motion followed by the shortest
+    /// rotation.
     Short,
-    /// The path differs from that motion by one full turn.
+    /// The long way: the path differs from the short way by one full turn.
     Long,
 }
 
@@ -531,7 +532,7 @@ pub struct Solution {
     pub landing: Option<Landing>,
     /// The choice of the number of steps, if the problem does not fix the number.
     pub chosen: Option<ChosenSteps>,
-    /// Optimality of the extremal.
+    /// The results of the optimality tests.
     pub optimality: Optimality,
     /// Homotopy class of the path.
     pub sense: Sense,

@@ -272,7 +272,7 @@ pub struct Wheels {
 pub enum LimitKind {
     /// The size of each input, [`Limits::size`].
     Size,
-    /// The norm of all inputs, [`Limits::norm`].
+    /// The norm of the output of all inputs, [`Limits::norm`].
     Norm,
     /// The rate of change of each input, [`Limits::rate`].
     Rate,

@@ -25,9 +25,9 @@ pub enum InertiaError {
     /// The matrix is not symmetric within round-off.
     #[error("inertia is not symmetric: ({row},{column}) is {upper}, ({column},{row}) is {lower}")]
     NotSymmetric {
-        /// Row, from 1.
+        /// Row of the element, from 1.
         row: usize,
-        /// Column, from 1.
+        /// Column of the element, from 1.
         column: usize,
         /// Value at (row, column) [kg·m²].
         upper: f64,

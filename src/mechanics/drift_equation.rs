@@ -76,7 +76,7 @@ fn chebyshev(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)>
     None
 }
 
-/// Returns `G(c)` and `−∇G`.
+/// Returns the residual `G(c)` of the equation, and its negative derivative `−∇G`.
 #[inline(always)]
 fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     let gc = g.dot(c);
@@ -126,7 +126,7 @@ pub(crate) fn solve3(a: &Matrix3, b: &Vector3) -> Vector3 {
     Vector3::new(b.dot(&c12), c0.dot(&b.cross(&c2)), c0.dot(&c1.cross(b))) * inverse_determinant
 }
 
-/// Returns `a⁻¹` by cofactors.
+/// Returns the inverse `a⁻¹` by cofactors.
 #[inline(always)]
 pub(crate) fn inverse3(a: &Matrix3) -> Matrix3 {
     let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));

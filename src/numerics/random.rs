@@ -142,7 +142,7 @@ mod tests {
             }
         }
         within(mean(&mut |s| s.normal() * s.normal()), 0.0, 1.0);
-        // 97.5 % quantile of the normal distribution.
+        // The 97.5 % quantile of the normal distribution.
         let quantile = 1.959_963_984_540_054;
         within(mean(&mut |s| f64::from(u8::from(s.normal() < quantile))), 0.975, (0.975 * 0.025_f64).sqrt());
         // Unit ball of n dimensions: E r² = n/(n + 2), E x² = 1/(n + 2), and r ≤ 1.

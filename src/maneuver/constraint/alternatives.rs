@@ -31,7 +31,7 @@ pub struct Shift {
 /// Alternatives with the time intervals in which each of their sets holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turns {
-    /// The alternatives.
+    /// The alternative sets.
     pub of: Alternatives,
     /// The shifts in order of time.
     pub shifts: Vec<Shift>,

@@ -40,13 +40,13 @@ pub struct Target {
     pub growth: f64,
 }
 
-/// Which extreme of the angle between a boresight and the limb of a target is sought on an arc. For
-/// a point target it is the angle between the boresight and the direction.
+/// The kind of extreme of the angle between a boresight and the limb of a target on an arc. For a
+/// point target the angle is measured from the boresight to the point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
-    /// The smallest value along the arc.
+    /// The smallest angle along the arc.
     Nearest,
-    /// The largest value along the arc.
+    /// The largest angle along the arc.
     Farthest,
 }
 

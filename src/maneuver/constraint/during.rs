@@ -14,7 +14,7 @@ impl During {
         Self(Some(intervals.into()))
     }
 
-    /// Returns the intervals; `None` means always.
+    /// Returns the active intervals \[s\]; `None` if the constraint is always active.
     pub fn given(&self) -> Option<&[[f64; 2]]> {
         self.0.as_deref()
     }

@@ -54,7 +54,7 @@ pub(super) struct Demand {
 
 /// Factors in the bound on the rate of a body axis b.
 struct Lever {
-    /// `S(b)`.
+    /// The skew matrix `S(b)` of the axis.
     cross: Matrix3,
     /// Bound on the rate per unit of `|Π|`: `|S(b)J⁻¹|`.
     by_momentum: f64,
@@ -199,7 +199,7 @@ impl Lever {
     }
 }
 
-// ---- in words
+// ---- the proof in words
 // ----------------------------------------------------------------------------------------
 
 impl Case<'_> {

@@ -22,7 +22,7 @@ pub enum ProblemError {
     /// An attitude is not a rotation.
     #[error("the {end} attitude is not a rotation matrix: residual {residual:.1e}")]
     NotRotation {
-        /// "start" or "end".
+        /// The end of the maneuver that is wrong: "start" or "end".
         end: &'static str,
         /// `max |RᵀR − I|`, or 2 for a reflection.
         residual: f64,
@@ -33,7 +33,7 @@ pub enum ProblemError {
         {limit}: use at least {steps} steps"
     )]
     StepTooLong {
-        /// "start" or "end".
+        /// The end of the maneuver that is wrong: "start" or "end".
         end: &'static str,
         /// Angle per step `h |Ω|` \[rad\].
         angle: f64,
@@ -45,7 +45,7 @@ pub enum ProblemError {
     /// A quantity that the motion needs is missing.
     #[error("{0}")]
     Missing(&'static str),
-    /// A constraint cannot be used.
+    /// A constraint is invalid.
     #[error("constraint \"{name}\": {error}")]
     Constraint {
         /// The name of the constraint.
@@ -56,7 +56,7 @@ pub enum ProblemError {
     /// The start or the end violates a constraint, so that no plan can satisfy it.
     #[error("the {end} violates \"{name}\": {found}")]
     Violated {
-        /// "start" or "end".
+        /// The end of the maneuver that is wrong: "start" or "end".
         end: &'static str,
         /// Name of the constraint.
         name: String,
@@ -83,7 +83,7 @@ pub enum ProblemError {
     /// A weight of the objective does not match the inputs.
     #[error("{inputs} inputs: {error}")]
     Weight {
-        /// "torque" or "force".
+        /// The kind of the inputs: "torque" or "force".
         inputs: &'static str,
         /// The reason why the weight is invalid.
         error: WeightError,

@@ -17,7 +17,7 @@ use thiserror::Error;
 /// A direction and its first two time derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineOfSight {
-    /// The unit vector d.
+    /// The direction, a unit vector `d`.
     pub direction: Vector3,
     /// First derivative `ḋ` \[1/s\].
     pub rate: Vector3,

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The reason why numbers do not describe an environment.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum EnvironmentError {
-    /// A number is not finite, or has a wrong sign.
+    /// A number is not finite, or is negative or zero where this is not allowed.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A direction is the zero vector.

@@ -18,7 +18,7 @@ impl InverseSquare {
         Self { k, r, e: s / r }
     }
 
-    /// Returns `−k/|s|`.
+    /// Returns the potential energy `−k/|s|`.
     pub(super) fn potential(&self) -> f64 {
         -self.k / self.r
     }
@@ -41,7 +41,7 @@ impl InverseSquare {
     }
 }
 
-/// Returns `a bᵀ + b aᵀ`.
+/// Returns the symmetric matrix `a bᵀ + b aᵀ`.
 pub(super) fn symmetric(a: &Vector3, b: &Vector3) -> Matrix3 {
     let ab = a * b.transpose();
     ab + ab.transpose()

@@ -104,9 +104,9 @@ impl Blocks {
 /// The description of a field in a file: the arguments of its constructor, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Description {
-    /// The field of [`Free`].
+    /// No field, as for [`Free`].
     Free,
-    /// The field of [`UniformGravity::new`].
+    /// A field built by [`UniformGravity::new`].
     UniformGravity {
         /// Mass \[kg\].
         mass: f64,
@@ -117,21 +117,21 @@ pub enum Description {
         /// The vector from the pivot to the mass center, body axes \[m\].
         pivot_to_mass_center: Vector3,
     },
-    /// The field of [`GravityGradient::new`].
+    /// A field built by [`GravityGradient::new`].
     GravityGradient {
         /// Orbital rate [rad/s].
         orbital_rate: f64,
         /// Inertia about the mass center [kg·m²], body axes.
         inertia: Matrix3,
     },
-    /// The field of [`CentralGravity::of_masses`].
+    /// A field built by [`CentralGravity::of_masses`].
     CentralGravity {
         /// Gravitational parameter μ [m³/s²].
         gravitational_parameter: f64,
         /// Mass \[kg\] and position of each point, body axes from the mass center \[m\].
         points: Vec<(f64, Vector3)>,
     },
-    /// The field of [`SecondOrderGravity::new`].
+    /// A field built by [`SecondOrderGravity::new`].
     SecondOrderGravity {
         /// Gravitational parameter μ [m³/s²].
         gravitational_parameter: f64,

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The reason why numbers do not describe attracting bodies.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FullBodyError {
-    /// A number is not finite, or has a wrong sign.
+    /// A number is not finite, or is negative or zero where this is not allowed.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or larger than memory and time allow.

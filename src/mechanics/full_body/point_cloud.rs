@@ -79,7 +79,7 @@ impl PointCloud {
         Self { points, blocks, mass, radius }
     }
 
-    /// Returns the points.
+    /// Returns the points of the cloud.
     pub fn points(&self) -> &[MassPoint] {
         &self.points
     }

@@ -68,7 +68,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Checks the requirements of a search for the best duration of minimum effort.
+    /// Checks the requirements of minimum effort in a free duration.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
         if self.scheme == Scheme::LieVerlet { Ok(()) } else { Err(Unsuited::SchemeOfSoughtDuration.into()) }
     }

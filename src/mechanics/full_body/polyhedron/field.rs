@@ -175,7 +175,7 @@ fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
 /// the error is below 2⁻⁵⁸.
 #[inline(always)]
 fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
-    // Digits as published.
+    // The digits are as published.
     #[allow(clippy::excessive_precision)]
     const ODD: [f64; 7] = [
         6.666666666666735130e-01,
@@ -186,7 +186,7 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
         1.531383769920937332e-01,
         1.479819860511658591e-01,
     ];
-    /// The bits of √½.
+    /// The bits of the floating-point number √½.
     const HALF_ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
     const ONE: u64 = 1023 << 52;
     let e = Lanes::splat(e);
@@ -226,7 +226,7 @@ fn at_least(value: Lanes, bound: f64) -> Lanes {
 #[inline(always)]
 fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    // Digits as published.
+    // The digits are as published.
     #[allow(clippy::excessive_precision)]
     const SERIES: [f64; 11] = [
         3.33333333333329318027e-01,
@@ -241,7 +241,7 @@ fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
         -3.65315727442169155270e-02,
         1.62858201153657823623e-02,
     ];
-    /// tan(π/8)
+    /// The value of tan(π/8).
     const TURN: f64 = 0.414_213_562_373_095_03;
     let (ax, ay) = (x.map(f64::abs), y.map(f64::abs));
     let select = |condition: fn(f64, f64) -> bool, a: Lanes, b: Lanes, then: Lanes, other: Lanes| {

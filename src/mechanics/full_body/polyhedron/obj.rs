@@ -34,7 +34,7 @@ pub enum ObjProblem {
     /// A line, including its continuation lines, is too long.
     #[error("the line is longer than {limit} bytes")]
     LineTooLong {
-        /// The largest number of bytes.
+        /// The largest allowed number of bytes.
         limit: usize,
     },
     /// The file is encoded in UTF-16.
@@ -43,7 +43,7 @@ pub enum ObjProblem {
     /// The file is too long.
     #[error("the file is longer than {limit} bytes")]
     FileTooLong {
-        /// The largest number of bytes.
+        /// The largest allowed number of bytes.
         limit: u64,
     },
     /// A line starts with a word that is not a keyword of the format.
@@ -63,12 +63,12 @@ pub enum ObjProblem {
         "`{0}` is not the corner of a face: v, v/vt, v//vn or v/vt/vn, counted from 1, or from the end by −1"
     )]
     Corner(String),
-    /// A negative index reaches before the first vertex.
+    /// A negative index refers to a vertex before the first one.
     #[error("the corner {index} counts from the end, but only {vertices} vertices came before")]
     BeforeFirst {
-        /// The index.
+        /// The negative index.
         index: i64,
-        /// The number of vertices.
+        /// The number of vertices so far.
         vertices: usize,
     },
     /// The scale is not a positive number.
