@@ -8,10 +8,10 @@
 //!             (R, Π) given at t = 0 and at t = T
 //! ```
 //!
-//! under limits on inputs and rates and under keep-out and keep-in cones, with torques from any
-//! actuators or from reaction wheels. On SE(3) the problem also has the position `x` and the linear
-//! momentum `γ`. A variational integrator discretises the problem, so that the discrete optimality
-//! conditions are exact and the terminal conditions hold to round-off.
+//! under limits on inputs and rates and under keep-out and keep-in cones. The inputs `u` may be the
+//! torques of reaction wheels. On SE(3) the problem also has the position `x` and the linear momentum
+//! `γ`. A variational integrator discretises the problem, so that the discrete optimality conditions
+//! are exact and the terminal conditions hold to round-off.
 //!
 //! # A body and two attitudes
 //!
@@ -216,7 +216,7 @@
 //!
 //! # Beyond a plan
 //!
-//! [`Gains`] give the torque that returns a body to the plan after a deviation:
+//! [`Gains`] give the torque correction that brings a body back to the plan after a deviation:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};

@@ -141,8 +141,7 @@ pub struct Ends {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meeting {
     pub(crate) aim: Aim,
-    /// The assumed arrival time \[s\]: the end of the maneuver has the target position of this
-    /// time.
+    /// The assumed arrival time \[s\], for which the end state of the maneuver was computed.
     pub(crate) time: f64,
     /// Derivative of the delay with respect to the assumed arrival time. The delay is the duration
     /// of the plan minus the assumed arrival time; for a fixed target the derivative is −1.

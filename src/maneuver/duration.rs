@@ -37,7 +37,7 @@ impl Duration {
     /// A free duration without a bound.
     pub const SOUGHT: Self = Self::Sought { at_most: None };
 
-    /// Returns `T` \[s\], given or found; `None` while the duration is free.
+    /// Returns the duration `T` \[s\], given or found; `None` while the duration is free.
     pub fn known(self) -> Option<f64> {
         match self {
             Self::Given(duration) | Self::Found { duration, .. } => Some(duration),

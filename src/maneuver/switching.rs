@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 /// equations of motion from which the grid was made, with the exact switching times of `arcs`.
 /// The two differ by the square of the step. For minimum time the cost is the duration, and
 /// `eigenaxis_s` is the duration of a turn about the fixed axis.
+///
 /// If limits other than torque limits are active along a plan, the plan is a discrete optimum on a
 /// uniform grid. The arcs then belong to the corresponding continuous extremal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

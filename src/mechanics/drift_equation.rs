@@ -35,7 +35,7 @@ pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vec
 /// Newton iterations.
 #[inline(always)]
 pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
-    // One pass of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
+    // One pass of the fixed-point iteration c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
     let start = 0.5 * (j_inverse * g);
     let c = 0.5 * (j_inverse * (g + g.cross(&start) + start * g.dot(&start)));
     match chebyshev(j, g, c) {

@@ -8,7 +8,6 @@
 //! |S(b) Ω| ≤ |S(b) J⁻¹| |H| + max |Σ S(b) J⁻¹ a_i h_i|
 //! ```
 //! for every body axis b, and likewise for |Ω|. The maximum is attained at a corner of the limits.
-//! for every body axis b, and likewise for |Ω|. A corner of the momenta attains the maximum.
 //!
 //! # Why does this bound not hold for the discrete maneuver?
 //!

@@ -47,7 +47,7 @@ const ACCELERATIONS: i32 = 60;
 /// rate over the angle.
 const BRISK: f64 = 30.0;
 
-/// The relative error of the inverse of the axes above which the inputs do not reach a torque.
+/// The relative error of a produced torque above which the inputs count as unable to produce it.
 const UNREACHED: f64 = 1e-7;
 
 /// Required margin to a cone \[rad\], for the deviation of a plan from the checked path.

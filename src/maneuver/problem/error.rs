@@ -22,7 +22,7 @@ pub enum ProblemError {
     /// An attitude is not a rotation.
     #[error("the {end} attitude is not a rotation matrix: residual {residual:.1e}")]
     NotRotation {
-        /// The end of the maneuver that is wrong: "start" or "end".
+        /// The invalid boundary state: "start" or "end".
         end: &'static str,
         /// `max |RᵀR − I|`, or 2 for a reflection.
         residual: f64,
@@ -33,7 +33,7 @@ pub enum ProblemError {
         {limit}: use at least {steps} steps"
     )]
     StepTooLong {
-        /// The end of the maneuver that is wrong: "start" or "end".
+        /// The invalid boundary state: "start" or "end".
         end: &'static str,
         /// Angle per step `h |Ω|` \[rad\].
         angle: f64,
@@ -56,7 +56,7 @@ pub enum ProblemError {
     /// The start or the end violates a constraint, so that no plan can satisfy it.
     #[error("the {end} violates \"{name}\": {found}")]
     Violated {
-        /// The end of the maneuver that is wrong: "start" or "end".
+        /// The invalid boundary state: "start" or "end".
         end: &'static str,
         /// Name of the constraint.
         name: String,

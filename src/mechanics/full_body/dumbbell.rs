@@ -1,6 +1,6 @@
 //! Dumbbells: two equal spheres on a massless rod. Their mutual potential has a closed form.
 //!
-//! Let `a = R e₁ l/2`. The four pairs of spheres of two dumbbells, at the distances
+//! Let `a = R e₁ l/2`. The four pairs of spheres of two dumbbells, at the distance vectors
 //! `d_pq = x_i + p a_i − x_j − q a_j`, give
 //! ```text
 //! U = −(G m_i m_j/4) Σ_{p,q = ±1} 1/|d_pq|                  g_pq = −(G m_i m_j/4) d_pq/|d_pq|³

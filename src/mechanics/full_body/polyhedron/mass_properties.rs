@@ -21,7 +21,7 @@ pub(super) struct MassProperties {
 }
 
 impl MassProperties {
-    /// The round-off of the volume, relative to a third of area times size. Solids with less volume
+    /// The round-off of the volume, relative to area times size. Solids with less volume
     /// count as flat.
     const ROUND_OFF: f64 = 1e-12;
 
