@@ -7,6 +7,7 @@
 //! J Ω = RᵀH − Σ a_i h_i ,    |h_i| ≤ L_i
 //! |S(b) Ω| ≤ |S(b) J⁻¹| |H| + max |Σ S(b) J⁻¹ a_i h_i|
 //! ```
+//!
 //! for every body axis b, and likewise for |Ω|. The maximum is attained at a corner of the limits.
 //!
 //! # Why does this bound not hold for the discrete maneuver?
