@@ -570,7 +570,7 @@ pub struct Solution {
     /// requested duration.
     pub shortest: Option<f64>,
     /// A longer duration \[s\] that has a plan, if no plan was found for the requested duration.
-    /// Either a plan was found for it, or a turn about a fixed axis takes no longer within the
+    /// Either a plan was found for it, or it suffices for a turn about a fixed axis within the
     /// limits. `None` if no such duration is known.
     pub longer: Option<f64>,
     /// The requested tolerance, scaled.

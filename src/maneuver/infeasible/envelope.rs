@@ -256,7 +256,7 @@ mod tests {
     use crate::verify::replay;
     use crate::{Matrix3, Vector3, lie};
 
-    /// Returns Π before and after one drift of the witness, and the rotation.
+    /// Returns Π before and after one drift of the witness, and its rotation vector.
     fn drift(moments: &Vector3, rate: &Vector3, stored: &Vector3, step: f64) -> Option<[Vector3; 3]> {
         let body = Body { inertia: Inertia::diagonal(*moments).ok()?, mass: None };
         let start = State::attitude(Matrix3::identity(), *rate);

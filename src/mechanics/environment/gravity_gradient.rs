@@ -65,7 +65,7 @@ impl GravityGradient {
         })
     }
 
-    /// Returns `G = Rᵀo` in body axes, and `3n² JG`.
+    /// Returns the outward direction `G = Rᵀo` in body axes, and the vector `3n² JG`.
     fn outward_in_body(&self, pose: &Pose) -> (Vector3, Vector3) {
         let g = pose.attitude.tr_mul(&self.outward);
         (g, self.stiffness * g)
