@@ -38,7 +38,8 @@ pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
     }
 }
 
-/// Returns `q` or `−q`, whichever is nearer to the quaternion `before` it; `q` without `before`.
+/// Returns `quaternion` or its negative, whichever is nearer to the quaternion `before`. Without
+/// `before` it returns `quaternion`.
 pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
     let dot = |before: &[f64; 4]| before.iter().zip(&quaternion).map(|(a, b)| a * b).sum::<f64>();
     if before.is_some_and(|before| dot(before) < 0.0) { quaternion.map(|part| -part) } else { quaternion }

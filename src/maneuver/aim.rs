@@ -309,7 +309,7 @@ impl Ends {
     /// Returns the roll \[rad\] within the band at which the end is nearest to `attitude`.
     pub fn nearest(&self, attitude: &Matrix3) -> f64 {
         let turn = self.attitude.tr_mul(attitude);
-        // max over ρ of tr(exp(−ρS(b)) Q): the rotation about b alone.
+        // The roll ρ maximises tr(exp(−ρS(b)) Q): it is the part of the turn Q about b.
         let b = &self.boresight;
         let cosine = turn.trace() - b.dot(&(turn * b));
         let sine = 2.0 * b.dot(&lie::vee(&turn));

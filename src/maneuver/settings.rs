@@ -1,4 +1,4 @@
-//! The settings of a solve. The solution repeats them.
+//! The settings of a solve: method, search, target motion, tolerances and limits.
 
 use std::f64::consts::PI;
 use std::time::Duration;
@@ -57,7 +57,7 @@ pub enum Thoroughness {
 }
 
 impl Thoroughness {
-    /// Returns the name of the setting value in files.
+    /// Returns the name of the search setting in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quick => "quick",

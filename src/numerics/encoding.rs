@@ -29,7 +29,7 @@ pub fn binary(bytes: &[u8]) -> Option<&'static str> {
     BINARY.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
 }
 
-/// The byte order mark of UTF-8, which has no meaning.
+/// The byte order mark of UTF-8, which is ignored.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Returns whether a file with these first bytes is encoded in UTF-16: it has a UTF-16 byte order

@@ -295,7 +295,7 @@ impl<'a> Turn<'a> {
     }
 }
 
-/// A right inverse of the axes of the inputs.
+/// A right inverse of the matrix of the input axes.
 struct Inverse<'a> {
     axes: &'a [Vector3],
     /// Inputs per unit of torque, by least squares of the inputs relative to their limits.

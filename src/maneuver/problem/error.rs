@@ -24,7 +24,7 @@ pub enum ProblemError {
     NotRotation {
         /// The invalid boundary state: "start" or "end".
         end: &'static str,
-        /// `max |RᵀR − I|`, or 2 for a reflection.
+        /// The deviation from a rotation: `max |RᵀR − I|`, or 2 for a reflection.
         residual: f64,
     },
     /// A boundary rate is too fast for the step: `h |J⁻¹Π| ≥ 1`.

@@ -12,7 +12,7 @@ pub enum Unsuited {
     /// The duration is free, but neither a price of time nor a bound selects it.
     #[error("the duration is free: give a price of time or a bound")]
     SoughtDuration,
-    /// A minimum-time maneuver has a longest duration.
+    /// A minimum-time maneuver has a bound on its duration.
     #[error("the duration is the objective and has a bound: remove the bound")]
     LongestDuration,
     /// A minimum-effort maneuver of free duration uses another scheme than Lie–Verlet.
@@ -55,7 +55,7 @@ pub enum Unsuited {
     /// A homotopy class is requested for an end on a target, which has several end attitudes.
     #[error("a target has several end attitudes, and all paths are compared: remove the choice of the path")]
     WayToTarget,
-    /// Minimum fuel in a free duration is requested to a moving target.
+    /// Minimum fuel to a moving target is requested in a free duration.
     #[error("least fuel to a moving target needs a given duration")]
     FuelToMovingTarget,
     /// Minimum effort in a free duration is requested to a moving target, with more limits than

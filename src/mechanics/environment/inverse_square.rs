@@ -28,12 +28,13 @@ impl InverseSquare {
         -self.k / self.r.powi(2) * self.e
     }
 
-    /// Returns `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
+    /// Returns the gradient `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
     pub(super) fn gradient(&self) -> Matrix3 {
         self.k / self.r.powi(3) * (3.0 * self.e * self.e.transpose() - Matrix3::identity())
     }
 
-    /// Returns `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴` for a constant `c`.
+    /// Returns the contracted second derivative
+    /// `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴` for a constant `c`.
     pub(super) fn curvature(&self, c: &Vector3) -> Matrix3 {
         let (e, ec) = (&self.e, self.e.dot(c));
         3.0 * self.k / self.r.powi(4)

@@ -79,7 +79,7 @@ impl Environment for UniformGravity {
         Blocks { rr: hat(&costates.moment.cross(&self.weight_arm)) * hat(&g), ..Blocks::zero() }
     }
 
-    /// Returns `|m g ρ × G| ≤ m g |ρ|`.
+    /// Returns the bound `m g |ρ|` on the moment `|m g ρ × G|`.
     fn moment_bound(&self) -> Option<f64> {
         Some(self.weight_arm.norm())
     }

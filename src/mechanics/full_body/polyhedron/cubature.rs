@@ -75,8 +75,8 @@ fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     roots.into_iter().map(node).collect()
 }
 
-/// Returns `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence (Abramowitz and Stegun
-/// 22.7.1, 22.8.1).
+/// Returns the Jacobi polynomial `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence
+/// (Abramowitz and Stegun 22.7.1, 22.8.1).
 fn jacobi(n: usize, beta: usize, t: f64) -> (f64, f64) {
     let b = beta as f64;
     let (mut before, mut value) = (0.0, 1.0);
