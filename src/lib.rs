@@ -9,9 +9,9 @@
 //! ```
 //!
 //! under limits on inputs and rates and under keep-out and keep-in cones. The inputs `u` may be the
-//! torques of reaction wheels. On SE(3) the problem also has the position `x` and the linear momentum
-//! `γ`. A variational integrator discretises the problem, so that the discrete optimality conditions
-//! are exact and the terminal conditions hold to round-off.
+//! torques of reaction wheels. On SE(3) the problem also has the position `x` and the linear
+//! momentum `γ`. A variational integrator discretises the problem, so that the discrete optimality
+//! conditions are exact and the terminal conditions hold to round-off.
 //!
 //! # A body and two attitudes
 //!

@@ -102,8 +102,8 @@ pub(super) fn c_prime(t2: f64) -> f64 {
     switched(&C_PRIME, t2, |t| (3.0 * t.sin() - t * (2.0 + t.cos())) / (2.0 * t * t2 * t2))
 }
 
-/// Returns the coefficient `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`. The second form has no
-/// cancellation.
+/// Returns the coefficient `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`. The second form has
+/// no cancellation.
 ///
 /// The result is infinite at `t = 2π`.
 pub(super) fn g(t2: f64) -> f64 {
@@ -115,7 +115,8 @@ fn a_second(t2: f64) -> f64 {
     switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
 }
 
-/// Returns the derivative `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, with `A` and its derivatives at `t/2`.
+/// Returns the derivative `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, with `A` and its derivatives at
+/// `t/2`.
 pub(super) fn g_prime(t2: f64) -> f64 {
     let quarter = 0.25 * t2;
     let (a, first) = (a(quarter), a_prime(quarter));

@@ -58,7 +58,7 @@ pub enum Unsuited {
     /// Minimum fuel to a moving target is requested in a free duration.
     #[error("least fuel to a moving target needs a given duration")]
     FuelToMovingTarget,
-    /// Minimum effort in a free duration is requested to a moving target, with more limits than
+    /// Minimum effort to a moving target is requested in a free duration, with more limits than
     /// torque limits.
     #[error("least effort to a moving target needs a given duration if more than the torques is limited")]
     LimitsToMovingTarget,

@@ -101,8 +101,8 @@ impl Environment for GravityGradient {
         self.frame_rate
     }
 
-    /// Returns the bound `(3/2) n² (J₃ − J₁)` on the moment `|3n² G × JG|`, with the largest and the
-    /// smallest principal moment of inertia.
+    /// Returns the bound `(3/2) n² (J₃ − J₁)` on the moment `|3n² G × JG|`, with the largest and
+    /// the smallest principal moment of inertia.
     fn moment_bound(&self) -> Option<f64> {
         let principal = principal_moments(&self.stiffness);
         Some(0.5 * (principal[2] - principal[0]))
