@@ -21,7 +21,7 @@ mod group;
 mod limit;
 
 use crate::closed_loop::{Plant, Proportion};
-use crate::feedback::{Gains, Kind, NoGains, SwitchingGains};
+use crate::feedback::{Gains, Kind, NoGains, RegulatorWeights, SwitchingGains};
 use crate::maneuver::{Problem, Settings, Trajectory};
 use crate::numerics::figures::significant;
 use crate::optimize::discrete::linear_plan::ticks::{of_posed_ticks, of_ticks};
@@ -108,6 +108,35 @@ impl Beside {
     ) -> Result<Self, NotKnown> {
         // The corrections may use the reserve that the plan holds of the limits of the inputs.
         let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
+        Self::near(problem, plan, linear, feedback, uncertainty)
+    }
+
+    /// Computes the quantities near a recorded motion of `problem`, which holds one row of inputs
+    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
+    /// `stops`, nodes in ascending order.
+    ///
+    /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
+    ///
+    /// # Errors
+    /// [`NotKnown`].
+    pub fn along_motion(
+        problem: &Problem,
+        motion: &Trajectory,
+        stops: Vec<usize>,
+        feedback: Option<Feedback>,
+        uncertainty: Option<&Uncertainty>,
+    ) -> Result<Self, NotKnown> {
+        let linear = LinearPlan::recorded(&problem.of_craft(), motion, stops)?;
+        Self::near(problem, motion, linear, feedback, uncertainty)
+    }
+
+    fn near(
+        problem: &Problem,
+        plan: &Trajectory,
+        linear: LinearPlan,
+        feedback: Option<Feedback>,
+        uncertainty: Option<&Uncertainty>,
+    ) -> Result<Self, NotKnown> {
         let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
         let switching = match feedback.map(|feedback| feedback.kind) {
             // The effect of the correction at the start on a covariance is unknown.
@@ -132,6 +161,16 @@ impl Beside {
 }
 
 impl Feedback {
+    /// Returns this feedback with `weights` for a regulator without weights of its own.
+    #[must_use]
+    pub fn with_default_weights(self, weights: RegulatorWeights) -> Self {
+        let kind = match self.kind {
+            Kind::Tvlqr(None) => Kind::Tvlqr(Some(weights)),
+            kind => kind,
+        };
+        Self { kind, ..self }
+    }
+
     /// The part of a step by which a tick may differ from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 

@@ -10,11 +10,10 @@ use crate::optimize::discrete::linear_plan::LinearPlan;
 /// The part of a tick by which two equal times may differ.
 pub(super) const SAME_TIME: f64 = 1e-6;
 
-/// The commands of a plan for a plant that changes its torque `ticks` times a step.
+/// The commands of a plan for a plant.
 pub(super) struct Feedforward<'a> {
     pub plan: &'a LinearPlan,
     pub plant: &'a Plant,
-    pub ticks: usize,
 }
 
 impl Feedforward<'_> {
@@ -37,9 +36,9 @@ impl Feedforward<'_> {
         for ends in starts.windows(2) {
             let mut command = self.planned(ends[0], ends[1]);
             if self.plant.lag > 0.0 {
-                let parts = self.ticks as f64;
-                let kept = ((ends[0] - ends[1]) / (parts * self.plant.lag)).exp();
-                let (mean, whole) = (self.mean_kept(kept), kept.powf(parts));
+                let ticks = self.plant.ticks(ends[1] - ends[0]);
+                let kept = ((ends[0] - ends[1]) / (ticks as f64 * self.plant.lag)).exp();
+                let (mean, whole) = (mean_kept(kept, ticks), kept.powf(ticks as f64));
                 for (command, reached) in command.iter_mut().zip(&mut reached) {
                     *command = (*command - mean * *reached) / (1.0 - mean);
                     *reached = *command + whole * (*reached - *command);
@@ -48,11 +47,6 @@ impl Feedforward<'_> {
             commands.push((ends[0], command));
         }
         commands
-    }
-
-    /// Returns the mean of `q, q², … qⁿ` over the ticks of a step.
-    fn mean_kept(&self, kept: f64) -> f64 {
-        (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
     }
 
     /// Returns the mean of the plan's inputs between two times; after its end, the inputs of its
@@ -72,4 +66,9 @@ impl Feedforward<'_> {
         }
         mean
     }
+}
+
+/// Returns the mean of `q, q², … qⁿ` over n ticks.
+fn mean_kept(kept: f64, ticks: usize) -> f64 {
+    (1..=ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / ticks as f64
 }

@@ -46,6 +46,16 @@ pub struct Plant {
     pub authority: f64,
 }
 
+impl Plant {
+    /// The largest number of ticks in a step of the plan.
+    const MOST_TICKS: usize = 1000;
+
+    /// Returns the number of ticks in a step of the plan \[s\].
+    fn ticks(&self, step: f64) -> usize {
+        if self.tick > 0.0 { ((step / self.tick).round() as usize).clamp(1, Self::MOST_TICKS) } else { 1 }
+    }
+}
+
 impl Default for Plant {
     fn default() -> Self {
         Self { lag: 0.0, delay: 0.0, quantum: 0.0, tick: 0.0, leads: false, authority: 1.0 }
@@ -57,6 +67,10 @@ impl Default for Plant {
 pub struct Flown {
     /// `[ζ; δΩ]` at the end, rad and rad/s: true minus planned, body axes.
     pub end: Vector6,
+    /// `[ζ; δΩ]` in the same form at each of [`LinearPlan::stops`].
+    ///
+    /// [`LinearPlan::stops`]: crate::optimize::discrete::linear_plan::LinearPlan::stops
+    pub stops: Vec<Vector6>,
     /// The smallest room to each constraint without its margin, along the whole motion: \[rad\]
     /// for cones, relative to the limit for rates; negative for a violation.
     pub room: Vec<f64>,

@@ -36,6 +36,7 @@ mod switching;
 pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
+use crate::maneuver::duration::Duration;
 use crate::maneuver::{Problem, Trajectory};
 use crate::optimize::discrete::linear_plan::{
     LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, Unlinearised, kick,
@@ -84,6 +85,14 @@ pub struct RegulatorWeights {
 impl RegulatorWeights {
     /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
+
+    /// Returns the weights of a sequence that lasts `whole` seconds: an error of a radian costs as
+    /// much as the torque that turns the body by a radian in `leg` seconds, and at the end of a leg
+    /// [`RegulatorWeights::END`] times as much as all along it.
+    pub fn of_legs(problem: &Problem, leg: f64, whole: f64) -> Self {
+        let cost = Units::of(&Problem { duration: Duration::Given(leg), ..problem.clone() }).cost;
+        Self { attitude: cost / leg, rate: cost * leg, end: Self::END * leg / whole }
+    }
 
     /// Returns the weights for which an error of a radian costs as much as the torque that turns
     /// the body by a radian in the duration.
@@ -217,7 +226,7 @@ impl Gains {
                     Some(weights) => weights.scaled(plan.units(), &plan.momentum_of_rate()),
                     None => RegulatorWeights::of(&stages),
                 };
-                let swept = regulator(stages.len(), |k| stages[k], weights);
+                let swept = regulator(stages.len(), |k| stages[k], weights, plan.stops());
                 Self::new(plan, kind, swept, None)
             }
         }
@@ -267,7 +276,7 @@ impl Gains {
             Kind::Tvlqr(weights) | Kind::Switching(weights) => {
                 let each: Vec<_> = stages.iter().collect();
                 let weights = weights.map_or_else(|| Ok(RegulatorWeights::of(&each)), scaled)?;
-                regulator(stages.len(), |k| &stages[k], weights)
+                regulator(stages.len(), |k| &stages[k], weights, &[])
             }
         };
         let rows = si_rows(&swept, |k| &plan.to_inputs[k], |column| plan.unit(column))?;

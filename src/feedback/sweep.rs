@@ -58,11 +58,13 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     Ok(Swept { duals, to_go, frozen_from })
 }
 
-/// Returns the regulator of the weights of the state, running and at the end.
+/// Returns the regulator of the weights of the state, running and at the end. The weight of the end
+/// also applies at `stops`, nodes in ascending order.
 pub(super) fn regulator<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
     [running, end]: [Square<N>; 2],
+    stops: &[usize],
 ) -> Swept<N, C> {
     let mut p = end;
     let mut duals = vec![SMatrix::zeros(); count];
@@ -75,6 +77,9 @@ pub(super) fn regulator<'a, const N: usize, const C: usize>(
         let dual = inner.try_inverse().unwrap_or_else(|| Square::repeat(f64::NAN)) * b_p * a;
         let closed = a - b * (authority * dual);
         p = running * length + a.transpose() * p * closed;
+        if stops.binary_search(&k).is_ok() {
+            p += end;
+        }
         p = 0.5 * (p + p.transpose());
         duals[k] = dual;
         to_go[k] = p;

@@ -271,10 +271,11 @@ impl Problem {
         problem
     }
 
-    /// Returns whether inputs switch, and are held over steps of unequal lengths. This holds for
-    /// minimum time and fuel if the only limits of the plan are limits of the torques.
+    /// Returns whether inputs are held over steps of unequal lengths. This holds for minimum time
+    /// and fuel if the only limits of the plan are limits of the torques, whose inputs switch, and
+    /// for a recorded motion ([`Stepping::Recorded`]).
     pub fn switches(&self) -> bool {
-        Formulation::of(self) == Formulation::Switching
+        self.stepping == Stepping::Recorded || Formulation::of(self) == Formulation::Switching
     }
 
     /// Returns whether a plan of minimum time or fuel has its inputs at the nodes of equal steps,

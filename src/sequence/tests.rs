@@ -7,14 +7,16 @@ use super::leg::Leg;
 use super::order::Visit;
 use super::rolls::cheapest;
 use super::together::{Together, Tuning};
-use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, windows};
+use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, carried, windows};
 use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::{Constraint, Direction, Rule};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::search::Silent;
+use crate::plan::Status;
 use crate::{Matrix3, Vector3, lie};
 
 fn body(inertia: Matrix3) -> Body {
@@ -370,6 +372,64 @@ fn wheels_carry_their_momentum_from_leg_to_leg() {
         // The plan lands: its discrete motion ends as far from the stop as its steps err.
         assert!((whole - stored).norm() < 2e-3 * stored.norm(), "{node}: {whole} {stored}");
     }
+}
+
+/// A body on four wheels that turns with least effort and stores momentum.
+fn of_effort_on_wheels(steps: usize) -> Problem {
+    let craft = on_wheels(steps);
+    Problem { objective: Objective::default(), ..craft }.with_duration(8.0)
+}
+
+/// The slopes of a leg on wheels are those of its cost: by differences, at both ends. The wheels take
+/// up what the body leaves of the momentum of the whole.
+#[test]
+fn slopes_of_a_leg_on_wheels_are_those_of_its_cost() {
+    let craft = of_effort_on_wheels(200);
+    let whole = carried::momentum(&craft);
+    let leg = |turns: [&Vector3; 2], rates: [&Vector3; 2], seconds: f64| {
+        let start = lie::exp(&Vector3::new(-0.2, 0.3, 0.1));
+        let end = lie::exp(&Vector3::new(0.4, -0.8, 1.2));
+        let mut problem = Problem {
+            start: State::attitude(start * lie::exp(turns[0]), Vector3::new(-0.05, 0.1, 0.08) + rates[0]),
+            end: State::attitude(end * lie::exp(turns[1]), Vector3::new(0.1, 0.05, -0.1) + rates[1]),
+            ..craft.clone().with_duration(seconds)
+        };
+        carried::carry(&mut problem, &whole, None);
+        Leg::of(problem, &Settings::default(), None, &mut Silent).unwrap().unwrap()
+    };
+    let (zero, by) = (Vector3::zeros(), 1e-3);
+    let at = leg([&zero; 2], [&zero; 2], 8.0);
+    let largest = at.slopes.iter().flatten().map(|slope| slope.amax()).fold(0.0, f64::max);
+    for (end, axis) in [0, 1].into_iter().flat_map(|end| (0..3).map(move |axis| (end, axis))) {
+        let moved = |by: f64| {
+            let by = Vector3::ith(axis, by);
+            if end == 0 { [by, zero] } else { [zero, by] }
+        };
+        let slope = |[up, down]: [f64; 2]| (up - down) / (2.0 * by);
+        let by_turn = slope([by, -by].map(|by| leg(moved(by).each_ref(), [&zero; 2], 8.0).cost));
+        let by_rate = slope([by, -by].map(|by| leg([&zero; 2], moved(by).each_ref(), 8.0).cost));
+        let [turn, rate] = at.slopes[end].map(|slope| slope[axis]);
+        assert!((by_turn - turn).abs() < 1e-3 * largest, "turn {end} {axis}: {by_turn} {turn}");
+        assert!((by_rate - rate).abs() < 1e-3 * largest, "rate {end} {axis}: {by_rate} {rate}");
+    }
+    let by_time = [by, -by].map(|by| leg([&zero; 2], [&zero; 2], 8.0 + by).cost);
+    let by_time = (by_time[0] - by_time[1]) / (2.0 * by);
+    assert!((by_time / at.by_duration - 1.0).abs() < 1e-2, "{by_time} {}", at.by_duration);
+}
+
+/// An attitude that the best slew on wheels goes through anyway costs nothing: the passage is made at
+/// the rate and the time of that slew.
+#[test]
+fn wheels_pass_an_attitude_on_their_way() {
+    let craft = Problem { end: given([0.5, 0.5, 0.5, 0.5]), ..of_effort_on_wheels(200) };
+    let alone = Leg::of(craft.clone(), &Settings::default(), None, &mut Silent).unwrap().unwrap();
+    let middle = Place::Attitude(lie::rotation_from_quaternion(&alone.solution.trajectory.quaternion[90]));
+    let stops =
+        vec![stop("middle", middle).passed_at_most_at(f64::INFINITY), stop("end", to([0.5, 0.5, 0.5, 0.5]))];
+    let found = planned(&Sequence { craft: craft.with_steps(100), stops, order: Ordering::Given });
+    assert_eq!(found.status(), Status::Solved);
+    is_near(found.cost, alone.cost, 1e-3);
+    is_near(found.legs[1].begins, 8.0 * 90.0 / 200.0, 1e-2);
 }
 
 /// The motion over the whole has the nodes of all legs in the order of time, one attitude after the

@@ -105,8 +105,8 @@ pub enum Unlinearised {
     Switching,
 }
 
-/// Steps of a plan beside which matrices are held, at most.
-const MOST_STEPS: usize = 100_000;
+/// The largest number of steps of a plan that is linearised.
+pub(crate) const MOST_STEPS: usize = 100_000;
 
 impl From<StepError> for Unlinearised {
     fn from(_: StepError) -> Self {
@@ -174,6 +174,8 @@ pub struct LinearPlan {
     axes: Matrix3xX<f64>,
     /// What wheels store at the nodes, body axes, scaled; none without any.
     stored: Vec<Vector3>,
+    /// Nodes before the last one at which the craft has to meet the motion, in ascending order.
+    stops: Vec<usize>,
 }
 
 /// What an uncertain number of a maneuver multiplies.
@@ -252,6 +254,27 @@ impl LinearPlan {
         let beyond = records_beyond_nodes(problem);
         Beside { problem, plan: &recorded, timing: Timing::Held, count: plan.time.len() - 1, beyond }
             .linearise()
+    }
+
+    /// Linearises the motion about a recorded motion of `problem`, which holds one row of inputs
+    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
+    /// `stops`, nodes in ascending order.
+    ///
+    /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
+    ///
+    /// # Errors
+    /// As [`LinearPlan::new`].
+    pub fn recorded(problem: &Problem, motion: &Trajectory, stops: Vec<usize>) -> Result<Self, Unlinearised> {
+        Self::fits(problem, motion)?;
+        let count = motion.time.len() - 1;
+        let beside = Beside { problem, plan: motion, timing: Timing::Held, count, beyond: false };
+        Ok(Self { stops, ..beside.linearise()? })
+    }
+
+    /// Returns the nodes before the last one at which the craft has to meet the motion, in ascending
+    /// order; none along the plan of one maneuver.
+    pub fn stops(&self) -> &[usize] {
+        &self.stops
     }
 
     /// Number of steps.

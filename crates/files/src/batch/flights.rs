@@ -27,6 +27,9 @@ pub struct FlightHeader {
     /// The number of values for the room to the limits of the torques.
     #[serde(default)]
     pub input_limits: usize,
+    /// The number of instants at which the craft has to be at a stop.
+    #[serde(default)]
+    pub stops: usize,
     /// Names of the parameters.
     pub parameters: Vec<String>,
     /// Hash of the plan, of its gains and uncertainty, and of the program.
@@ -51,6 +54,9 @@ pub struct FlightCase {
 pub struct FlightEnd {
     /// `[ζ; δΩ]`, rad and rad/s: true minus planned, body axes.
     pub error: [f64; 6],
+    /// The same at each instant before the end at which the craft has to be at a stop.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<[f64; 6]>,
     /// The smallest room to each constraint: \[rad\] for cones, relative to the limit for rates.
     pub room: Vec<f64>,
     /// The smallest room to each limit of the torques, SI.
@@ -77,6 +83,7 @@ impl FlightHeader {
             loops: closed.iter().map(|closed| Runs::name(*closed).into()).collect(),
             constraints: problem.constraints.iter().map(|constraint| constraint.name.clone()).collect(),
             input_limits: input_rooms(problem),
+            stops: beside.linear.stops().len(),
             parameters: uncertainty.parameters.iter().map(|(name, ..)| name.clone()).collect(),
             fingerprint: Fingerprint::of_program().and(decides.as_bytes()).text(),
         }
@@ -88,9 +95,10 @@ impl FlightCase {
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {
-            let Flown { end, room, input_room, saturated, .. } = flight.as_ref().ok()?;
+            let Flown { end, stops, room, input_room, saturated, .. } = flight.as_ref().ok()?;
             let (room, input_room) = (room.clone(), input_room.clone());
-            Some(FlightEnd { error: (*end).into(), room, input_room, saturated: *saturated })
+            let stops = stops.iter().map(|error| (*error).into()).collect();
+            Some(FlightEnd { error: (*end).into(), stops, room, input_room, saturated: *saturated })
         };
         Self {
             case,
@@ -103,9 +111,10 @@ impl FlightCase {
     /// Returns the flights of the case in each loop.
     pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
         self.loops.iter().map(|end| {
-            let FlightEnd { error, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;
+            let FlightEnd { error, stops, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;
             Ok(Flown {
                 end: (*error).into(),
+                stops: stops.iter().map(|error| (*error).into()).collect(),
                 room: room.clone(),
                 input_room: input_room.clone(),
                 saturated: *saturated,
@@ -148,7 +157,9 @@ impl Entry for FlightCase {
             return Err(format!("it is case {}, not {}", self.case, done + 1));
         }
         let is_whole = |end: &FlightEnd| {
-            end.room.len() == header.constraints.len() && end.input_room.len() == header.input_limits
+            end.room.len() == header.constraints.len()
+                && end.input_room.len() == header.input_limits
+                && end.stops.len() == header.stops
         };
         let is_lost = self.loops.iter().all(Option::is_none);
         let parameters = if is_lost { 0 } else { header.parameters.len() };

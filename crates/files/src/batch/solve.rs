@@ -75,7 +75,7 @@ fn sequence(
     options: &Options,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<CaseResult>, BatchError> {
-    let LoadedSequence { sequence, settings, identity, .. } = loaded;
+    let LoadedSequence { sequence, settings, .. } = loaded;
     let began = Instant::now();
     let plan = match sequence.plan(settings, &mut Stoppable(stop)) {
         Ok(plan) => plan,
@@ -93,7 +93,7 @@ fn sequence(
         return Ok(None);
     }
     let seconds = began.elapsed().as_secs_f64();
-    let file = SequenceFile::new(sequence, settings, &plan, identity);
+    let file = SequenceFile::new(loaded, &plan);
     keep(batch, case, options, |output| file.write(output))?;
     let result = CaseResult::of_sequence(case, &file.record, &plan);
     Ok(Some(CaseResult { solve_time_s: options.times.then_some(seconds), ..result }))

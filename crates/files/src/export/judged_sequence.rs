@@ -139,15 +139,15 @@ const CARRIED: f64 = 1e-3;
 const ON_TARGET: f64 = 1e-7;
 
 /// The maneuver of a part of a sequence, as its file holds it.
-struct Own {
-    problem: Problem,
+pub(crate) struct Own {
+    pub(crate) problem: Problem,
     identity: Identity,
     /// How long the part lasts \[s\].
     lasting: f64,
 }
 
 impl Own {
-    fn of(part: &PlanFile<'_>) -> Result<Self, ExportError> {
+    pub(crate) fn of(part: &PlanFile<'_>) -> Result<Self, ExportError> {
         let spec = part.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let read = spec.read("the spec of a leg", &[]).map_err(|_| ExportError::NoSpec)?;
         let Loaded { problem, identity, .. } = read;

@@ -25,6 +25,7 @@ pub use columns::TrajectoryError;
 pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, distinct, remove_temporaries};
 pub use judged::Judgement;
+pub(crate) use judged_sequence::Own;
 pub use judged_sequence::SequenceJudgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use recorded::NOT_JUDGED;

@@ -5,13 +5,12 @@ use super::nulls::null_is_nan;
 use super::plan_file::{is_of_sequence, without_mark, write_document};
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
-use crate::spec::SpecDocument;
+use crate::spec::{LoadedSequence, SpecDocument};
 use serde::{Deserialize, Serialize};
-use slewkit::maneuver::Settings;
 use slewkit::plan::Status;
 use slewkit::sequence::joined::{Flown, Joined};
 use slewkit::sequence::order::Proof;
-use slewkit::sequence::{Hold, Sequence, SequencePlan};
+use slewkit::sequence::{Hold, SequencePlan};
 use std::io::{Read, Write};
 
 /// What is known of the order of the stops.
@@ -113,12 +112,8 @@ impl<'a> SequenceFile<'a> {
     pub const FORMAT: u32 = 1;
 
     /// Builds the document of a plan; the trajectories are borrowed.
-    pub fn new(
-        sequence: &Sequence,
-        settings: &Settings,
-        plan: &'a SequencePlan,
-        identity: &Identity,
-    ) -> Self {
+    pub fn new(loaded: &LoadedSequence, plan: &'a SequencePlan) -> Self {
+        let LoadedSequence { sequence, settings, identity, closed_loop, .. } = loaded;
         let legs = plan.legs.iter().map(|leg| {
             let identity = leg_identity(identity, leg.begins);
             PlanFile::new(&leg.problem, settings, &leg.plan).with_identity(&identity)
@@ -165,7 +160,9 @@ impl<'a> SequenceFile<'a> {
                 .filter(|order| order.proof != Proof::None)
                 .map(|order| order.gap()),
             stops: stops.collect(),
-            spec: SpecDocument::of_sequence(sequence, settings).ok().map(|spec| spec.with_identity(identity)),
+            spec: SpecDocument::of_sequence(sequence, settings)
+                .ok()
+                .map(|spec| spec.with_identity(identity).with_closed_loop(closed_loop)),
         };
         Self { record, legs: legs.collect(), holds, seal: Seal::Made }
     }

@@ -155,6 +155,8 @@ pub struct LoadedSequence {
     pub expect: Option<Expect>,
     /// The names and the epoch for files of other programs.
     pub identity: Identity,
+    /// The gains, the uncertainty and the plant with which the whole is flown.
+    pub closed_loop: ClosedLoop,
     /// The files that it names, which no output may replace.
     pub files: Vec<PathBuf>,
     /// The warnings, in file order.
@@ -451,16 +453,21 @@ fn understand(
     } else {
         assemble::assemble(&section, &stem, folder).map(|assembled| {
             let assemble::Assembled { mut problem, settings, expect, identity, heavens, stops } = assembled;
+            let closed_loop = closed_loop::read(&section, root, &mut problem);
+            let (files, warnings) = (base::files_named(root, folder), Vec::new());
             if let Some((stops, order)) = stops {
                 let sequence = Sequence { craft: problem, stops, order };
-                let files = base::files_named(root, folder);
-                let warnings = Vec::new();
-                let loaded = LoadedSequence { sequence, settings, expect, identity, files, warnings };
-                return Spec::Sequence(Box::new(loaded));
+                return Spec::Sequence(Box::new(LoadedSequence {
+                    sequence,
+                    settings,
+                    expect,
+                    identity,
+                    closed_loop,
+                    files,
+                    warnings,
+                }));
             }
             let dispersion = dispersion::read(&section, root);
-            let closed_loop = closed_loop::read(&section, root, &mut problem);
-            let warnings = Vec::new();
             Spec::Maneuver(Box::new(Loaded {
                 problem,
                 settings,
@@ -469,7 +476,7 @@ fn understand(
                 dispersion,
                 heavens,
                 closed_loop,
-                files: base::files_named(root, folder),
+                files,
                 warnings,
             }))
         })

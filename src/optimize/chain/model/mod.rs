@@ -44,11 +44,11 @@ pub(crate) mod goal;
 pub(crate) mod state;
 pub(crate) mod step;
 
-use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::optimize::discrete::step::{Costate, Dynamics};
 use crate::optimize::discrete::terminal::TerminalCondition;
+use crate::{Matrix3, Vector3};
 pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
@@ -275,6 +275,11 @@ impl Model {
     /// Number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
         self.given().len()
+    }
+
+    /// Returns the attitude at the end; `None` if it is free.
+    pub fn attitude_at_end(&self) -> Option<&Matrix3> {
+        matches!(self.terminal, TerminalCondition::State(_)).then_some(&self.target.attitude)
     }
 
     /// Components of a chain's state, without what wheels store, that are given at the end.

@@ -98,6 +98,7 @@ impl Beside<'_> {
             nodes,
             axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
             stored: (0..=count).filter_map(|node| self.stored(&units, node)).collect(),
+            stops: Vec::new(),
             units,
         })
     }

@@ -21,6 +21,7 @@ pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
         times: firsts().map(|node| plan.times[node]).collect(),
         nodes: firsts().map(|node| plan.nodes[node]).collect(),
         stored: firsts().filter_map(|node| plan.stored.get(node).copied()).collect(),
+        stops: plan.stops.iter().map(|node| node.div_ceil(every.max(1))).collect(),
         ..plan.clone()
     }
 }
