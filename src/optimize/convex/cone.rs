@@ -57,16 +57,16 @@ impl Cone {
     }
 }
 
-/// The data of a cone program.
+/// Data of a cone program.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
-    /// Upper triangle of `P`, n×n, positive semidefinite.
+    /// Quadratic cost: the upper triangle of `P`, n×n, positive semidefinite.
     pub quadratic: Sparse,
-    /// `q`, length n.
+    /// Linear cost `q`, length n.
     pub linear: Vec<f64>,
-    /// `A`, m×n.
+    /// Constraint matrix `A`, m×n.
     pub matrix: Sparse,
-    /// `b`, length m.
+    /// Right-hand side `b` of the constraints, length m.
     pub bound: Vec<f64>,
     /// The factors of `K`; their rows add up to m.
     pub cones: Vec<Cone>,

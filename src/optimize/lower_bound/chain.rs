@@ -31,7 +31,7 @@ use crate::{Matrix3, Vector3};
 /// Data of a chain, with momenta and inertia divided by the mean moment of inertia.
 #[derive(Clone, Debug)]
 pub(crate) struct ChainData {
-    /// Nonstandard inertia `J_d`.
+    /// Nonstandard inertia `J_d` of the integrator.
     pub j_d: Matrix3,
     /// Weight `G` of the torque, in any unit.
     pub weight: Matrix3,

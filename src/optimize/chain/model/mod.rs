@@ -68,7 +68,7 @@ pub(crate) struct Model {
     pub dynamics: Dynamics,
     /// Dimension of the tangent space of a state.
     pub n: usize,
-    /// Number of inputs.
+    /// Number of inputs of a stage.
     pub m: usize,
     /// Index of `ln s` in a tangent vector; `None` if the duration is fixed.
     pub duration: Option<usize>,
@@ -94,7 +94,7 @@ pub(crate) struct Model {
     pub pulls: Vec<Pull>,
     /// Exponent of the duration `s` in the effort.
     pub effort_power: i32,
-    /// Units of the inputs [N or N·m].
+    /// SI units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
     pub forces: usize,

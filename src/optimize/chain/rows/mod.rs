@@ -32,7 +32,7 @@ pub(crate) use what::{Cone, ConeAt, What};
 /// One limit row and its stage.
 #[derive(Clone, Debug)]
 pub(crate) struct LimitRow {
-    /// Index of its constraint in [`LimitRows::groups`].
+    /// Index in [`LimitRows::groups`] of the constraint to which the row belongs.
     pub group: usize,
     pub stage: usize,
     pub what: What,

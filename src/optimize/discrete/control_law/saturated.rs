@@ -42,7 +42,7 @@ pub(crate) struct Ball {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Obstacle {
-    /// Cones, or limits of the angular rate.
+    /// Cones, or limits on the angular rate.
     #[error("it has constraints on pointing or angular rate")]
     Constraints,
     /// A free terminal attitude.
@@ -110,7 +110,7 @@ impl Clipped {
         Self(sizes.iter().enumerate().map(input).collect())
     }
 
-    /// See [`super::ControlLaw::scaled`].
+    /// Scales the law as [`super::ControlLaw::scaled`] does.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         let root = authority.sqrt();
         let scaled = |input: &Input| Input { axis: input.axis * root, limit: input.limit / (root * output) };
@@ -187,7 +187,7 @@ impl Input {
 struct InBall {
     /// Output in these coordinates, `Vᵀ B u`.
     coordinates: Vector3,
-    /// The diagonal of `Vᵀ D V`.
+    /// Diagonal of `Vᵀ D V`, the authority reduced by the multiplier.
     damped: Vector3,
     /// Multiplier ν of the norm limit.
     multiplier: f64,
@@ -200,7 +200,7 @@ impl Ball {
         Self { axes, authority, limit }
     }
 
-    /// See [`super::ControlLaw::scaled`].
+    /// Scales the law as [`super::ControlLaw::scaled`] does.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         Self { authority: self.authority * authority, limit: self.limit / output, ..*self }
     }

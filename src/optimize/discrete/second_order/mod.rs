@@ -140,7 +140,7 @@ pub(crate) fn conjugate_points<const N: usize>(
     counted.or_else(|| accessory::conjugate_points(bvp, costate))
 }
 
-/// Counts conjugate points node by node.
+/// Counter of conjugate points over the nodes of a sweep.
 struct Counter<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     root: InputMatrices,

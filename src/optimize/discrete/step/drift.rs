@@ -36,14 +36,14 @@ pub(crate) struct Drift {
     pub momentum_after: Vector3,
 }
 
-/// The matrices of a linearised drift.
+/// Matrices of a linearised drift, defined in the module header.
 pub(crate) struct LinearDrift {
     h: f64,
     f: Matrix3,
     pub f_t: Matrix3,
     pub b: Matrix3,
     pub c: Matrix3,
-    /// `C⁻ᵀ = Fᵀ + B S(Π)`.
+    /// Transposed inverse `C⁻ᵀ = Fᵀ + B S(Π)`.
     pub c_inverse_t: Matrix3,
     pub h12: Matrix3,
     pub h22: Matrix3,

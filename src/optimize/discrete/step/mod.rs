@@ -144,7 +144,7 @@ impl Costate {
     }
 }
 
-/// Derivatives of state and costate with respect to N parameters, in 3×N blocks.
+/// Derivatives of state and costate with respect to N parameters, in blocks of size 3×N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sensitivity<const N: usize> {
     pub x: Rows<N>,

@@ -107,7 +107,7 @@ pub(crate) struct Step<'a, const N: usize> {
     pub pose: Pose,
     pub drift: Drift,
     pub kick: Kick,
-    /// Costates before the drift and after the full kick.
+    /// Costate before the drift (`before`) and after the full kick (`after`).
     pub before: Costate,
     pub after: Costate,
     /// Derivatives of state and costate after the full kick.

@@ -151,7 +151,7 @@ struct Residuals {
     dual: f64,
     primal: f64,
     complementarity: f64,
-    /// Largest difference between a complementarity product and the barrier term.
+    /// Largest difference between a complementarity product and the barrier parameter.
     off: f64,
     mean: f64,
 }
