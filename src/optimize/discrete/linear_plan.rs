@@ -121,7 +121,8 @@ pub(crate) struct LinearStep {
     /// Matrices of the step for torques about the body axes; the authority counts only inputs that
     /// are not at their limits.
     pub stage: Stage<6, 3>,
-    /// `W⁻¹Bᵀ` of these inputs, m×3: it maps a scaled dual torque to inputs in SI units.
+    /// `W⁻¹Bᵀ` of the inputs that are not at their limits, m×3: it maps a scaled dual torque to
+    /// inputs in SI units.
     pub to_inputs: DMatrix<f64>,
     /// Inputs and torque of the plan in the kicks of the step.
     applied: Applied,
@@ -330,12 +331,14 @@ impl LinearPlan {
         &self.steps
     }
 
-    /// Returns `K₊`, which maps the physical start to the first `z`, scaled.
+    /// Returns `K₊`, which maps a deviation of the physical start to the first state `z` of the
+    /// linearised motion, scaled.
     pub(crate) fn first(&self) -> Matrix6 {
         kick(&(self.outer[0].weight * self.outer[0].gradient))
     }
 
-    /// Returns `K₋`, which maps the last `z` to the physical end, scaled.
+    /// Returns `K₋`, which maps the last state `z` of the linearised motion to the deviation of the
+    /// physical end, scaled.
     pub(crate) fn last(&self) -> Matrix6 {
         kick(&(-self.outer[1].weight * self.outer[1].gradient))
     }
@@ -351,7 +354,7 @@ impl LinearPlan {
         node.checked_sub(1).map_or(&self.outer[0].gradient, |before| &self.steps[before].gradient)
     }
 
-    /// Returns the unit of component `row` of `z`.
+    /// Returns the SI unit of component `row` of the state `z = [ζ, δΠ]`.
     pub(crate) fn unit(&self, row: usize) -> f64 {
         if row < 3 { 1.0 } else { self.units.momentum() }
     }

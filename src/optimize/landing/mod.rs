@@ -49,8 +49,8 @@ pub(crate) const MOST_CORRECTIONS: usize = 16;
 const SHRUNK: f64 = 0.5;
 
 /// Reserve by which a constraint is tightened beyond its violation and which the true motion must
-/// keep \[rad, or relative to the limit\]. The search for extrema approximates the motion by
-/// rotations about one axis, which are exact to about 1e-8.
+/// keep \[rad, or relative to the limit\]. The reserve is needed because the search for extrema
+/// approximates the motion piecewise by rotations about one axis, which is accurate to about 1e-8.
 const ROOM: f64 = 1e-7;
 
 /// Largest miss or violation of a landed plan, scaled: far below the requested tolerance, and far
@@ -248,7 +248,7 @@ impl<'a> Aim<'a> {
         self.drawn_in.iter().any(|by| *by > 0.0) || self.problem.constraints.iter().any(is_held_on)
     }
 
-    /// Reports the corrections of the plan.
+    /// Returns the report of the landing corrections of the plan.
     pub fn told(&self) -> Landing {
         let named = self.problem.constraints.iter().zip(&self.drawn_in).filter(|(_, by)| **by > 0.0);
         Landing {

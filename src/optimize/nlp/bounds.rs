@@ -26,9 +26,9 @@ impl Bound {
     }
 }
 
-/// Dependence of all unknowns on the free ones, `x = x₀ + G y`: the rows of the active bounds in
-/// reduced echelon form. Their entries are 0 and ±1, so dependent times follow from the free ones
-/// without round-off in the factors.
+/// Elimination of the dependent unknowns, `x = x₀ + G y` with the free unknowns `y`: the rows of
+/// the active bounds in reduced echelon form. The entries of the rows are 0 and ±1, so the
+/// dependent times follow from the free ones without round-off in the factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Ties {
     unknowns: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Ties {
 }
 
 impl Ties {
-    /// Returns the dependence that the active bounds impose.
+    /// Returns the elimination of unknowns by the active bounds.
     pub fn of<'a>(unknowns: usize, acting: impl Iterator<Item = &'a Bound>) -> Self {
         let mut ties = Self { unknowns, rows: Vec::new() };
         acting.for_each(|bound| ties.add(bound));

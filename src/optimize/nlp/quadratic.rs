@@ -122,8 +122,9 @@ impl Quadratic<'_> {
         }
     }
 
-    /// Solves the program with exactly these bounds active. Returns the optimum, its `pull` and the
-    /// multipliers of the bounds; `None` if the linear system cannot be solved to the tolerance.
+    /// Solves the program with exactly the bounds in `acting` active. Returns the optimum, its
+    /// `pull` and the multipliers of the bounds; `None` if the linear system cannot be solved to
+    /// the tolerance.
     fn at_bounds(&self, acting: &[bool]) -> Option<(DVector<f64>, DVector<f64>, Vec<f64>)> {
         let n = self.gradient.len();
         let met: Vec<usize> = (0..acting.len()).filter(|index| acting[*index]).collect();

@@ -50,9 +50,9 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
     Kick { wrench, field, gradient, inputs: columns }
 }
 
-/// Returns the costate of a stage in the convention of the shooting, after a full kick. It differs
-/// only at the end of a Lie–Verlet chain, whose last kick is a half kick: there `λ ← (I − ½h G)ᵀ
-/// λ`.
+/// Returns the costate of a stage in the convention of the shooting, after a full kick. This
+/// changes the costate only at the end of a Lie–Verlet chain, whose last kick is a half kick: `λ ←
+/// (I − ½h G)ᵀ λ`.
 pub fn after_full_kick(
     model: &Model,
     stage: usize,

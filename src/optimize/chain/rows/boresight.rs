@@ -2,8 +2,8 @@
 
 use crate::{Matrix3, Vector3, lie};
 
-/// Value of a boresight constraint on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`. In the axes
-/// of the reference frame at the beginning of the arc, the direction `w` turns if it is fixed to
+/// Value of a boresight constraint on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`. In the
+/// axes of the reference frame at the beginning of an arc the direction `w` turns if it is fixed to
 /// that rotating frame. The half angle `α` of the cone grows linearly.
 pub(super) struct BoresightArc {
     pub attitude: Matrix3,

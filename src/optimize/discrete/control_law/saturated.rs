@@ -185,7 +185,7 @@ impl Input {
 
 /// Optimum in the ball, in the coordinates of the eigenvectors `V`.
 struct InBall {
-    /// Output in these coordinates, `Vᵀ B u`.
+    /// Output in the coordinates of the eigenvectors, `Vᵀ B u`.
     coordinates: Vector3,
     /// Diagonal of `Vᵀ D V`, the authority reduced by the multiplier.
     damped: Vector3,

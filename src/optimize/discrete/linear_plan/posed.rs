@@ -133,7 +133,7 @@ impl PosedPlan {
         }
     }
 
-    /// Returns the unit of a component of `z`.
+    /// Returns the SI unit of component `row` of the state `z`.
     pub(crate) fn unit(&self, row: usize) -> f64 {
         let units = [self.units.length, self.units.linear_momentum(), 1.0, self.units.momentum()];
         units[(row + 12 - self.states()) / 3]

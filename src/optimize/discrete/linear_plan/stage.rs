@@ -140,8 +140,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
 }
 
 impl Stage<6, 3> {
-    /// Replaces the matrices of the body by those under wheel torques: the torque on the body in a
-    /// kick is taken from the wheels before the drift.
+    /// Replaces the matrices of the body by the matrices for wheel torques: the torque on the body
+    /// in a kick is taken from the wheels before the drift.
     pub fn given_by_wheels(&mut self, with_wheels: &Stage<9, 3>) {
         self.b.copy_from(&with_wheels.b.fixed_view::<6, 3>(0, 0));
         self.h.copy_from(&with_wheels.h.fixed_view::<6, 6>(0, 0));

@@ -66,8 +66,8 @@ fn of_tick(steps: &[LinearStep]) -> LinearStep {
 }
 
 /// Composes the steps under one correction. Returns the composed step and the index of the step
-/// with the smallest authority, which counts for the whole tick: there most inputs are at their
-/// limits.
+/// with the smallest authority, which counts for the whole tick: in that step most inputs are at
+/// their limits.
 fn together<'a, const N: usize, const C: usize>(
     steps: impl Iterator<Item = &'a Stage<N, C>> + Clone,
 ) -> (Stage<N, C>, usize) {

@@ -9,7 +9,7 @@ use crate::numerics::factor::eliminate;
 use nalgebra::SMatrix;
 use std::array;
 
-/// Number of columns of G on SE(3); on SO(3) half of them are used.
+/// Largest number of columns of the input root G: 6 on SE(3), of which SO(3) uses half.
 pub(super) const MOST: usize = 6;
 
 /// Returns the row of the state on which column `column` of G acts: `γ` before `Π`.

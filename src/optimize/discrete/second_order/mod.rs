@@ -148,7 +148,7 @@ struct Counter<'a, const N: usize> {
     regular: bool,
     /// Whether Ψ₁₂ had an inverse at two consecutive nodes at least once.
     ever: bool,
-    /// Whether Ψ₁₂ was singular at a node after that.
+    /// Whether Ψ₁₂ became singular again at a later node.
     lost: bool,
     total: usize,
     /// Attitude and derivatives of the costate at the closing half kick of Lie–Verlet.

@@ -127,12 +127,13 @@ impl<const N: usize> fmt::Debug for BoundaryValueProblem<'_, N> {
 }
 
 impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
-    /// Poses `problem` on a uniform grid of `steps` steps.
+    /// Builds the boundary value problem of `problem` on a uniform grid of `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
     }
 
-    /// Poses `problem` on a grid in the unit of time, which is the duration of the problem.
+    /// Builds the boundary value problem of `problem` on a grid in the unit of time, which is the
+    /// duration of the problem.
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let dynamics = Dynamics::on(problem, grid);
         let start = dynamics.point(&problem.start);

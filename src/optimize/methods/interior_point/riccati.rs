@@ -56,13 +56,13 @@ pub(crate) struct Taken {
 /// equations.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Right {
-    /// Gradients by `(u, x)`, `m + n` numbers for each stage.
+    /// Gradients of the Lagrangian by `(u, x)`, `m + n` numbers for each stage.
     pub gradients: Vec<f64>,
-    /// Gradient by the last state.
+    /// Gradient of the Lagrangian by the last state, `n` numbers.
     pub last: Vec<f64>,
     pub defects: Vec<f64>,
     pub terminal: Vec<f64>,
-    /// Gradient `Gᵀλ_0` by the unknowns of the start.
+    /// Gradient of the Lagrangian by the unknowns of the start, `Gᵀλ_0`.
     pub start: Vec<f64>,
 }
 
@@ -78,7 +78,7 @@ impl Right {
     }
 }
 
-/// Number of elements in a block of the kernels.
+/// Number of rows and of columns of a block in the matrix kernels.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
 /// Number of unknowns from which a row of the program is added to the Hessian as a dense row.
@@ -309,8 +309,8 @@ impl Riccati {
         }
     }
 
-    /// Eliminates the inputs of a stage; returns `false` if its Hessian by them is not positive
-    /// definite.
+    /// Eliminates the inputs of a stage; returns `false` if the Hessian with respect to the inputs
+    /// is not positive definite.
     #[inline(always)]
     fn eliminate(&mut self, stage: usize) -> bool {
         let (n, m, width, wide_m) = (self.n, self.m, self.width, self.wide_m);

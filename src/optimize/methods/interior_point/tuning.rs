@@ -12,8 +12,8 @@ pub(crate) const STAGES: f64 = 100.0;
 pub(crate) struct Tuning {
     /// Largest number of iterations.
     pub iterations: usize,
-    /// Number of iterations per Newton iteration that the settings allow: an iteration costs
-    /// little, and difficult maneuvers take more than a hundred.
+    /// Number of interior-point iterations for each Newton iteration that the user's settings
+    /// allow: an iteration costs little, and difficult maneuvers take more than a hundred.
     pub for_each: usize,
     /// Residual of all conditions at which the method has converged: a smaller one is closer to
     /// round-off and takes one or two more iterations.
@@ -34,22 +34,23 @@ pub(crate) struct Tuning {
     /// valley of nearly equal plans. A larger one adds more to the cost, a smaller one follows the
     /// valley.
     pub tolerable: f64,
-    /// Barrier parameter below which the tail of the iteration begins. In the tail a monotone
-    /// update replaces Mehrotra's rule, so that the barrier parameter does not decrease faster than
-    /// the residual, and a shift of the Hessian replaces Gauss–Newton, which is slow along faces of
-    /// optima.
+    /// Barrier parameter below which the final phase of the iteration begins. In this phase a
+    /// monotone update replaces Mehrotra's rule, so that the barrier parameter does not decrease
+    /// faster than the residual, and a shift of the Hessian replaces Gauss–Newton, which is slow
+    /// along faces of optima.
     pub tail: f64,
     /// Smallest initial slack: a smaller one makes multipliers, and thus the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, relative to the barrier parameter, at which the tail decreases the barrier
-    /// parameter; also the mean complementarity, relative to `tail`, at which the tail may begin.
+    /// Residual, relative to the barrier parameter, at which the final phase decreases the barrier
+    /// parameter; also the mean complementarity, relative to `tail`, at which the final phase may
+    /// begin.
     pub lowered_at: f64,
     /// Multiple of the final barrier parameter below which the next parameter is the final one: a
     /// larger multiple skips a parameter and may lose the central path.
     pub snapped: f64,
-    /// Factor and power of the decrease of the barrier parameter in the tail; the smaller result is
-    /// used.
+    /// Factor and power of the decrease of the barrier parameter in the final phase; the smaller
+    /// result is used.
     pub lowered: (f64, f64),
     /// Fraction to the boundary of a step: this, or one minus the barrier parameter if larger.
     pub to_boundary: f64,
@@ -77,7 +78,7 @@ pub(crate) struct Tuning {
     /// Shifts of the Hessian after a failed line search.
     pub shift_of_search: ShiftOfSearch,
     /// Smallest barrier parameter that the affine step may propose, relative to `tail`: a smaller
-    /// one enters the tail with complementarity products farther from it.
+    /// one enters the final phase with complementarity products farther from it.
     pub proposed: f64,
     /// Smallest step length of the affine step for which second-order products are used.
     pub corrected_from: f64,
@@ -90,7 +91,7 @@ pub(crate) struct Tuning {
     /// Number of iterations at the final barrier parameter without a decrease of the residual by a
     /// tenth after which the method stalls.
     pub patience: usize,
-    /// Number of iterations before the tail in which neither the barrier parameter nor the
+    /// Number of iterations before the final phase in which neither the barrier parameter nor the
     /// violation of the equations halves after which the method stalls: a smaller number gives up
     /// difficult maneuvers, a larger one spends more time on starts that do not converge.
     pub search_patience: usize,
@@ -101,8 +102,8 @@ pub(crate) struct Tuning {
     /// Number of iterations at the final barrier parameter without a decrease of the residual after
     /// which a run with an acceptable point ends.
     pub acceptable_patience: usize,
-    /// Largest residual of the equations of such a solution, and the number of Newton steps that
-    /// may reduce the residual to it.
+    /// Largest residual of the equations of an acceptable solution, and the number of Newton steps
+    /// that may reduce the residual to it.
     pub round_off: f64,
     pub settling: usize,
     /// Largest number of corrections of inputs whose simulation from the start misses the end.
@@ -128,11 +129,11 @@ pub(crate) struct Tuning {
     /// Exponents of slope and infeasibility in the switching condition: with a larger first
     /// exponent fewer steps are judged by the cost alone.
     pub switch: (f64, f64),
-    /// Infeasibility up to which a step of the tail need not decrease the merit: a larger one
-    /// accepts more steps.
+    /// Infeasibility up to which a step of the final phase need not decrease infeasibility or cost:
+    /// a larger one accepts more steps.
     pub feasible: f64,
-    /// Relative increase of the barrier cost that such a step may cause, at least the round-off of
-    /// the cost.
+    /// Largest relative increase of the barrier cost in a step of the final phase that need not
+    /// decrease it: at least the round-off of the cost.
     pub level: f64,
     /// Largest number of filter entries, at least one: more entries forbid more returns to earlier
     /// points.
@@ -152,7 +153,7 @@ pub(crate) struct Tuning {
     /// Largest number of iterations that fit the initial duration to a path whose ends depend on
     /// the duration.
     pub fitted: usize,
-    /// Relative change of the fitted duration at which these iterations end.
+    /// Relative change of the fitted duration at which the fit ends.
     pub close: f64,
     /// Settings of the program that represents the maneuver.
     pub program: OfProgram,
@@ -186,8 +187,9 @@ pub(crate) struct OfProgram {
     /// Smallest size of a maneuver, in its units, to which errors at its end are compared.
     pub least_size: f64,
     /// Distance of a path from that of a known optimum \[rad, and relative to the duration\] below
-    /// which both are the same optimum, and the relative cost decrease that the run may still
-    /// promise. Larger values end more runs early and miss optima that are equally near.
+    /// which the run counts as converging to that optimum, and the largest relative decrease of the
+    /// cost below the optimum that the run may still promise. Larger values end more runs early and
+    /// miss optima that are equally near.
     pub same: f64,
     pub same_cost: f64,
     /// Step of the central differences of a cone's gradient with respect to the logarithm of the

@@ -123,8 +123,8 @@ impl<'a> Conditions<'a> {
         self.count(&met, CURVATURE).filter(|decreasing| *decreasing > 0)
     }
 
-    /// Counts these directions for a set of active rows, with `shift` times the effort added to the
-    /// Hessian.
+    /// Counts the directions in which the cost decreases for a set of active rows, with `shift`
+    /// times the effort added to the Hessian.
     fn count(&self, acting: &[bool], shift: f64) -> Option<usize> {
         let (shape, at) = (self.program.shape(), &self.at);
         let Shape { n, m, terminal, stages, starts, .. } = *shape;

@@ -66,7 +66,8 @@ use std::cell::{Cell, RefCell};
 /// with respect to ζ, and the second derivative becomes `f'' − POWER f'`.
 const POWER: f64 = 2.0;
 
-/// Input of the program: an input of the chain in units of its limit, or one sign of it.
+/// Input of the program: an input of the chain in units of its limit, or the positive or negative
+/// part of such an input.
 #[derive(Clone, Copy, Debug)]
 struct Lane {
     input: usize,
@@ -127,7 +128,7 @@ pub(crate) struct ChainProgram<'a> {
     /// Smoothing `ε²` of the norms.
     round: Cell<f64>,
     rows: Vec<Row>,
-    /// Units of the chain's inputs.
+    /// Units in which the program measures the chain's inputs.
     units: Vec<f64>,
     /// Number of state components that hold the previous inputs: 0 without rate limits.
     before: usize,

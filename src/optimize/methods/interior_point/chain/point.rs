@@ -75,7 +75,7 @@ impl ChainProgram<'_> {
         put(&[state.stretch]);
     }
 
-    /// Returns the state with these coordinates.
+    /// Converts the coordinates of a state to a state of the chain.
     fn read(&self, from: &[f64]) -> ChainState {
         let body = if self.model.zeta() == 6 { 6 } else { 0 };
         let vector = |at: usize| Vector3::from_column_slice(&from[at..at + 3]);

@@ -25,9 +25,10 @@
 //! 2. Factor the exact Hessian. If its inertia is wrong and `μ` is large, omit the second
 //!    derivatives of steps and rows (Gauss–Newton). If that fails too, or if `μ` is small, shift
 //!    the Hessian.
-//! 3. Before the tail, an affine step (`μ = 0`) determines the next barrier parameter and the
-//!    second-order products (Mehrotra 1992). In the tail the parameter is decreased whenever the
-//!    conditions for the current one hold approximately (Fiacco and McCormick).
+//! 3. Before the final phase (the tail), an affine step (`μ = 0`) determines the next barrier
+//!    parameter and the second-order products (Mehrotra 1992). In the final phase the parameter is
+//!    decreased whenever the conditions for the current one hold approximately (Fiacco and
+//!    McCormick).
 //! 4. Limit the step by the fraction to the boundary. Accept it if a filter of infeasibility and
 //!    barrier cost accepts it (Wächter and Biegler 2006), if necessary after a second-order
 //!    correction or shortened. If the filter accepts no part of it, shift the Hessian.
@@ -36,9 +37,9 @@
 //!
 //! Mehrotra's rule halves the number of iterations, but near the solution `μ` decreases faster than
 //! the residual. Exact second derivatives, with Gauss–Newton if the inertia is wrong, take half the
-//! iterations of a shift on paths that cross cones. In the tail Gauss–Newton has no curvature along
-//! faces of optima, which minimum-time problems with more inputs than axes have, and converges
-//! slowly.
+//! iterations of a shift on paths that cross cones. In the final phase Gauss–Newton has no
+//! curvature along faces of optima, which minimum-time problems with more inputs than axes have,
+//! and converges slowly.
 mod search;
 mod settle;
 mod step;
@@ -118,7 +119,7 @@ pub(crate) struct Solver {
     /// Residuals of rows and equations in the right-hand side.
     lacking: Values,
     filter: Vec<(f64, f64)>,
-    /// Best point of the tail, and the last point that satisfied the conditions of a barrier
+    /// Best point of the final phase, and the last point that satisfied the conditions of a barrier
     /// parameter.
     saved: Saved,
     met: Saved,
@@ -135,11 +136,13 @@ struct State {
     shift: f64,
     least_shift: f64,
     exact: bool,
-    /// Smallest error in the tail, and at the final barrier parameter.
+    /// Smallest residual of the KKT conditions in the final phase, and at the final barrier
+    /// parameter.
     best: f64,
     best_at_last: f64,
     idle: usize,
-    /// Smallest mean complementarity and infeasibility before the tail that counted as progress.
+    /// Smallest mean complementarity and infeasibility before the final phase that counted as
+    /// progress.
     least: [f64; 2],
     /// Mean complementarity at the last point.
     mean: f64,

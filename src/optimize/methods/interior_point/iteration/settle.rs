@@ -1,5 +1,5 @@
-//! Recovery of a run that cannot continue: the best point of its tail, with its equations satisfied
-//! to round-off.
+//! Recovery of a run that cannot continue: the best point of its final phase, with its equations
+//! satisfied to round-off.
 
 use super::{End, Run, Solver, nan_max};
 use crate::optimize::methods::interior_point::program::{Duals, Point, Program, Shape};

@@ -176,7 +176,7 @@ impl Solver {
         (primal, dual)
     }
 
-    /// Returns the mean complementarity after a step of these lengths.
+    /// Returns the mean complementarity after a step with the lengths `primal` and `dual`.
     pub(super) fn mean_after(&self, shape: &Shape, tuning: &Tuning, primal: f64, dual: f64) -> f64 {
         let (mut total, mut pairs) = (0.0, 0usize);
         for (row, kind) in shape.kinds.iter().enumerate() {
