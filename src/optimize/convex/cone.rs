@@ -371,8 +371,8 @@ impl ConeSettings {
     }
 }
 
-/// Convexity test: `P` counts as positive semidefinite if `P + ε max|P| I` has a factorisation `L D
-/// Lᵀ` with `D > 0`.
+/// Convexity test: `P` counts as positive semidefinite if `P + ε max|P| I` has a factorisation
+/// `L D Lᵀ` with `D > 0`.
 struct Convexity {
     /// Factorisation of the shifted matrix; `None` if `P` has no entries.
     factor: Option<QDLDLFactorisation<f64>>,

@@ -343,8 +343,8 @@ impl LinearPlan {
         kick(&(-self.outer[1].weight * self.outer[1].gradient))
     }
 
-    /// Returns the weight of the outer half kick, scaled: of the kick before the first `z` (`end =
-    /// 0`), or of the part of the last kick after the physical end (`end = 1`).
+    /// Returns the weight of the outer half kick, scaled: of the kick before the first `z`
+    /// (`end = 0`), or of the part of the last kick after the physical end (`end = 1`).
     pub(crate) fn half_kick(&self, end: usize) -> f64 {
         self.outer[end].weight
     }
@@ -405,8 +405,8 @@ impl LinearPlan {
         momenta(&(*weight * self.torque_error(applied, parameter)))
     }
 
-    /// Computes the effect of a change of inertia on a drift: `[ξ; S(Π') ξ]`, `ξ = −(1/h) B vee(F
-    /// δJ_d − δJ_d Fᵀ)`.
+    /// Computes the effect of a change of inertia on a drift: `[ξ; S(Π') ξ]`,
+    /// `ξ = −(1/h) B vee(F δJ_d − δJ_d Fᵀ)`.
     fn turned(&self, step: &LinearStep, delta: &Matrix3) -> Vector6 {
         let delta = delta / self.units.inertia;
         let delta_d = Matrix3::from_diagonal_element(0.5 * delta.trace()) - delta;

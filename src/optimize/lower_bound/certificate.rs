@@ -83,9 +83,9 @@ pub(crate) fn unpacked(part: &[f64], n: usize) -> DMatrix<f64> {
 
 /// Returns a lower bound on all eigenvalues of a symmetric matrix.
 ///
-/// It is the computed smallest eigenvalue, lowered until `A − λI` has a Cholesky factor: then `A −
-/// λI` is positive semidefinite up to an error of `(n + 1) ε tr`, which is subtracted too (Demmel;
-/// Rump 2006).
+/// It is the computed smallest eigenvalue, lowered until `A − λI` has a Cholesky factor: then
+/// `A − λI` is positive semidefinite up to an error of `(n + 1) ε tr`, which is subtracted too
+/// (Demmel; Rump 2006).
 pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let n = matrix.nrows();
     let norm = matrix.norm();

@@ -19,8 +19,8 @@
 //! ```
 //!
 //! The rotations that remain variables: for two steps only `F_1`, with `F_2 = F_1ᵀ Q`. For more
-//! steps all `F_k`, and the attitudes `R_k = F_1 ⋯ F_{k−1}` between them; `R_2 = F_1` and `R_M = Q
-//! F_Mᵀ` need no variables of their own. Cost and group relations couple at most the three
+//! steps all `F_k`, and the attitudes `R_k = F_1 ⋯ F_{k−1}` between them; `R_2 = F_1` and
+//! `R_M = Q F_Mᵀ` need no variables of their own. Cost and group relations couple at most the three
 //! rotations `R_k, F_k, F_{k+1}`: these are the cliques.
 
 use super::polynomial::{

@@ -23,9 +23,10 @@
 //! exact in every case of the reference and in nearly all random ones. On longer chains it mixes
 //! the short way with the long way if their costs are close and the steps large: the gap is 10–20 %
 //! for a turn of 170° in 4 to 8 steps. On finer grids, with a known cost, the angle ranges are
-//! small and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170° (`cargo run --release
-//! -p evidence --features sdp -- global_bound 16`). If [`LowerBound::rank_one_defect`] is near
-//! zero, the relaxation has found one maneuver, not a mixture.
+//! small and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
+//! (`cargo run --release -p evidence --features sdp -- global_bound 16`). If
+//! [`LowerBound::rank_one_defect`] is near zero, the relaxation has found one maneuver, not a
+//! mixture.
 //!
 //! Needs the cargo feature `sdp`.
 

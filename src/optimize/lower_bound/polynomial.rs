@@ -1,9 +1,9 @@
 //! Polynomials in the components of several unit quaternions, in normal form.
 //!
 //! Each rotation is represented by its quaternion `(w, s x, s y, s z)`, with a scale `s` that makes
-//! `|x|, |y|, |z| ≤ 1`: for a rotation through at most `θ`, `s = sin(θ/2)`. The sphere `w² + s²(x²
-//! + y² + z²) = 1` is eliminated: every power of `w` above the first is replaced by it. So two
-//! polynomials are equal on the rotations exactly when their coefficients are equal, and the
+//! `|x|, |y|, |z| ≤ 1`: for a rotation through at most `θ`, `s = sin(θ/2)`. The sphere
+//! `w² + s²(x² + y² + z²) = 1` is eliminated: every power of `w` above the first is replaced by it.
+//! So two polynomials are equal on the rotations exactly when their coefficients are equal, and the
 //! quadratic identities of the rotation group (`FᵀF = I`, `FFᵀ = I`, `c₁ × c₂ = c₃` of columns and
 //! rows) need not be stated: in normal form all of them read `0 = 0`.
 //!

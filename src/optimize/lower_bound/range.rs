@@ -10,9 +10,9 @@
 //! ⇔  |π − c|² ≤ (t (T − t)/T) (2U/g − |π_d − π_0|²/T) ,     c = π_0 + (t/T)(π_d − π_0)
 //! ```
 //!
-//! and a step through `θ ≤ 90°` about the axis `e` has `|hΠ|² = sin²θ |Je|² + (1 − cos θ)² |e ×
-//! Je|² ≥ (J_min sin θ)²`. `t` counts the first half kick of Lie–Verlet as half a step, because its
-//! weight in the cost is half too.
+//! and a step through `θ ≤ 90°` about the axis `e` has
+//! `|hΠ|² = sin²θ |Je|² + (1 − cos θ)² |e × Je|² ≥ (J_min sin θ)²`. `t` counts the first half kick
+//! of Lie–Verlet as half a step, because its weight in the cost is half too.
 
 use crate::Vector3;
 

@@ -94,8 +94,8 @@ impl Quadratic<'_> {
         None
     }
 
-    /// Converts the program to the form of the cone solver: the equations first, then `s = p_b −
-    /// p_a − ℓ ≥ 0`.
+    /// Converts the program to the form of the cone solver: the equations first, then
+    /// `s = p_b − p_a − ℓ ≥ 0`.
     fn program(&self) -> Program {
         let n = self.gradient.len();
         let upper = (0..n).flat_map(|column| (0..=column).map(move |row| (row, column)));

@@ -99,7 +99,8 @@ pub(crate) struct Model {
     /// Number of force inputs, which come first.
     pub forces: usize,
     force: Option<ActuatorSet>,
-    /// Torque inputs; for thrusters these are the force inputs, in the unit of force.
+    /// Torque inputs. If thrusters exert force and torque at once, these are also the force inputs,
+    /// scaled by the unit of force.
     torque: ActuatorSet,
     /// Index of the first torque input.
     first_torque: usize,

@@ -51,8 +51,8 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
 }
 
 /// Returns the costate of a stage in the convention of the shooting, after a full kick. This
-/// changes the costate only at the end of a Lie–Verlet chain, whose last kick is a half kick: `λ ←
-/// (I − ½h G)ᵀ λ`.
+/// changes the costate only at the end of a Lie–Verlet chain, whose last kick is a half kick:
+/// `λ ← (I − ½h G)ᵀ λ`.
 pub fn after_full_kick(
     model: &Model,
     stage: usize,

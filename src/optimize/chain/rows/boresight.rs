@@ -74,8 +74,8 @@ impl BoresightArc {
         }
     }
 
-    /// Computes [`BoresightArc::highest`] for a fixed direction: the derivative is `α cos θτ + β
-    /// sin θτ/θ`.
+    /// Computes [`BoresightArc::highest`] for a fixed direction: the derivative is
+    /// `α cos θτ + β sin θτ/θ`.
     fn highest_of_standing(&self, low: f64, high: f64) -> f64 {
         let seen = self.attitude.tr_mul(&self.direction) * self.sign;
         let (across, angle) = (self.arc.cross(&self.boresight), self.arc.norm());

@@ -227,7 +227,8 @@ impl Cone {
         closed: bool,
     ) -> Option<Meeting> {
         let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
-        // In seconds, because directions are functions of time in seconds.
+        // Rates and times are in 1/s and s here, because directions are functions of time in
+        // seconds.
         let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * stretch);
         let (time, step) = (grid.after(stage) * seconds, arc.map_or(0.0, |_| grid.step(stage) * seconds));
         let near = EDGE * grid.duration() * seconds;
@@ -241,7 +242,8 @@ impl Cone {
         let along = arc.map_or(0.0, |_| grid.step(stage) / grid.duration());
         let [off, opened] =
             self.on.map_or([0.0; 2], |[first, last]| [first + part * (last - first), along * (last - first)]);
-        // In the axes of the reference frame at the beginning of the arc.
+        // The turn of the direction is expressed in the axes of the reference frame at the
+        // beginning of the arc.
         let turn = if frame_rate == Vector3::zeros() {
             target.turn
         } else {
@@ -269,7 +271,7 @@ impl Cone {
         let Meeting { pointing, frame_rate, time, step, acting, fraction } = meeting;
         let (time, step, fraction) = (*time, *step, *fraction);
         let (value, slope) = pointing.at(fraction);
-        // With this scale the value is the violation in rad near the edge of the cone.
+        // The scale converts the value to the violation in rad near the edge of the cone.
         let scale = pointing.cone[0].sin().recip();
         let (mut by_attitude, mut by_arc) = (slope * scale, Vector3::zeros());
         if let Some(turn) = arc {

@@ -210,9 +210,9 @@ impl Ball {
         Self { limit: self.limit * factor, ..*self }
     }
 
-    /// Computes the optimum by Newton's method on `1/|τ(ν)| = 1/ū`, which is concave in ν: from ν =
-    /// 0 the iterates rise to the root and do not pass it except by round-off. For equal `a` the
-    /// first step is exact.
+    /// Computes the optimum by Newton's method on `1/|τ(ν)| = 1/ū`, which is concave in ν: from
+    /// `ν = 0` the iterates rise to the root and do not pass it except by round-off. For equal `a`
+    /// the first step is exact.
     fn at(&self, costate: &Vector3) -> InBall {
         let q = self.axes.tr_mul(costate);
         let at = |multiplier: f64| {

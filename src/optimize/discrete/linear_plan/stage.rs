@@ -11,8 +11,8 @@
 //! ```
 //!
 //! with `M = ∂(λ·E)/∂q` if the axes `E` of inputs rotate relative to the coordinates, and `S` the
-//! authority of the inputs. Written in `z`, `v` and the costate `δλ` after the step, with `Ĥ =
-//! H_free + Dᵀ w₁K_qq D` and `N̂ = Dᵀ w₁M₁`:
+//! authority of the inputs. Written in `z`, `v` and the costate `δλ` after the step, with
+//! `Ĥ = H_free + Dᵀ w₁K_qq D` and `N̂ = Dᵀ w₁M₁`:
 //!
 //! ```text
 //! z⁺   = A z + B v                 A = K₁ D K₀ ,   B = K₁ D Γ₀ + Γ₁

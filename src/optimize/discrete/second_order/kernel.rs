@@ -56,8 +56,8 @@ pub(super) fn negative<const N: usize>(
     Some(negative_pivots(form, half))
 }
 
-/// Counts the negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D
-/// Lᵀ` (Sylvester's law).
+/// Counts the negative eigenvalues of the symmetric part of a matrix: the negative pivots of
+/// `L D Lᵀ` (Sylvester's law).
 fn negative_pivots(form: [[f64; MOST]; MOST], size: usize) -> usize {
     let mut a: [[f64; MOST]; MOST] =
         array::from_fn(|row| array::from_fn(|column| (form[row][column] + form[column][row]) * 0.5));

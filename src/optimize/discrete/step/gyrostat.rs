@@ -1,8 +1,8 @@
 //! The drift of a gyrostat: a body with spinning wheels, whose momenta are constant on the drift.
 //!
 //! The wheel angles are cyclic, and the discrete Lagrangian gains `2 c·μ`: `c` is the Cayley vector
-//! of the relative attitude `F`, `μ` the sum of the wheels' momenta, body axes. Its momentum is `(I
-//! + S(c) + c cᵀ) μ` on the left and `Fᵀ` times that on the right. With `H` the total momentum,
+//! of the relative attitude `F`, `μ` the sum of the wheels' momenta, body axes. Its momentum is
+//! `(I + S(c) + c cᵀ) μ` on the left and `Fᵀ` times that on the right. With `H` the total momentum,
 //!
 //! ```text
 //! h S(H − (I + S(c) + c cᵀ) μ) = F J_d − J_d Fᵀ ,    R⁺ = R F ,    H⁺ = Fᵀ H

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! States live on a manifold and are stored in coordinates of their own; derivatives are with
-//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered `z
-//! = (u, x)`. All matrices are dense, columns one after the other.
+//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered
+//! `z = (u, x)`. All matrices are dense, columns one after the other.
 
 /// Kind of an inequality or equality row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -23,8 +23,8 @@
 //!
 //! The inertia is correct if all `U` exist, and `N` and the matrix left for `dy` are positive
 //! definite. The term `ρ` does not change the solution; it makes the blocks `H_uu` positive
-//! definite if the program is convex only on the terminal manifold. Forward: `du = −U⁻¹(W dx + Σ
-//! l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
+//! definite if the program is convex only on the terminal manifold. Forward:
+//! `du = −U⁻¹(W dx + Σ l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
 //!
 //! A further right-hand side takes one backward and one forward pass over vectors. The recursion
 //! follows Domahidi et al. 2012 and Frison 2016; the border is the Schur complement of the terminal

@@ -355,8 +355,8 @@ fn random(random: &mut Random, bend: f64) -> (Shape, Derivatives, Vec<f64>, Righ
     (shape, at, sigma, right, yields)
 }
 
-/// Assembles the symmetric matrix of the whole system, with the unknowns `dy, dx_k, du_k, dλ_k,
-/// dν`, and its right-hand side.
+/// Assembles the symmetric matrix of the whole system, with the unknowns
+/// `dy, dx_k, du_k, dλ_k, dν`, and its right-hand side.
 fn dense(
     shape: &Shape,
     at: &Derivatives,

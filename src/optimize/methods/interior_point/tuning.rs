@@ -19,8 +19,8 @@ pub(crate) struct Tuning {
     /// round-off and takes one or two more iterations.
     pub tolerance: f64,
     /// Residual at which a maneuver without rows has converged. Its last steps converge
-    /// quadratically, so one more iteration reaches round-off (`slew plan
-    /// problems/free_duration_xte.toml -v`).
+    /// quadratically, so one more iteration reaches round-off
+    /// (`slew plan problems/free_duration_xte.toml -v`).
     pub tolerance_without_rows: f64,
     /// Initial barrier parameter: a larger one takes more iterations and stays farther from bounds
     /// that the first path crosses.
@@ -88,19 +88,19 @@ pub(crate) struct Tuning {
     pub second_order: usize,
     /// Largest number of halvings of a step in the line search.
     pub halvings: usize,
-    /// Number of iterations at the final barrier parameter without a decrease of the residual by a
-    /// tenth after which the method stalls.
+    /// Number of iterations after which the method gives up, at the final barrier parameter, if the
+    /// residual has not decreased by a tenth.
     pub patience: usize,
-    /// Number of iterations before the final phase in which neither the barrier parameter nor the
-    /// violation of the equations halves after which the method stalls: a smaller number gives up
-    /// difficult maneuvers, a larger one spends more time on starts that do not converge.
+    /// Number of iterations after which the method gives up, before the final phase, if neither the
+    /// mean complementarity nor the violation of the equations has halved: a smaller number gives
+    /// up difficult maneuvers, a larger one spends more time on starts that do not converge.
     pub search_patience: usize,
     /// Residual of stationarity and complementarity up to which a stalled run counts as a solution,
     /// as along faces of optima and valleys of saddles. A larger value accepts poorer solutions;
     /// the plan states their residual.
     pub acceptable: f64,
-    /// Number of iterations at the final barrier parameter without a decrease of the residual after
-    /// which a run with an acceptable point ends.
+    /// Number of iterations after which a run with an acceptable point ends, at the final barrier
+    /// parameter, if the residual has not decreased by a tenth.
     pub acceptable_patience: usize,
     /// Largest residual of the equations of an acceptable solution, and the number of Newton steps
     /// that may reduce the residual to it.

@@ -1,9 +1,9 @@
 //! Stationarity of the sweep's inputs, tested by dual numbers through the plain dynamics alone.
 //!
-//! For any costate, solved or not, the inputs that the sweep generates satisfy `w_j h W u_j +
-//! (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the costate at the end.
-//! This tests signs, indices and end weights of every scheme and input frame. Under limits the
-//! residual points out of the active limit, and is zero for inactive limits.
+//! For any costate, solved or not, the inputs that the sweep generates satisfy
+//! `w_j h W u_j + (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the
+//! costate at the end. This tests signs, indices and end weights of every scheme and input frame.
+//! Under limits the residual points out of the active limit, and is zero for inactive limits.
 
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};

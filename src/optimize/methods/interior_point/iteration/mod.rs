@@ -484,8 +484,8 @@ impl Solver {
         found
     }
 
-    /// Computes the gradient of the Lagrangian at the current multipliers, without the term `ẑ −
-    /// z`.
+    /// Computes the gradient of the Lagrangian at the current multipliers, without the term
+    /// `ẑ − z`.
     fn gradients(&mut self, shape: &Shape) {
         let (n, m, z) = (shape.n, shape.m, shape.z());
         for stage in 0..shape.stages {
