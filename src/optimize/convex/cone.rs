@@ -363,7 +363,7 @@ impl ConeSettings {
             tol_gap_rel: self.tolerance,
             tol_feas: self.tolerance,
             static_regularization_constant: self.regularization,
-            // More digits than this would take a tenth of the time and not change the result.
+            // More digits than this would add a tenth to the solve time and not change the result.
             iterative_refinement_reltol: (1e-3 * self.tolerance).max(1e-13),
             iterative_refinement_abstol: (1e-3 * self.tolerance).max(1e-12),
             ..DefaultSettings::default()

@@ -54,12 +54,12 @@ impl TerminalCondition {
     }
 
     /// Returns the indices of the prescribed components of a state of dimension `dimension`, in the
-    /// crate's order.
+    /// order x, γ, ζ, Π.
     pub fn given(&self, dimension: usize) -> Vec<usize> {
         (0..dimension).filter(|row| self.gives(*row, dimension)).collect()
     }
 
-    /// Computes the residual `e` of the state and costate at the end, in the crate's order.
+    /// Computes the residual `e` of the state and costate at the end, in the order x, γ, ζ, Π.
     pub fn value<const N: usize>(&self, end: &Point, costate: &Costate) -> SVector<f64, N> {
         match self {
             Self::State(target) => end.minus(target).to_vector(),

@@ -136,14 +136,14 @@ pub(crate) struct InputMatrices {
 
 impl InputMatrices {
     /// Inverts the control law: returns the costate `(λ^γ, λ^Π)` whose optimal inputs produce
-    /// `wrench` at attitude `r`, as far as the axes allow. The matrices must be inverse
+    /// `wrench` at attitude `r`, as far as the axes allow. `self` must hold the inverse
     /// authorities.
     pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
         (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
 
     /// Returns `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with
-    /// forces before torques. The matrices must be inverse authorities.
+    /// forces before torques. `self` must hold the inverse authorities.
     pub fn weight<const D: usize>(&self, r: &Matrix3) -> SMatrix<f64, D, D> {
         let torque = match self.torque.frame {
             AxisFrame::Body => self.torque.matrix,
@@ -166,8 +166,8 @@ impl InputMatrices {
         (self.force.matrix.trace(), self.torque.matrix.trace())
     }
 
-    /// Returns the blocks of `G` for forces and torques at attitude `r`. The matrices must be the
-    /// roots of the authorities.
+    /// Returns the blocks of `G` for forces and torques at attitude `r`. `self` must hold the roots
+    /// of the authorities.
     pub fn at(&self, r: &Matrix3) -> [Matrix3; 2] {
         let force = self.force.frame.to_reference(r, &self.force.matrix);
         [force, self.torque.frame.to_body(r, &self.torque.matrix)]

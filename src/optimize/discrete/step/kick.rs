@@ -118,8 +118,9 @@ impl Dynamics {
     }
 
     /// Computes the wrench of a kick under inputs that exert `input` (force in reference axes,
-    /// moment in body axes), and its gradient `K_pq` at fixed inputs. The gradient has two parts:
-    /// that of the environment, and that of input axes which rotate relative to the coordinates.
+    /// moment in body axes), and its gradient `K_pq` at fixed inputs. The gradient is the sum of
+    /// the gradient of the environment and the gradient due to input axes that rotate relative to
+    /// the coordinates.
     pub(crate) fn kick_of_inputs(&self, pose: &Pose, input: &Wrench) -> (Wrench, Blocks) {
         let (mut wrench, mut gradient) = self.field(pose);
         wrench.moment += input.moment;

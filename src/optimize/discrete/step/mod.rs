@@ -127,7 +127,8 @@ pub(crate) struct Costate {
 }
 
 impl Costate {
-    /// Splits a vector of N numbers in the crate's order into blocks.
+    /// Splits a vector of N numbers, in the order x, γ, ζ, Π, into blocks; for N = 6 it has only ζ
+    /// and Π.
     pub fn from_vector<const N: usize>(vector: &SVector<f64, N>) -> Self {
         let part = |row: usize| Vector3::new(vector[row], vector[row + 1], vector[row + 2]);
         let zero = Vector3::zeros();
@@ -135,7 +136,8 @@ impl Costate {
         Self { x, gamma, zeta: part(N - 6), pi: part(N - 3) }
     }
 
-    /// Joins the blocks into a vector of N numbers in the crate's order.
+    /// Joins the blocks into a vector of N numbers, in the order x, γ, ζ, Π; for N = 6 only ζ and
+    /// Π.
     pub fn to_vector<const N: usize>(self) -> SVector<f64, N> {
         SVector::from_fn(|row, _| {
             let block = if N == 6 { row / 3 + 2 } else { row / 3 };

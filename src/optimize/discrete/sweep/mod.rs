@@ -66,8 +66,8 @@ const KEPT_AFTER_STOP: usize = 100_000;
 /// Result at the end of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
-    /// Error of the terminal condition, in the crate's order, scaled: `[log(R_dᵀ R_N); Π_N − Π_d]`
-    /// if the whole state of a rotation is given.
+    /// Error of the terminal condition, in the order x, γ, ζ, Π, scaled: `[log(R_dᵀ R_N); Π_N −
+    /// Π_d]` if the whole state of a rotation is given.
     pub error: SVector<f64, N>,
     /// Cost of the extremal, scaled.
     pub cost: f64,

@@ -50,8 +50,8 @@ pub(crate) struct Conditions<'a> {
 
 impl<'a> Conditions<'a> {
     /// Evaluates the conditions at an iterate with the given multipliers of terminal equations and
-    /// rows. The costates are computed from them. Returns `None` if the program cannot be
-    /// evaluated.
+    /// rows. The costates are computed from the multipliers. Returns `None` if the program cannot
+    /// be evaluated.
     pub fn of(
         chain: &'a Chain,
         iterate: &Iterate,
