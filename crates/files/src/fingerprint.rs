@@ -38,7 +38,7 @@ impl Fingerprint {
     }
 }
 
-/// Adds every byte that is written to the hash.
+/// Writing to the hash adds the written bytes.
 impl Write for Fingerprint {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.add(bytes);

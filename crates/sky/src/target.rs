@@ -255,9 +255,9 @@ impl Sky {
         Ok(there - velocity * delay - here)
     }
 
-    /// Returns the velocity of the spacecraft relative to the frame in which the target's
-    /// aberration is computed: that of the Sun for the Sun and fixed directions, that of the Earth
-    /// otherwise.
+    /// Returns the velocity of the spacecraft relative to the frame in which the aberration of the
+    /// target is computed: the frame of the Sun for the Sun and fixed directions, the frame of the
+    /// Earth for all other targets.
     fn velocity_against(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let about = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.velocity(time, theory))?;
         if !matches!(target, Target::Sun | Target::Fixed(_)) {

@@ -67,8 +67,8 @@ impl Clock {
         (self.days - other.days) * DAY + (self.seconds - other.seconds)
     }
 
-    /// Returns the Julian centuries of TT since J2000.0 at `time` \[s\] after the epoch. They equal
-    /// those of TDB to 2 ms.
+    /// Returns the Julian centuries of TT since J2000.0 at `time` \[s\] after the epoch. They agree
+    /// with Julian centuries of TDB to 2 ms.
     pub(crate) fn centuries(&self, time: f64) -> f64 {
         (self.days + (self.seconds + time) / DAY) / 36_525.0
     }

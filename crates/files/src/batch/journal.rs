@@ -80,7 +80,7 @@ impl Journal {
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
-        // On a system without file locks, the file is used without a lock.
+        // The file is used without a lock on systems that have no file locks.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let reason = format!("another process writes {}", shown(path));
             return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 /// Largest number of results that wait for an earlier case.
 const WINDOW: u64 = 4096;
-/// Stack size of a worker \[bytes\], equal to that of the main thread, so that a case that runs in
-/// one also runs in the other.
+/// Stack size of a worker \[bytes\], equal to the stack size of the main thread, so that a case
+/// that runs in one thread also runs in the other.
 const STACK: usize = 8 << 20;
 /// Interval at which the caller's function `tick` is called.
 const TICK: Duration = Duration::from_millis(100);

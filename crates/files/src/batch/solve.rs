@@ -125,7 +125,7 @@ impl Batch {
             .flatten()
             .map(|entry| entry.file_name())
             .collect();
-        // In the usual case the folder is empty.
+        // The folder is usually empty, and no name needs to be compared.
         if names.is_empty() {
             return Ok(());
         }

@@ -63,7 +63,7 @@ pub struct Quantiles {
     pub least: f64,
     /// 5 % quantile.
     pub low: f64,
-    /// Median.
+    /// Median cost.
     pub median: f64,
     /// 95 % quantile.
     pub high: f64,

@@ -57,8 +57,8 @@ impl Serialize for EulerAngles {
 impl From<&Matrix3> for Notations {
     fn from(rotation: &Matrix3) -> Self {
         let q = lie::quaternion_from_rotation(rotation);
-        // Of the two quaternions of an attitude, the one with a nonnegative scalar part is chosen,
-        // so that equal attitudes have equal numbers. Adding 0 turns −0 into 0.
+        // The quaternion with a nonnegative scalar part is chosen, so that equal attitudes have
+        // equal numbers. Adding 0 turns −0 into 0.
         let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
         let [w, x, y, z] = q.map(|part| sign * part + 0.0);
         let vector = lie::log(rotation);
@@ -68,7 +68,8 @@ impl From<&Matrix3> for Notations {
         let of_half = |divisor: f64| [x, y, z].map(|part| part / divisor + 0.0);
         Self {
             mrp: of_half(1.0 + w),
-            // At smaller w, near 180°, all digits of the Rodrigues parameters would be round-off.
+            // Rodrigues parameters are omitted near 180°, where all their digits would be
+            // round-off.
             rodrigues: (w > f64::EPSILON).then(|| of_half(w)),
             ra_deg: if ra < 0.0 { ra + 360.0 } else { ra + 0.0 },
             dec_deg: 0.0 - minus_dec,

@@ -249,8 +249,8 @@ impl Apart<'_> {
     /// Compares the values that follow from the arcs and from the rows of the plan.
     fn switching(&mut self, told: &Switching) {
         if matches!(told.structure, Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits) {
-            // For arcs refined from a plan on a uniform grid, the gap is the residual of the
-            // switching functions, with the flow differentiated numerically.
+            // For arcs found from a plan on a uniform grid, the recorded gap is a numerical
+            // residual and need not be exactly zero.
             let most = if self.problem.is_shaped() { TOLD * told.continuous_cost.abs() } else { 0.0 };
             if !(0.0..=most).contains(&told.gap) {
                 self.tell("switching.gap", &told.gap, &0.0);
@@ -383,7 +383,7 @@ impl Apart<'_> {
                 let input = arc.input_at(middle);
                 (0..held.len().min(input.len())).all(|index| {
                     let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
-                    // In a plan on a uniform grid, a chattering input may lie between its limits.
+                    // A chattering input may lie between its limits in a plan on a uniform grid.
                     beside && told.singular_inputs.contains(&index)
                         || near(input[index], held[index])
                         || (input[index] - held[index]).abs() <= meanwhile

@@ -77,8 +77,8 @@ pub fn write_csv(
     Ok(output.flush()?)
 }
 
-/// Returns the columns of the margins to limits and constraints, followed by those of the angles
-/// between boresights and directions \[deg\].
+/// Returns the columns of the margins to limits and constraints, followed by the columns of the
+/// angles between boresights and directions \[deg\].
 fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'static>> {
     let rows = Rows::of(trajectory);
     let margins = margins_at_nodes(problem, trajectory, |node| rows.input(node));

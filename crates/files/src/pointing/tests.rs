@@ -13,7 +13,8 @@ use slewkit::sequence::Place;
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A timeline of two observations; the first is that of the sample, which OSVE resolves.
+/// A timeline of two observations. The first is taken from the published sample, which OSVE
+/// resolves.
 const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
   <block ref="OBS"><startTime>2032-12-26T10:15:31</startTime><endTime>2032-12-26T10:25:31</endTime>
     <attitude ref="inertial"><boresight ref="SC_Zaxis"/>
@@ -30,7 +31,7 @@ const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
 </timeline></data></segment></body></prm>
 "#;
 
-/// A message of two blocks; the first is that of the sample.
+/// A message of two blocks. The first is taken from the published sample.
 const PRM: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <prm xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" id="CCSDS_PRM_VERS" version="1.0">
 <header><CREATION_DATE>2032-01-01T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>
@@ -207,8 +208,8 @@ fn the_sample_of_a_ptr_has_the_attitude_of_its_engine() {
     let a = Vector3::z();
     let x = (a - a.dot(&d) * d).normalize();
     is_close(&attitude(first), &Matrix3::from_columns(&[x, d.cross(&x), d]), 1e-15);
-    // From quaternions.csv of OSVE 2.9.0 (AGM 9.3.35) for this file: the transposed attitude,
-    // scalar last.
+    // The row of quaternions.csv that OSVE 2.9.0 (AGM 9.3.35) computes for this file: the
+    // transposed attitude, scalar last.
     let [x, y, z, w] = [-0.413629864635967, 0.783342011852720, -0.216652449219218, 0.410301527897567_f64];
     is_close(&attitude(first), &lie::rotation_from_quaternion(&[w, -x, -y, -z]), 1e-7);
 }

@@ -94,8 +94,8 @@ impl<'a> Boundary<'a> {
         self.section.has("position_m") || self.section.has("velocity_m_s")
     }
 
-    /// Returns the position of the angular velocity in the spec, or that of the table if it is
-    /// absent.
+    /// Returns the position of the angular velocity in the spec, or the position of the table if
+    /// the key is absent.
     pub fn rate_spot(&self) -> Spot {
         self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
     }

@@ -9,7 +9,7 @@ use super::{Entry, Finding, Node, Report, Section, Span, Spot, Value, cut};
 
 /// Reads every value of a spec and checks names, types, shapes and ranges.
 ///
-/// `table` has the keys of this kind of spec, that of a maneuver or of a simulation.
+/// `table` has the keys of this kind of spec: a maneuver or a simulation.
 pub(crate) fn check(root: &Node, table: &'static Table, findings: Vec<Finding>) -> Section {
     let rounding = root.entry("rounding").map(|entry| &entry.node.value);
     let keeps_rounding = matches!(rounding, Some(Value::Text(word)) if word == "keep");
@@ -193,7 +193,7 @@ impl Checker {
             Ok(value) => return Some(value),
             Err(faults) => faults,
         };
-        // Of a list, at most three errors are reported, because further errors are usually similar.
+        // At most three errors of a list are reported, because further errors are usually similar.
         for mut fault in faults.into_iter().take(3) {
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);

@@ -122,8 +122,8 @@ impl Nominal {
     }
 }
 
-/// Returns, of all rotation vectors that differ from `shortest` by whole turns, the one nearest to
-/// `wanted`.
+/// Returns the rotation vector nearest to `wanted` among those that differ from `shortest` by whole
+/// turns.
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
     // Whole turns are about the axis of the nominal rotation.

@@ -68,7 +68,7 @@ pub(crate) enum Kind {
     Flag,
 }
 
-/// What the number of steps belongs to.
+/// The kind of run to which a number of steps belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StepsOf {
     /// A plan, whose nodes are held in memory.
@@ -112,7 +112,7 @@ impl Kind {
 pub(crate) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// Description of the key, in one line.
+    /// Description of the key in one line.
     pub doc: &'static str,
     /// Sample value for messages if the key is required; `None` if it is optional.
     pub sample: Option<&'static str>,

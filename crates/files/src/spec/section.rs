@@ -263,7 +263,8 @@ impl Section {
         self.table.key(name).is_some()
     }
 
-    /// Returns the position of the value under `name`, or that of the table if the key is absent.
+    /// Returns the position of the value under `name`, or the position of the table if the key is
+    /// absent.
     pub fn spot(&self, name: &str) -> Spot {
         Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
     }

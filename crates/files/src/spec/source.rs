@@ -48,7 +48,7 @@ impl Source {
         self
     }
 
-    /// Converts a line and column of this text to those of the whole file.
+    /// Converts a line and column of this text to a line and column of the whole file.
     pub fn in_file(&self, line: usize, column: usize) -> (usize, usize) {
         let (first, indent) = self.begins;
         (line + first - 1, if line == 1 { column + indent - 1 } else { column })

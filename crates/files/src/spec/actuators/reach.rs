@@ -24,7 +24,7 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
 }
 
 /// Returns a unit vector along which no input acts. For one-sided inputs, no input acts in the
-/// sense of this vector, though some may act against it.
+/// direction of this vector, though some may act in the opposite direction.
 fn direction(set: &ActuatorSet) -> Option<Vector3> {
     match set.rank() {
         (3, _) if !set.limits().one_sided => None,

@@ -11,7 +11,7 @@ use slewkit::mechanics::LimitKind;
 pub struct Chance {
     /// Names of constraints and of torque limits, as in reports.
     pub limits: Vec<String>,
-    /// Largest allowed probability.
+    /// Largest allowed probability of a violation.
     pub at_most: f64,
     /// True if the probability refers to the whole motion, false if it refers to the worst instant.
     pub of_motion: bool,
@@ -61,7 +61,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // In a spec that this program wrote, the margin is the one that the chance requires.
+        // A spec that this program wrote contains the margin that the chance requires.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
