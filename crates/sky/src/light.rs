@@ -1,8 +1,9 @@
 //! Effects of light on a direction: light time, and aberration by the motion of the observer.
 //!
 //! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
-//! frame that moves with the Earth. For the Sun and stars they are computed in the frame of the Sun
-//! (the witness: of the barycentre), which hardly moves:
+//! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
+//! frame that moves with the Earth. For the Sun and stars the series theory uses the frame of the
+//! Sun, which hardly moves, and the witness uses the barycentric frame:
 //!
 //! ```text
 //! ρ = x(t − τ) − r(t) ,  cτ = |ρ| ;        d' ∥ d + v/c        (d/γ + (1 + γ/(γ+1) d·v/c) v/c, by the witness)

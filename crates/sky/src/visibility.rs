@@ -2,9 +2,9 @@
 //! and whether the Earth hides the Sun or another target.
 //!
 //! The Earth is a sphere with its equatorial radius R. Let r be the distance of the satellite from
-//! the centre of the Earth, d its distance from the Sun and R_S the radius of the Sun. φ is the
-//! angle at the satellite between the centres of the Earth and the Sun. α and σ are the apparent
-//! angular radii of the Earth and the Sun, `sin α = R/r` and `sin σ = R_S/d`:
+//! the centre of the Earth, d the distance of the satellite from the Sun and R_S the radius of the
+//! Sun. φ is the angle at the satellite between the centres of the Earth and the Sun. α and σ are
+//! the apparent angular radii of the Earth and the Sun, `sin α = R/r` and `sin σ = R_S/d`:
 //!
 //! ```text
 //! φ < α − σ : umbra, the Sun is hidden        φ < α + σ : penumbra or umbra, a part is hidden

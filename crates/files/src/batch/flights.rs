@@ -23,9 +23,9 @@ pub struct FlightHeader {
     pub seed: u64,
     /// Names of the simulated control loops: "closed loop", "open loop".
     pub loops: Vec<String>,
-    /// Names of the constraints, in the order of [`FlightEnd::room`].
+    /// Names of the constraints, in the order of `room` of the results.
     pub constraints: Vec<String>,
-    /// Number of torque limits, which is the length of [`FlightEnd::input_room`].
+    /// Number of torque limits, which is the length of `input_room` in the results.
     #[serde(default)]
     pub input_limits: usize,
     /// Names of the uncertain parameters.

@@ -4,6 +4,7 @@
 //! ```text
 //! base spec + table | folder | grid | [dispersion] ──▶ Batch ──▶ Case ──▶ plan ──▶ CaseResult ──▶ Journal
 //! ```
+//!
 //! A case is a spec with some keys set, from any source. The batch plans it as
 //! `slew plan --set key=value` does, to the last bit. Cases are independent: no initial guess
 //! passes from one to another. Their results are written in the order of the cases. The file has

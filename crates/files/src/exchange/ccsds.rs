@@ -8,11 +8,11 @@
 //!
 //! # Where does an AEM start a new block?
 //!
-//! At every node at which an input switches. The standard forbids interpolation across blocks, and
-//! a cubic across a switching time has an error due to the jump of the acceleration. Adjacent
-//! blocks share the node between them, so that both arcs can be interpolated to their ends. The
-//! reader of this program uses the shared row once, and rejects two different attitudes at one
-//! time. A plan with smoothed inputs has no arcs and is one block.
+//! A new block starts at every node at which an input switches. The standard forbids interpolation
+//! across blocks, and a cubic across a switching time has an error due to the jump of the
+//! acceleration. Adjacent blocks share the node between them, so that both arcs can be interpolated
+//! to their ends. The reader of this program uses the shared row once, and rejects two different
+//! attitudes at one time. A plan with smoothed inputs has no arcs and is one block.
 //!
 //! # Why is AEM 1.0 written with derivatives of the quaternion?
 //!

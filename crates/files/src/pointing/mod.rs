@@ -6,6 +6,7 @@
 //! plane normal to `d`, `a` is turned from `i` by the phase angle φ about `d`. If φ = 0, the body
 //! axis is as close to the inertial axis as the boresight allows. The triad `s` is built from
 //! `b, a` as the triad `t` from `d, i`. The attitude is
+//!
 //! ```text
 //! R = exp(φ d^) [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ ,   t₁ = d ,   t₂ = d × i / |d × i| ,   t₃ = t₁ × t₂ ,
 //! ```
