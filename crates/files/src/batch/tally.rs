@@ -46,7 +46,7 @@ pub struct Costs {
 /// A case with an extreme value, and the settings that define the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// The extreme value.
+    /// Extreme value of the case, such as its cost.
     pub value: f64,
     /// Number of the case.
     pub case: u64,

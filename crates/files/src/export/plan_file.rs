@@ -46,8 +46,8 @@ pub struct PlanFile<'a> {
     /// Duration of a step \[s\]; the mean if the steps differ.
     #[serde(deserialize_with = "null_is_nan")]
     pub step_s: f64,
-    /// Cost of the plan: the value of the objective, plus the price of the duration if the spec
-    /// gives one.
+    /// Cost of the plan: the value of the objective, plus the time weight times the duration if the
+    /// spec has `time_price_per_s`.
     #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
     /// Duration of the maneuver \[s\].

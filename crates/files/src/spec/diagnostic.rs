@@ -19,7 +19,7 @@ pub enum Severity {
 pub struct Diagnostic {
     /// Stable code of the finding, such as `E0040` or `W0040`.
     pub code: &'static str,
-    /// Error or warning.
+    /// Severity of the finding: error or warning.
     pub severity: Severity,
     /// Name of the file as the user wrote it, or `command line`.
     pub file: String,

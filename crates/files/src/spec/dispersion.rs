@@ -27,7 +27,7 @@ pub struct Varied {
     pub key: String,
     /// Nominal value, without a random offset.
     pub nominal: Nominal,
-    /// Distribution of ξ.
+    /// Distribution of the standard random numbers ξ.
     pub distribution: Distribution,
     /// Matrix that maps ξ to the offset of the numbers, in the unit of the key. The offset of an
     /// attitude is a rotation vector \[rad\].

@@ -276,8 +276,8 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
         EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(clock, time),
         EphemerisAxes::Earth => earth_to_gcrs(clock, time, rotation),
     };
-    // The velocity is converted with the rotation of the Earth-fixed axes. Axes of date turn by
-    // 8e-12 rad/s, which is negligible.
+    // The rotation of Earth-fixed axes contributes to the velocity. Axes of date turn by 8e-12
+    // rad/s, which is negligible.
     let turning = |time: f64, position: &Vector3| match segment.axes {
         EphemerisAxes::Earth => {
             (earth_to_gcrs(clock, time + 1.0, rotation) - earth_to_gcrs(clock, time - 1.0, rotation))

@@ -10,7 +10,7 @@ pub(crate) struct Node {
     pub value: Value,
 }
 
-/// A value as written.
+/// A value as the user wrote it.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Table(Vec<Entry>),
@@ -22,7 +22,7 @@ pub(crate) enum Value {
     Null,
 }
 
-/// A number as written.
+/// A number as the user wrote it, with its value and its interpretation as an integer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number {
     pub value: f64,

@@ -129,5 +129,5 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Largest number of rows that a message lists.
+/// Largest number of wrong rows that are reported.
 const MOST_TOLD: usize = 3;
