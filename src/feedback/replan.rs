@@ -6,6 +6,7 @@
 //!           D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,      G_k = A_kᵀ P_k + H_k
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
+//!
 //! `D_k` is the derivative of the neighbouring extremal ([`Gains`]). The guess misses the end by
 //! the square of `z`, and each Newton step squares the error, so Newton's method needs two or three
 //! steps. Another requested end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction.
