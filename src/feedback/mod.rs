@@ -22,7 +22,7 @@
 //!   `A`, `H` and `K` then have the additional terms of `linear_plan::stage`.
 //!
 //!   The gains grow like `4/(T − t)` and `6/(T − t)²` towards the end. There they would amplify
-//!   sensor noise to the full torque, so they are held constant from step [`Gains::frozen_from`] on.
+//!   sensor noise to the full torque, so they are constant from step [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the time-varying linear-quadratic regulator of given weights, from the
 //!   Riccati recursion.
 //! - [`Kind::Switching`]: this regulator, after the switching times have been corrected once at the
