@@ -322,8 +322,8 @@ pub fn plan(
         };
         let mut needed = all_needed(&groups);
         if agree(&groups, &needed) {
-            // Flights are counted only after margins and deviations belong to one plan. From then
-            // on the remaining distance changes with the margins.
+            // Flights are counted only after margins and standard deviations agree for one plan.
+            // From then on the distances in the flights change with the margins.
             Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty }.count(&mut groups);
             margins.counted = groups.iter().map(|group| group.counted).collect();
             needed = all_needed(&groups);

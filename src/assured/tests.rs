@@ -155,7 +155,7 @@ fn limited() -> (Problem, Uncertainty) {
     (problem, uncertainty)
 }
 
-/// Chances of limits at their worst instants: every active part keeps its chance, and flights
+/// At the worst instant every active part of a limit keeps the requested chance, and flights
 /// confirm it.
 #[test]
 fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {

@@ -48,8 +48,8 @@ impl Errors {
 
 /// Commands that have been given, in the order in which the actuators receive them.
 pub(super) struct DelayLine {
-    /// The commands that do not act yet, each with the time from which it acts. Before the first
-    /// one the inputs are zero.
+    /// The commands that do not act yet, each with the time from which it acts. The inputs are zero
+    /// before the first command acts.
     waiting: VecDeque<(f64, Vec<f64>)>,
     acting: Vec<f64>,
 }

@@ -79,7 +79,7 @@ pub struct Flown {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Moment {
-    /// Time \[s\].
+    /// Time since the start of the plan \[s\].
     pub time: f64,
     /// Attitude, from body to reference.
     pub attitude: Matrix3,

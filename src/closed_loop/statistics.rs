@@ -11,7 +11,7 @@ use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 pub struct Proportion {
     /// The number of cases with the counted property.
     pub count: u64,
-    /// The number of all cases.
+    /// The number of all cases, with and without the property.
     pub of: u64,
     /// Lower bound of the confidence interval, as a fraction.
     pub low: f64,

@@ -86,8 +86,8 @@ fn end_of(campaign: &Campaign<'_>, values: &[f64], beside: &Vector6) -> Vector6 
     campaign.run(values, inertia, beside, streams, |_| ()).unwrap().end
 }
 
-/// Returns the largest relative difference between the derivatives of the simulated loop by its
-/// parameters and those of the linear model.
+/// Returns the largest relative difference between the simulated loop and the linear model in the
+/// derivatives by the parameters.
 fn derivatives_apart(problem: &Problem, closed: bool) -> f64 {
     let linear = LinearPlan::flown(problem, &planned(problem)).unwrap();
     let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
@@ -118,8 +118,8 @@ fn falls_fourfold_with_half_the_step(problem: impl Fn(usize) -> Problem) {
     }
 }
 
-/// The derivatives of the simulated loop by every parameter equal those of the linear model, to the
-/// order of the scheme.
+/// The simulated loop and the linear model have equal derivatives by every parameter, to the order
+/// of the scheme.
 #[test]
 fn the_loop_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(maneuver);
@@ -373,8 +373,8 @@ fn sampled_rates_and_commands_have_the_linear_deviations() {
     }
 }
 
-/// The derivatives of a loop that measures every fourth step and holds its correction equal those
-/// of the linear model.
+/// A loop that measures every fourth step and holds its correction has the derivatives of the
+/// linear model.
 #[test]
 fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
     let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };

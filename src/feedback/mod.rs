@@ -68,8 +68,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Default fraction of the steps over which neighbouring gains are held constant. At least four
-    /// steps are held.
+    /// Default fraction of the steps over which neighbouring gains are held constant. If it is
+    /// positive, at least four steps are held.
     pub const FREEZE: f64 = 0.15;
     const LEAST_FROZEN: usize = 4;
 }
@@ -159,7 +159,7 @@ pub struct Gains {
     pub kind: Kind,
     /// Whether a correction is held over a step or acts as an impulse at a node.
     pub timing: Timing,
-    /// Number of inputs m.
+    /// Number m of inputs.
     pub inputs: usize,
     /// Index of the first step whose gains repeat the gains of the step before it, to the end of
     /// the plan; equals the number of steps if no gains repeat.

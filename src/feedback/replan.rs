@@ -7,15 +7,15 @@
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!
-//! `D_k` is the derivative of the neighbouring extremal ([`Gains`]). The guess misses the end by
-//! the square of `z`, and each Newton step squares the error, so Newton's method needs two or three
-//! steps. Another requested end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction.
-//! All quantities that depend on the plan alone are computed once.
+//! `D_k` is the derivative of the neighbouring extremal ([`Gains`]). The guess misses the end by an
+//! error of order `|z|²`, and each Newton step squares the error, so Newton's method needs two or
+//! three steps. Another requested end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear
+//! prediction. All quantities that depend on the plan alone are computed once.
 //!
 //! If the time `t` lies between two nodes, the plan is interpolated, and the remaining time is
-//! divided into equal steps whose length is nearest to that of the plan's steps. The end keeps its
-//! time, and each of n steps differs in length from a step of the plan by at most the fraction
-//! 1/2n.
+//! divided into equal steps whose length is nearest to the length of the plan's steps. The end
+//! keeps its time, and each of n steps differs in length from a step of the plan by at most the
+//! fraction 1/2n.
 //!
 //! A landed plan has a discrete target near its end. Each moment here has its own discrete target,
 //! the state that the plan's inputs reach from the true motion at that time. A start on the plan
@@ -52,7 +52,7 @@ const PROGRESS: f64 = 0.5;
 /// Scaled error from which one more Newton step with the previous derivatives meets any tolerance,
 /// because these derivatives are accurate to 1e-3.
 const NEARLY: f64 = 1e-9;
-/// Scaled terminal error up to which recorded costates count as those of their plan.
+/// Largest scaled terminal error with which recorded costates count as the costates of their plan.
 const OWN: f64 = 1e-6;
 /// Largest accepted excess of the cost of a neighbour over the plan's cost to go, as a fraction of
 /// it. The excess is of second order in the deviation.
@@ -146,7 +146,7 @@ impl fmt::Display for Left {
 /// nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Time \[s\].
+    /// Time since the start of the plan \[s\].
     pub time: f64,
     /// Number of steps from this time to the end, at least two.
     pub steps: usize,
@@ -375,8 +375,8 @@ impl Replanner {
     }
 
     /// Returns `problem` restricted to the time from `moment` on: the remaining duration and number
-    /// of steps, with the start and the end of `problem`. After time 0 the homotopy class is left
-    /// free, because the neighbour keeps that of the plan; at time 0 it is the requested one.
+    /// of steps, with the start and the end of `problem`. At time 0 the requested homotopy class is
+    /// kept. Later it is left free, because the neighbour keeps the class of the plan.
     pub fn remaining(&self, problem: &Problem, moment: &Moment) -> Problem {
         let path = if moment.time > 0.0 { Path::Best } else { problem.path };
         Problem { path, ..problem.clone().with_duration(moment.duration).with_steps(moment.steps) }

@@ -6,10 +6,10 @@
 //!
 //! A neighbouring bang-bang plan has the arcs of the plan with other lengths
 //! (`optimize::methods::switching::moved` has the equations). The motion from the corrected start
-//! misses the end by the square of `z`, and its duration equals the duration of the neighbouring
-//! optimum. After the first switches too few arc lengths remain to correct six errors. A plan is
-//! therefore corrected once, at its start, and a regulator with reserved torque follows the
-//! corrected motion.
+//! misses the end by an error of order `|z|²`, and its duration equals the duration of the
+//! neighbouring optimum. After the first switches too few arc lengths remain to correct six errors.
+//! A plan is therefore corrected once, at its start, and a regulator with reserved torque follows
+//! the corrected motion.
 //!
 //! If an error would make the length of an arc negative, the neighbouring optimal plan has other
 //! arcs, which derivatives cannot give. The result is then [`Reversed`], and the maneuver must be
@@ -41,7 +41,7 @@ const ALL_OF_IT: f64 = 1e-9;
 pub struct Arc {
     /// Index of the first step of the arc.
     pub first_step: usize,
-    /// Number of steps in the arc.
+    /// Number of steps of the plan in the arc.
     pub steps: usize,
     /// Length of the arc \[s\].
     pub length: f64,
@@ -86,8 +86,8 @@ pub enum NotCorrected {
 
 impl SwitchingGains {
     /// Computes the gains for the arcs of `plan`, a trajectory of `problem` on its own grid. The
-    /// arcs are the flown ones: their switching times differ from those of the continuous extremal
-    /// by the square of the step.
+    /// arcs are the flown ones: their switching times differ from the switching times of the
+    /// continuous extremal by `O(h²)`, with the step h.
     ///
     /// # Errors
     /// [`NoGains::Arcs`] in these cases: inputs are neither at limits nor off, another constraint

@@ -25,7 +25,7 @@ pub struct BodyState {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SimulationRow {
-    /// Time \[s\].
+    /// Time since the start \[s\].
     pub time: f64,
     /// The states of the bodies, in the order of the system.
     pub bodies: Vec<BodyState>,

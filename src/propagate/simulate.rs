@@ -85,7 +85,7 @@ pub struct Run {
     pub facts: Facts,
     /// The work that the steps required.
     pub work: Work,
-    /// The computing time of the steps, without that of the observer.
+    /// The computing time of the steps, excluding the observer.
     pub stepping: Duration,
     /// The first step after which two bodies were within [`Simulation::reach`] of one another.
     /// Bodies that were so at the start are not considered.

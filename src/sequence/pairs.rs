@@ -94,8 +94,8 @@ pub fn ordered(
     }
 }
 
-/// Returns the order of a minimum-effort or minimum-fuel sequence in which the start of every hold
-/// is given, because no other order keeps these times; `None` for other sequences.
+/// Returns the only possible order of a minimum-effort or minimum-fuel sequence in which the start
+/// of every hold is given: the order of these times. Returns `None` for other sequences.
 fn pinned(sequence: &Sequence) -> Option<Order> {
     let visit = |stop: &usize| sequence.stops[stop - 1].visit;
     let mut stops: Vec<usize> = (1..=sequence.stops.len()).collect();

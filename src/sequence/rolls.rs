@@ -53,7 +53,8 @@ pub fn cheapest(
     best.map(|(_, way)| way[1..].to_vec()).unwrap_or_default()
 }
 
-/// Returns the states of a joint over the grid of rolls.
+/// Returns the candidate states at a joint of two legs: one for each roll of the grid, or the only
+/// one if the joint has no free roll.
 fn candidates(joint: &Joint) -> Vec<State> {
     let over =
         |within: f64| (0..ROLLS).map(move |index| within * (2.0 * (index as f64 + 0.5) / ROLLS as f64 - 1.0));

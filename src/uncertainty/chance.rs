@@ -9,9 +9,9 @@
 //! its rate  r_i − |u*_ik+1 − u*_ik|/h ,   σ of the change of the correction, over h
 //! ```
 //!
-//! `P` of torques is the covariance of the measured state. Errors of neighbouring instants are
-//! correlated, so the chance of the worst instant is near the chance of the whole plan, and the
-//! sum of the chances is not.
+//! For torques, `P` is the covariance of the measured state. Errors of neighbouring instants are
+//! correlated. The chance at the worst instant is therefore near the chance over the whole plan,
+//! whereas the sum of the chances over all instants is far above it.
 
 use super::Covariance;
 use crate::lie::hat;

@@ -72,7 +72,8 @@ use watch::Watch;
 /// The checks have these names:
 /// - `finite`: number of recorded numbers that are not finite
 /// - `discrete terminal`
-/// - `duration` and `longest duration`, if the spec bounds the duration of a plan with this freedom
+/// - `duration`, if inputs switch and the duration is given; `longest duration`, if the duration
+///   has an upper bound
 /// - `recorded states`
 /// - `recorded motion`, if a landed plan records the true motion
 /// - `total momentum`, if only wheels turn the body

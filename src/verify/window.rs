@@ -16,8 +16,8 @@ use std::ops::Range;
 /// Number of windows. The first and the last step of the plan each lie in a window.
 const WINDOWS: usize = 8;
 
-/// A window has one step for each so many steps of the plan (`ONE_OF`), and at least `SHORTEST`
-/// steps.
+/// The number of steps of a window is the number of steps of the plan divided by `ONE_OF`, rounded
+/// up, and at least `SHORTEST`.
 const ONE_OF: usize = 256;
 const SHORTEST: usize = 2;
 

@@ -35,10 +35,10 @@ fn direction(random: &mut Random) -> Vector6 {
     Vector6::from_fn(|_, _| random.uniform()).normalize()
 }
 
-/// The guess misses the end by the square of the displacement of the start: slope 2.00 ± 0.1 at
-/// nodes, for both schemes, force fields and limits. A guess without the correction, or with the
-/// opposite one, has slope 1. The cost agrees with its second-order expansion up to the third
-/// order.
+/// The error of the guess at the end is proportional to the square of the displacement of the
+/// start: slope 2.00 ± 0.1 at nodes, for both schemes, force fields and limits. A guess without the
+/// correction, or with the opposite one, has slope 1. The cost agrees with its second-order
+/// expansion up to the third order.
 #[test]
 fn the_guess_misses_by_the_square_of_the_shift() {
     let mut random = Random(11);

@@ -5,8 +5,8 @@
 //! exponential  F = exp S(f)   A Jf + B f×(Jf) = g                     A = sin t/t, B = (1 − cos t)/t²   (2.3)
 //! Cayley       F = cay(c)     g + g×c + (g·c) c − 2Jc = 0             g = hΠ, t = |f|                   (2.6)
 //! ```
-//! The integrators use [`AttitudeEquation::solve`]. The other two methods are those of the survey,
-//! for comparison.
+//! The integrators use [`AttitudeEquation::solve`]. The other two methods are from the survey, for
+//! comparison.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;

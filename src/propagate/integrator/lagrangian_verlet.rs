@@ -10,9 +10,9 @@
 //! preceding step and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
 //! acts.
 //!
-//! The map is equal to that of the Hamiltonian form. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in
-//! every step would accumulate rounding errors in a steady rotation. This term equals `h F⁻ᵀΠ̃⁻`,
-//! so it is computed as a compensated sum of its changes.
+//! The Hamiltonian form has an identical map. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in every
+//! step would accumulate rounding errors in a steady rotation. This term equals `h F⁻ᵀΠ̃⁻`, so it
+//! is computed as a compensated sum of its changes.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -41,7 +41,7 @@ pub(super) struct LagrangianVerlet {
 /// The motion of a body in the last step.
 #[derive(Clone, Debug)]
 struct Last {
-    /// `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h`.
+    /// Angular momentum `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h` at the end of the step.
     carried: Sum3,
     /// Change of position `Δ` in the step.
     shift: Sum3,
@@ -71,8 +71,8 @@ impl LagrangianVerlet {
         }
     }
 
-    /// Returns the momentum `Π̃` of a body for the next step: that of the last step plus both half
-    /// kicks at the node. In the first step only the opening half kick is added.
+    /// Returns the momentum `Π̃` of a body for the next step: the momentum carried from the last
+    /// step, plus both half kicks at the node. The first step has the opening half kick only.
     fn kicked(&self, body: usize) -> Sum3 {
         let mut momentum = self.last[body].carried;
         let opening = self.course.work.steps == 0;

@@ -115,8 +115,8 @@ impl SystemState {
         if check.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Transforms all quantities of the reference frame by `exp S(f)`. The position of a body that
-    /// only rotates is fixed in that frame and does not change.
+    /// Rotates all quantities that are given in the reference frame by `exp S(f)`. The position of
+    /// a body that only rotates is fixed in that frame and does not change.
     pub(crate) fn turn_frame(&mut self, bodies: &[Body], f: &Vector3) {
         let turn = lie::exp_minus_identity(f);
         for (index, body) in bodies.iter().enumerate() {

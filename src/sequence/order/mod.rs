@@ -7,8 +7,8 @@
 //! finds, with a proved lower bound. Exactness requires that an earlier arrival never delays the
 //! end. This holds because the body may wait at a stop.
 //!
-//! The durations of the legs are those of plans that were found. The result is that no order of
-//! these legs is better. It proves nothing about the legs themselves.
+//! The search uses the durations of plans that were found. Its result is that no order of these
+//! legs is better. It proves nothing about the legs themselves.
 //!
 //! Minimum effort without limits in a total time T is a special case. A leg from rest to rest costs
 //! `c/T_i³`, so the best split of the time has `T_i ∝ c_i^{1/4}`, and all legs together cost

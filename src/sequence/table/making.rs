@@ -19,7 +19,7 @@ use std::sync::mpsc;
 use std::thread;
 use thiserror::Error;
 
-/// Stack size of a planning thread \[bytes\], equal to that of the main thread.
+/// Stack size of a planning thread \[bytes\]. The main thread usually has a stack of this size.
 const STACK: usize = 8 << 20;
 
 /// Numbers of steps that are tried for a turn without a plan, relative to the requested number.

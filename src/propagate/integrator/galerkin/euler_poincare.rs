@@ -96,7 +96,7 @@ impl EulerPoincare {
     ///
     /// # Errors
     /// [`StepError::NotConverged`] if the step is too long, [`StepError::NotFinite`] if the
-    /// momentum is not finite.
+    /// momentum is not finite or too large.
     pub fn step(&mut self, momentum: &Vector3) -> Result<ReducedStep, StepError> {
         // In these units `hΠ` is the momentum for a step of length one.
         let g = momentum * self.scale;

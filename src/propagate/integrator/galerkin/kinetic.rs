@@ -27,7 +27,7 @@ pub(crate) struct Kinetic {
     pub by_v: Vector3,
     pub by_xi: Vector3,
     pub vv: Matrix3,
-    /// `∂(∂T/∂v)/∂ξ`; the other mixed block is its transpose.
+    /// Mixed second derivative `∂(∂T/∂v)/∂ξ`; the other mixed block is its transpose.
     pub v_xi: Matrix3,
     pub xi_xi: Matrix3,
 }
@@ -39,18 +39,20 @@ impl Chart {
         Self { xi, j_r, kernels }
     }
 
-    /// Returns `exp S(ξ) − I`, with `sin t/t = 1 − t² C`.
+    /// Returns the rotation of the chart minus the identity, `exp S(ξ) − I`, with
+    /// `sin t/t = 1 − t² C`.
     pub fn turn(&self) -> Matrix3 {
         let a = 1.0 - self.xi.norm_squared() * self.kernels.c;
         skew_polynomial(a, self.kernels.b, &self.xi)
     }
 
-    /// Returns `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ`.
+    /// Returns the derivative `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ` of the right Jacobian times `v`.
     pub fn directional(&self, v: &Vector3) -> Matrix3 {
         self.derivative(&self.xi, v)
     }
 
-    /// Returns `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)`.
+    /// Returns the derivative `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)` of the transposed right Jacobian times
+    /// `p`.
     pub fn transposed_directional(&self, p: &Vector3) -> Matrix3 {
         -self.derivative(&-self.xi, p)
     }
@@ -64,8 +66,8 @@ impl Chart {
         d
     }
 
-    /// Returns `∂²(p·J_r(ξ)v)/∂ξ²` of `p·v − B ξ·w + C γ`, with `w = v×p` and
-    /// `γ = (p·ξ)(ξ·v) − (p·v) t²`.
+    /// Returns the second derivative `∂²(p·J_r(ξ)v)/∂ξ²`, where `p·J_r(ξ)v = p·v − B ξ·w + C γ`
+    /// with `w = v×p` and `γ = (p·ξ)(ξ·v) − (p·v) t²`.
     fn curvature(&self, p: &Vector3, v: &Vector3) -> Matrix3 {
         let Second { b_prime, c, c_prime, b_second, c_second, .. } = self.kernels;
         let xi = &self.xi;
