@@ -107,7 +107,7 @@ impl Beside {
         feedback: Option<Feedback>,
         uncertainty: Option<&Uncertainty>,
     ) -> Result<Self, NotKnown> {
-        // The corrections may use the reserve that the plan keeps of the input limits.
+        // The corrections may use the part of the input limits that the plan reserves.
         let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
         let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
         let switching = match feedback.map(|feedback| feedback.kind) {
@@ -219,7 +219,7 @@ impl Over {
     }
 }
 
-/// The reserve that a plan keeps of a limit.
+/// The reserve of a limit: the part of it that a plan leaves unused.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Held {
@@ -234,7 +234,7 @@ pub struct Held {
     pub bounds: Vec<f64>,
 }
 
-/// The result of the iteration between plans and margins.
+/// The result of the iteration over plans and their margins.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -357,8 +357,8 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// Sets the reserve of a limit of a maneuver. `held` has one value for each part of the limit, SI;
-/// 0 for no reserve.
+/// Sets the reserve of a limit of a maneuver: the part of the limit that plans must leave unused.
+/// `held` has one value for each part of the limit, SI; 0 for no reserve.
 ///
 /// # Errors
 /// [`NotKept`] if no limit has this name, or if a reserve is not smaller than its limit.

@@ -1,5 +1,5 @@
-//! A limit that has a chance: a constraint or a torque limit, identified by its name, and the
-//! reserve that a plan keeps of it.
+//! A limit with a chance of being exceeded: a constraint or a torque limit, identified by its name,
+//! and the reserve of this limit that a plan leaves unused.
 
 use super::{Held, NotKept};
 use crate::Vector3;
@@ -150,7 +150,8 @@ impl Limit {
         })
     }
 
-    /// Returns the reserve that a plan of `problem` keeps, with the limits of the craft.
+    /// Returns the reserve that plans of `problem` leave unused, together with the limits of the
+    /// craft.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),

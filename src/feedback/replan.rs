@@ -9,8 +9,8 @@
 //!
 //! `D_k` is the derivative of the neighbouring extremal ([`Gains`]). The guess misses the end by an
 //! error of order `|z|²`, and each Newton step squares the error, so Newton's method needs two or
-//! three steps. Another requested end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear
-//! prediction. All quantities that depend on the plan alone are computed once.
+//! three steps. A change of the requested end enters with the first Newton step: `−Ψ₁₂⁻¹ e` is its
+//! linear prediction. All quantities that depend on the plan alone are computed once.
 //!
 //! If the time `t` lies between two nodes, the plan is interpolated, and the remaining time is
 //! divided into equal steps whose length is nearest to the length of the plan's steps. The end

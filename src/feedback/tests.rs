@@ -285,8 +285,8 @@ fn neighbouring_gains_land_to_second_order() {
     }
 }
 
-/// Gains with a wrong sign, or the gains of the next step, give slope 1. This shows that the test
-/// can fail.
+/// Gains with a wrong sign, or the gains of the next step, give an error of slope 1 instead of 2.
+/// This shows that the test can fail.
 #[test]
 fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     let mut random = Random(7);

@@ -104,8 +104,8 @@ impl<'a> Plant<'a> {
 /// is held until another one is set.
 ///
 /// Actuators fixed in the reference frame produce a torque `Rᵀ B u` that depends on the attitude.
-/// Actuators fixed in the body produce a force `R B u` that does too. Both are evaluated together
-/// with the field, so they are exact in every method.
+/// Actuators fixed in the body produce a force `R B u` that also depends on it. Torque and force
+/// are evaluated together with the field, so they are exact in every method.
 #[derive(Debug)]
 pub(crate) struct HeldLoad {
     problem: Problem,

@@ -88,7 +88,7 @@ pub struct Run {
     /// The computing time of the steps, excluding the observer.
     pub stepping: Duration,
     /// The first step after which two bodies were within [`Simulation::reach`] of one another.
-    /// Bodies that were so at the start are not considered.
+    /// Pairs that are within reach at the start are not considered.
     pub encounter: Option<Encounter>,
 }
 

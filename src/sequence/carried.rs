@@ -8,7 +8,7 @@
 //! ```
 //!
 //! More than three wheels can divide this momentum in many ways. Before the legs have plans, each
-//! leg begins with the wheel momenta nearest to those at the start of the sequence. A leg that is
+//! leg begins with the wheel momenta nearest to the initial momenta of the sequence. A leg that is
 //! planned after another one begins with the final wheel momenta of that leg.
 
 use crate::Vector3;

@@ -7,8 +7,9 @@
 //! order is then better, unless a quick plan was still longer than assumed.
 //!
 //! From rest to rest, and without stored momentum, the return leg takes as long as the outward leg
-//! for any inputs: `R(T−t), −Ω(T−t), u(T−t)` solves the same equations. Each search usually finds
-//! what the other one misses, so the shorter duration applies to both legs.
+//! for any inputs: `R(T−t), −Ω(T−t), u(T−t)` solves the same equations. The search for one of the
+//! two legs usually finds what the other search misses, so the shorter duration applies to both
+//! legs.
 //!
 //! If targets or cones move, a leg depends on its start time. It is planned at the times of the
 //! best order so far, and interpolated linearly between two such times. The result is then the best

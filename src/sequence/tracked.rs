@@ -241,7 +241,8 @@ fn torques(craft: &Problem, attitudes: &[Matrix3]) -> Vec<Vector3> {
 const MOST_NEWTON: usize = 50;
 
 /// Returns the inputs within their limits that produce `torque` (in the axes of the actuator set)
-/// with the least sum of squares. If no inputs produce it, returns those of the last Newton step.
+/// with the least sum of squares. If no inputs produce it, returns the inputs of the last Newton
+/// step.
 ///
 /// ```text
 /// min ½ |u|²  where  B u = τ ,  lower ≤ u ≤ upper :     u = clamp(Bᵀ y) ,  B clamp(Bᵀ y) = τ

@@ -64,8 +64,8 @@ pub struct Uncertainty {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Covariance {
-    /// Covariance of the deviation `[ζ; δΠ]` at each node, rad and N·m·s. For torques at nodes the
-    /// momenta are those after a full kick.
+    /// Covariance of the deviation `[ζ; δΠ]` at each node, rad and N·m·s. For torques at nodes they
+    /// are the momenta after a full kick.
     pub states: Vec<Matrix6>,
     /// Covariance of the physical terminal error `[ζ; δΩ]`, true minus planned, rad and rad/s.
     pub end: Matrix6,
@@ -75,7 +75,7 @@ pub struct Covariance {
     /// parameter.
     pub end_by_parameter: Vec<Vector6>,
     /// Covariance of the physical rate error `δΩ` at each node, true minus planned, (rad/s)². For
-    /// torques at nodes the rates are those after a full kick.
+    /// torques at nodes they are the rates after a full kick.
     pub rates: Vec<Matrix3>,
     /// Covariance of the torque correction in each step, body axes, (N·m)².
     pub torque: Vec<Matrix3>,

@@ -37,7 +37,7 @@ impl Accuracy {
         let missed = found.continuous_attitude_rad.to_degrees();
         let wanted_deg = wanted.map_or(DEFAULT_ACCURACY_DEG, f64::to_degrees);
         let scheme = f64::from(problem.scheme.order());
-        // A measured order above that of the scheme is accidental and may not persist on finer
+        // A measured order above the order of the scheme is accidental and may not persist on finer
         // grids.
         let order = found.order.unwrap_or(scheme).clamp(0.5 * scheme, scheme);
         let needed = problem.steps as f64 * (missed / wanted_deg).powf(order.recip()) * Self::RESERVE;

@@ -160,8 +160,8 @@ impl Change<'_> {
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
     }
 
-    /// Returns the scaled force and moment of the field, and those of the actuators, after a turn
-    /// `[w, v]` (quaternion) and a change of position.
+    /// Returns two scaled wrenches, of the force field and of the actuators, after a turn `[w, v]`
+    /// (quaternion) and a change of position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
         let output = Output::between(&self.outputs.0, &self.outputs.1, t / self.length);

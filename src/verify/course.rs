@@ -16,8 +16,8 @@ use crate::{Matrix3, lie};
 /// The errors and clearances of both motions of a plan over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
-    /// Angle \[rad\] between the attitudes of the discrete and the continuous motion at each node;
-    /// the latter is under the torque held over each step. `N + 1` values.
+    /// Angle \[rad\] between the attitudes of the discrete and the continuous motion at each of the
+    /// `N + 1` nodes. The continuous motion has the torque held over each step.
     pub apart: Vec<f64>,
     /// Angle \[rad\] between the discrete motion and the terminal attitude at each node; `N + 1`
     /// values.

@@ -102,8 +102,8 @@ impl Stage<'_> {
         1.0 + ends.fold(0.0, f64::max) * scale.time / scale.inertia
     }
 
-    /// Returns the scaled distance, over all windows, between the ends that `run` computes and
-    /// those of the continuous witness.
+    /// Returns the scaled distance, over all windows, between the ends that `run` computes and the
+    /// ends of the continuous witness.
     fn distance(&self, run: impl Fn(&Window) -> Result<Phase, WitnessError>) -> Result<f64, WitnessError> {
         let (problem, mut sum) = (self.problem(), 0.0);
         let scale = Scale::of(problem);
@@ -182,7 +182,7 @@ impl Stage<'_> {
     }
 
     /// Returns the largest scaled distance over the windows between the ends of another accurate
-    /// witness and those of the continuous witness, and the limit of this distance.
+    /// witness and the ends of the continuous witness, and the limit of this distance.
     pub(super) fn agreement(&self, ends: &[Phase]) -> Result<(f64, f64), WitnessError> {
         let (problem, size) = (self.problem(), self.size());
         let scale = Scale::of(problem);

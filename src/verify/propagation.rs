@@ -55,8 +55,8 @@ impl Default for Propagation<'_> {
 /// and false if the observer stops the propagation.
 ///
 /// No rows are stored, so memory does not grow with the number of steps. The end state, the scheme
-/// and the number of steps of the problem are not used. The momenta in the rows include those of
-/// the wheels; the energy does not include the wheels.
+/// and the number of steps of the problem are not used. The momenta in the rows include the
+/// momentum of the wheels; the energy does not include the wheels.
 ///
 /// # Errors
 /// A [`WitnessError`] if the problem is unusable or the motion cannot be propagated further. The

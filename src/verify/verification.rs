@@ -87,7 +87,8 @@ pub struct Testimony {
     pub witness: String,
     /// The method of the witness, or the reason why it cannot judge the plan.
     pub method: String,
-    /// Number of steps of the plan over which the witness ran: all steps, or those of the windows.
+    /// Number of steps of the plan over which the witness ran: all steps, or the steps in the
+    /// windows.
     pub steps: usize,
     /// Number of windows over which the witness ran.
     pub windows: usize,

@@ -121,8 +121,8 @@ impl Facts {
 pub struct Work {
     /// Number of steps made.
     pub steps: u64,
-    /// Number of evaluations of the potential, including those at the start. An evaluation is for
-    /// all bodies at once.
+    /// Number of evaluations of the potential, including evaluations at the start. One evaluation
+    /// covers all bodies.
     pub force_evaluations: u64,
     /// Number of Newton or fixed-point iterations, summed over the bodies if each body has its own.
     pub iterations: u64,

@@ -115,7 +115,7 @@ pub enum TableError {
     /// The nodes do not form a table.
     #[error("this is no table: {what}")]
     Nodes {
-        /// The property of the nodes that is wrong.
+        /// The invalid property of the nodes, as a phrase.
         what: &'static str,
     },
     /// The operating system granted no thread.
@@ -338,7 +338,7 @@ fn of_leg(problem: &Problem, quantity: Quantity) -> Problem {
 }
 
 /// Returns the settings for the plans of a table. They use the discrete motion, whose value
-/// converges faster than that of a landed plan, and omit the second-order test.
+/// converges faster than the value of a landed plan, and omit the second-order test.
 fn of_table(settings: &Settings) -> Settings {
     Settings {
         target: Target::Discrete,

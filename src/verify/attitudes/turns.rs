@@ -17,8 +17,8 @@ use crate::maneuver::solution::Trajectory;
 const HALVINGS: u32 = 12;
 
 /// Returns the maneuver with its alternatives resolved into time intervals (shifts), one set of
-/// cones in each. The shifts are those of `own`, the maneuver from which the plan was made, if they
-/// cover the whole time. Otherwise they are derived from the attitudes of the plan.
+/// cones in each. The shifts come from `own`, the maneuver from which the plan was made, if its
+/// shifts cover the whole time. Otherwise they are derived from the attitudes of the plan.
 pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajectory) -> Problem {
     let end = trajectory.time.last().copied().unwrap_or(0.0);
     if let Some(turns) = own.and_then(|own| told(problem, own, end)) {
