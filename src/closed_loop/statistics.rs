@@ -141,7 +141,7 @@ mod tests {
         assert!((none.high - (1.0 - 0.025_f64.powf(1e-5))).abs() < 1e-9 * none.high && none.low == 0.0);
         let all = Proportion::new(50, 50);
         assert!((all.low - 0.025_f64.powf(1.0 / 50.0)).abs() < 1e-9 && all.high == 1.0);
-        // tests/reference/closed_loop/cl02: 22211 of 100,000.
+        // From tests/reference/closed_loop/cl02: 22211 of 100,000 cases.
         let found = Proportion::new(22_211, 100_000);
         assert!((found.low - 0.219_536_818_221_151_04).abs() < 1e-9, "{found:?}");
         assert!((found.high - 0.224_699_308_913_425_82).abs() < 1e-9, "{found:?}");

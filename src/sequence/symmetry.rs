@@ -194,7 +194,8 @@ fn frames(group: &[Matrix3]) -> Vec<Matrix3> {
     frames
 }
 
-/// Returns the signed permutation that equals a matrix within [`EQUAL`]; `None` if there is none.
+/// Returns the signed permutation that equals a matrix within ten times [`EQUAL`]; `None` if no
+/// signed permutation does.
 fn signed_permutation(map: &Matrix3) -> Option<Matrix3> {
     let rounded = map.map(f64::round);
     ((map - rounded).amax() <= 10.0 * EQUAL).then_some(rounded)

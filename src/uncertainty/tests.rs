@@ -53,7 +53,8 @@ pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     (0..24).map(|index| (index.to_string(), of(index), sigma[index].as_f64().unwrap())).collect()
 }
 
-/// Converts a covariance of `[ζ; δΠ]` to `[ζ; δΩ]`, for start and sensors of the reference files u.
+/// Converts a covariance of `[ζ; δΠ]` to `[ζ; δΩ]`, for the start and the sensors of the reference
+/// files whose names begin with u.
 fn as_rates(problem: &Problem, covariance: &Matrix6) -> Matrix6 {
     let mut map = Matrix6::identity();
     map.fixed_view_mut::<3, 3>(3, 3).copy_from(problem.body.inertia.j_inverse());

@@ -81,7 +81,7 @@ use watch::Watch;
 ///   between the nodes, with the limit [`Margin::ROUND_OFF`]
 /// - `way round`, if the problem requests a homotopy class: 1 if the path has the other one
 /// - `inputs off or at a limit` and `shortest pulse`, if the maneuver has a minimum pulse width;
-/// the second check has the fraction by which the shortest pulse falls short of this width
+///   the second check has the fraction by which the shortest pulse falls short of this width
 /// - `order`, or `round-off` if the witnesses agree to round-off
 /// - `symplectic witness`, if this witness can judge the plan
 /// - `continuous terminal`
