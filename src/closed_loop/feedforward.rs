@@ -1,24 +1,25 @@
-//! The commands of a plan: its inputs unchanged, or corrected for a known lag and a known delay.
+//! The commands of a plan: its inputs unchanged, or corrected for a known actuator lag and delay.
 //!
-//! A command is then the mean of the plan's inputs while it acts, a delay after it is given, and
-//! compensates the lag. With `v` the output of the actuators before, and `m` the mean of
-//! `e^{−t/τ}` over the ticks, the mean output is `c + (v − c) m`, so `c = (u* − m v)/(1 − m)`.
+//! A corrected command is given one delay early. It is the mean of the plan's inputs over the time
+//! for which it acts, and compensates the lag. Let `v` be the output of the actuators before the
+//! step, and `m` the mean of `e^{−t/τ}` over the ticks. The mean output is `c + (v − c) m`, so the
+//! command is `c = (u* − m v)/(1 − m)`.
 
 use super::Plant;
 use crate::optimize::discrete::linear_plan::LinearPlan;
 
-/// The part of a tick by which two equal times may differ.
+/// Fraction of a tick within which two times count as equal.
 pub(super) const SAME_TIME: f64 = 1e-6;
 
-/// The commands of a plan for a plant.
+/// The commands of a plan for a plant that updates its torque `ticks` times per step.
 pub(super) struct Feedforward<'a> {
     pub plan: &'a LinearPlan,
     pub plant: &'a Plant,
 }
 
 impl Feedforward<'_> {
-    /// Returns the commands with the time from which each acts: first the commands given before the
-    /// start, then the commands of the steps.
+    /// Returns the commands, each with the time \[s\] from which it acts: first the commands that
+    /// are given before the start, then one command per step.
     pub fn commands(&self) -> Vec<(f64, Vec<f64>)> {
         let times = self.plan.times();
         let count = self.plan.count();
@@ -28,7 +29,7 @@ impl Feedforward<'_> {
         }
         let delay = self.plant.delay;
         let step = times[1] - times[0];
-        // No more than the plan has steps, however long the delay.
+        // There are at most as many early commands as steps, however long the delay.
         let early = ((delay / step - SAME_TIME).ceil().max(0.0) as usize).min(count);
         let before = (1..=early).rev().map(|j| (delay - j as f64 * step).max(0.0));
         let starts: Vec<f64> = before.chain(times.iter().map(|time| time + delay)).collect();
@@ -49,8 +50,8 @@ impl Feedforward<'_> {
         commands
     }
 
-    /// Returns the mean of the plan's inputs between two times; after its end, the inputs of its
-    /// last step.
+    /// Returns the mean of the plan's inputs between two times \[s\]. After the end of the plan the
+    /// inputs of its last step apply.
     fn planned(&self, from: f64, to: f64) -> Vec<f64> {
         let times = self.plan.times();
         let last = self.plan.count() - 1;
@@ -68,7 +69,7 @@ impl Feedforward<'_> {
     }
 }
 
-/// Returns the mean of `q, q², … qⁿ` over n ticks.
+/// Returns the mean of `q, q², … qⁿ` over the n ticks of a step, for `q = kept`.
 fn mean_kept(kept: f64, ticks: usize) -> f64 {
     (1..=ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / ticks as f64
 }
