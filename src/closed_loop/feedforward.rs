@@ -11,7 +11,7 @@ use crate::optimize::discrete::linear_plan::LinearPlan;
 /// Fraction of a tick within which two times count as equal.
 pub(super) const SAME_TIME: f64 = 1e-6;
 
-/// The commands of a plan for a plant that updates its torque `ticks` times per step.
+/// The commands of a plan for a plant.
 pub(super) struct Feedforward<'a> {
     pub plan: &'a LinearPlan,
     pub plant: &'a Plant,
