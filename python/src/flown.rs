@@ -71,7 +71,8 @@ pub fn fly<'py>(
          gains: gains=False";
         return Err(refused("the plan has no gains", remedy));
     }
-    let runs = Runs { problem: &problem, closed_loop, uncertainty, beside: &beside, seed, threads };
+    let runs =
+        Runs { problem: &problem, closed_loop, uncertainty, beside: &beside, marks: &[], seed, threads };
     let Some(mut flight) = runs.flight(gains) else {
         return Err(refused("the plan has no covariance", "add [uncertainty]"));
     };
@@ -85,7 +86,7 @@ pub fn fly<'py>(
             let done = flight.cases.len() as u64;
             stopped = watch.stops("flights", Runs::name(gains), done, began.elapsed().as_secs_f64(), "");
         }
-        let loops = LoopRecord::new(&problem, &flight);
+        let loops = LoopRecord::new(&problem, &[], &flight);
         let names = problem.constraints.iter().map(|constraint| &constraint.name).collect::<Vec<_>>();
         let record = json!({
             "status": if stopped && (flight.cases.len() as u64) < count { "interrupted" } else { "solved" },

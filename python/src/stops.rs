@@ -66,8 +66,7 @@ fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
 
 impl PlannedSequence {
     fn file(&self) -> SequenceFile<'_> {
-        let LoadedSequence { sequence, settings, identity, .. } = &self.loaded;
-        SequenceFile::new(sequence, settings, &self.plan, identity)
+        SequenceFile::new(&self.loaded, &self.plan)
     }
 }
 

@@ -271,11 +271,12 @@ impl Problem {
         problem
     }
 
-    /// Returns whether inputs switch and are held over steps of unequal lengths
-    /// ([`Formulation::Switching`]). This is the case for minimum time and minimum fuel of a free
-    /// body with a given end attitude if only the torques are limited.
+    /// Returns whether inputs are held over steps of unequal lengths. This is the case for a plan
+    /// whose inputs switch ([`Formulation::Switching`]): minimum time and minimum fuel of a free
+    /// body with a given end attitude if only the torques are limited. It is also the case for a
+    /// recorded motion ([`Stepping::Recorded`]).
     pub fn switches(&self) -> bool {
-        Formulation::of(self) == Formulation::Switching
+        self.stepping == Stepping::Recorded || Formulation::of(self) == Formulation::Switching
     }
 
     /// Returns whether a minimum-time or minimum-fuel plan has its inputs at the nodes of a uniform

@@ -12,6 +12,9 @@ pub enum Stepping {
     Equal,
     /// The steps of switching arcs: no constraint is active.
     Arcs,
+    /// The steps of a recorded motion, of any lengths, over which its inputs are held. Such a
+    /// maneuver is not planned: it is flown, and gains are designed along it.
+    Recorded,
 }
 
 /// The discrete problem with which a maneuver is planned.
@@ -53,6 +56,7 @@ impl Formulation {
         let jumping = match problem.stepping {
             Stepping::Formulated => !problem.has_shaping_limits(),
             Stepping::Equal => false,
+            Stepping::Recorded => true,
             Stepping::Arcs => !problem.has_shaping_inputs(),
         };
         let taken = given_end && jumping;

@@ -30,11 +30,12 @@ pub(super) fn run(
     interrupt::watch();
     let planned = asked.plan(settings, &mut Watcher(console));
     let plan = planned.map_err(|error| refusal(&error))?;
-    let file = SequenceFile::new(asked, settings, &plan, identity);
+    let file = SequenceFile::new(loaded, &plan);
     let mut lines = sequence::sequence(console.colour, &file, loaded);
     if file.record.status == Status::Solved {
-        // Sequences have no details and no uncertainty.
-        lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, false)));
+        // Sequences have no details.
+        let flies = loaded.closed_loop.uncertainty.is_some();
+        lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, flies)));
     }
     console.say(&lines.join("\n"));
     interrupt::writing();
