@@ -21,8 +21,8 @@
 //!
 //! The cost of smoothing is ε times the length of the singular arcs. A small ε is of no use on
 //! intervals that do not resolve it, because inputs then jump within an interval. The last extremal
-//! is therefore computed on intervals that are bisected until no input changes by more than two
-//! fifths of its range on one, and is continued to ε = 2e-5 with a residual of 1e-9
+//! is therefore computed on intervals that are bisected until no input changes by more than a
+//! fifth of its range on one, and is continued to ε = 2e-5 with a residual of 1e-9
 //! (`switching/smooth`, `settle`). If the branch ends earlier, for example where two extremals
 //! meet, perturbations lead to the branches that continue (`tipped`). In the 1500 public cases this
 //! reduced the gap of singular ones from 1e-4 to 1e-6 of a unit of time, and the number of cases

@@ -23,6 +23,7 @@
 //!
 //! Bilimoria and Wie, *Time-Optimal Three-Axis Reorientation of a Rigid Spacecraft*, 1993; Zhu,
 //! Trélat and Cerf, *Planar tilting maneuver of a spacecraft: singular arcs in the minimum time
+//! problem and chattering*, 2016.
 
 pub(crate) mod arcs;
 pub(crate) mod base;
