@@ -44,7 +44,7 @@ pub(super) const FAR_ITERATIONS: usize = 20;
 /// Longest step of the eighth-order method, as a fraction of the duration. The error of such a step
 /// is at round-off level; longer steps are faster and less accurate.
 pub(super) const FINE: f64 = 0.03;
-/// Factor on [`FINE`] for intermediate iterations: a larger one makes them faster and less
+/// Factor on `FINE` for intermediate iterations: a larger one makes them faster and less
 /// accurate.
 pub(super) const COARSER: f64 = 4.0;
 
@@ -90,7 +90,7 @@ pub(super) mod paths {
     /// Step sizes of the homotopy from one problem to another, whose parameter runs from 0 to 1.
     pub const HOMOTOPY: Pace = Pace { first: 0.34, least: 0.02, most: 1.0, longer: 1.5, shorter: 0.4 };
 
-    /// Step sizes in the logarithm of the duration, in units of `ln` [`STRETCH`], when smoothed
+    /// Step sizes in the logarithm of the duration, in units of `ln STRETCH`, when smoothed
     /// extremals are lengthened or shortened and arcs are lengthened.
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
     /// Largest factor on the duration in one step of such a continuation.
@@ -196,7 +196,7 @@ pub(super) mod smooth {
 
     /// Intervals of the initial path where a turn has only one and ε is large. With half as many,
     /// Newton sometimes converges to other extremals. Where a turn has several initial paths, some
-    /// of them poor guesses, they have [`INTERVALS`].
+    /// of them poor guesses, they have `INTERVALS`.
     pub const INTERVALS_NEAR: usize = 16;
 
     /// Intervals of a path at the start of a continuation.
