@@ -5,9 +5,9 @@
 //! c(d, λ) = e(d) ,      ∂L/∂d_a = H_a      with the lengths d, the costates λ = (M, e_0) at the start
 //! ```
 //!
-//! These are the KKT conditions of minimum cost ([`KktSystem`]). `H_a` is the Hamiltonian on arc a of the
-//! flow, or the mean of the discrete Hamiltonians of its steps. It is linear in `λ` where torques
-//! are held, and `∂c/∂λ` vanishes there.
+//! These are the KKT conditions of minimum cost ([`KktSystem`]). `H_a` is the Hamiltonian on arc a
+//! of the flow, or the mean of the discrete Hamiltonians of its steps. It is linear in `λ` where
+//! torques are held, and `∂c/∂λ` vanishes there.
 //!
 //! Every step may start from its own stored node. If Newton continues from a path, lanes carry from
 //! node to node the derivatives with respect to costates, lengths and the gaps between steps. With
