@@ -9,10 +9,10 @@
 //! # How does minimum fuel use the methods of minimum time?
 //!
 //! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With
-//! `f = ½ (1 + v)`, `v ∈ [−1, 1]`, the switching function of minimum time gains a constant, `s =
-//! a·e + c`. Nothing else changes: the smoothed law (with the square root, which is also the best
-//! of three for fuel), Newton, the certificate and the grid are shared. A two-sided torque is two
-//! such inputs in opposite directions. If the duration is given, this equation replaces the
+//! `f = ½ (1 + v)`, `v ∈ [−1, 1]`, the switching function of minimum time gains a constant,
+//! `s = a·e + c`. Nothing else changes: the smoothed law (with the square root, which is also the
+//! best of three for fuel), Newton, the certificate and the grid are shared. A two-sided torque is
+//! two such inputs in opposite directions. If the duration is given, this equation replaces the
 //! condition on the Hamiltonian, and on the grid the mean discrete Hamiltonians of all arcs are
 //! equal instead of zero. Two things differ. First, between pulses every switching function is
 //! positive, so a short pulse may leave no zero crossing in the smoothed law; pulses are therefore

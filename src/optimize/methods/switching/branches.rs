@@ -30,18 +30,19 @@
 //! The other homotopy class may be far quicker about an axis of its own than about the axis of the
 //! short way. Initial paths therefore also include whole turns about the two fastest axes of the
 //! inputs. Of so many bases only the first and the cheapest are perturbed. For eight of 300 random
-//! maneuvers the thorough search formerly knew shorter plans, by up to a fifth; now for one (`cargo
-//! run --release -p evidence -- dearer thorough`).
+//! maneuvers the thorough search formerly knew shorter plans, by up to a fifth; now for one
+//! (`cargo run --release -p evidence -- dearer thorough`).
 //!
 //! Branches may part below the ε at which they are compared. If the best plan is no quicker than
 //! the turn about a fixed axis, which is known in closed form, the search becomes a thorough one.
 //!
 //! To continue perturbed starts on half of the intervals is quicker, since most lead to a known
-//! extremal, but lost a branch of one public case and of a box (`cargo run --release -p evidence --
-//! minimum_time plain`). Their perturbation is removed before the last level of ε, when branches
-//! have parted. Unless a body is fast, the intermediate levels are further apart, which takes fewer
-//! iterations in total. The distance between levels occasionally decides which branch is found, in
-//! either direction; so far no case of the public set was lost.
+//! extremal, but lost a branch of one public case and of a box
+//! (`cargo run --release -p evidence -- minimum_time plain`). Their perturbation is removed before
+//! the last level of ε, when branches have parted. Unless a body is fast, the intermediate levels
+//! are further apart, which takes fewer iterations in total. The distance between levels
+//! occasionally decides which branch is found, in either direction; so far no case of the public
+//! set was lost.
 //!
 //! If nothing converges to a small ε, as with fast bodies whose gyroscopic torques are comparable
 //! to the limits, initial paths come by way of given durations. There the smoothed extremal is

@@ -16,8 +16,8 @@
 //! quarter of all maneuvers has a singular arc, at whose ends inputs chatter: no finite switching
 //! structure is exact. Such maneuvers end as arcs with a small gap, or as a smoothed law with its
 //! ε, and the plan states which. A certificate does not compare with other branches: the frequency
-//! with which the plan is the best known one is measured by `cargo run --release -p evidence --
-//! minimum_time`.
+//! with which the plan is the best known one is measured by
+//! `cargo run --release -p evidence -- minimum_time`.
 
 use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};

@@ -3,8 +3,8 @@
 //!
 //! Every input has the range `v ∈ [−1, 1]` about the middle of its limits. Its axis has half the
 //! range for its length. Its cost is `c_j v_j` plus a constant, which is included in the price of
-//! time. The minimum of the Hamiltonian is at `v_j = −sign(s_j)` with the switching function `s_j =
-//! a_j·e + c_j`. With smoothing it is
+//! time. The minimum of the Hamiltonian is at `v_j = −sign(s_j)` with the switching function
+//! `s_j = a_j·e + c_j`. With smoothing it is
 //!
 //! ```text
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)

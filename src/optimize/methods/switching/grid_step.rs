@@ -149,9 +149,9 @@ impl Extremal {
         }
     }
 
-    /// Solves `τ = law(½(e + e⁺(τ)))` for the torque by Newton; also returns `(1 + ½ G ∂e⁺/∂τ)⁻¹
-    /// G`. The initial guess uses the costate expected after the step, or the costate before it if
-    /// that fails.
+    /// Solves `τ = law(½(e + e⁺(τ)))` for the torque by Newton; also returns
+    /// `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`. The initial guess uses the costate expected after the step, or the
+    /// costate before it if that fails.
     #[inline(always)]
     fn implicit_torque(
         &self,

@@ -30,8 +30,8 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let quick = 2.0 * angle.sqrt();
     match extremal.given_duration {
         Some(given) => (given > LONG * quick).then(|| extremal.lasting(Some(LONG * quick))),
-        // Two impulses about the axis cost `2 θ c/T`; with `p T` added, the cost is minimal at `T²
-        // = 2 θ c/p`.
+        // Two impulses about the axis cost `2 θ c/T`; with `p T` added, the cost is minimal at
+        // `T² = 2 θ c/p`.
         None => {
             let price = 2.0 * angle * extremal.price_of_impulse() / (LONG * quick).powi(2);
             (extremal.price_of_time() < price).then(|| extremal.priced(price))

@@ -14,9 +14,10 @@
 //! [ ∇²_dd L  (∂e/∂d)ᵀ ; ∂e/∂d  0 ] [δd; δν] = −[ ∇²_dz L ; ∂e/∂z ] z
 //! ```
 //!
-//! If there are as many arcs as conditions, the last rows alone determine the result: `δd =
-//! −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates make all `G_a` zero, or minimise them if the arcs are those of
-//! a grid and not exactly an extremal; `δd` leads to the end to first order with any costates.
+//! If there are as many arcs as conditions, the last rows alone determine the result:
+//! `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates make all `G_a` zero, or minimise them if the arcs are
+//! those of a grid and not exactly an extremal; `δd` leads to the end to first order with any
+//! costates.
 //!
 //! The matrix also distinguishes a minimum from a saddle. For length changes `v` that keep the end,
 //! `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, because the costates at the start change `G` by `∂e/∂d` carried

@@ -6,10 +6,10 @@ use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
-/// Units of a scaled minimum-time or minimum-fuel maneuver. They make `det J = 1` and `det B Bᵀ =
-/// 1`, so that durations are of the order of the square root of the angle. The unit of cost per
-/// time is half of the cost of the most expensive input at its limit, the full cost under a norm
-/// limit, or 1 if only time counts.
+/// Units of a scaled minimum-time or minimum-fuel maneuver. They make `det J = 1` and
+/// `det B Bᵀ = 1`, so that durations are of the order of the square root of the angle. The unit of
+/// cost per time is half of the cost of the most expensive input at its limit, the full cost under
+/// a norm limit, or 1 if only time counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExtremalUnits {
     pub time: f64,

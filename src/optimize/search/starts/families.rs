@@ -28,7 +28,7 @@ const MOST_MINIMA: usize = 6;
 const MOST_MINIMA_UNEQUAL: usize = 8;
 /// Number of random paths by default.
 const RANDOM: usize = 24;
-/// Number of random paths for a free body whose uncontrolled rotation is less than [`TUMBLING`].
+/// Number of random paths for a free body whose uncontrolled rotation is less than `TUMBLING`.
 const RANDOM_FREE: usize = 56;
 /// Number of random paths from each end for a body with unequal moments.
 const RANDOM_UNEQUAL: usize = 16;

@@ -1,7 +1,7 @@
 //! The discrete optimum of pulses on their grid, with the active bounds of their times.
 //!
-//! With the arc lengths `d = d_0 + D y` and free `y`, it satisfies the terminal conditions and `Dᵀ𝓗
-//! = 0`, where `𝓗` holds the mean discrete Hamiltonians of the arcs: the discrete action is
+//! With the arc lengths `d = d_0 + D y` and free `y`, it satisfies the terminal conditions and
+//! `Dᵀ𝓗 = 0`, where `𝓗` holds the mean discrete Hamiltonians of the arcs: the discrete action is
 //! stationary in every time that no bound holds.
 
 use super::super::arcs::Arcs;
