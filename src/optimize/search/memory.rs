@@ -113,9 +113,10 @@ fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (z, ends) = (n + m, if problem.motion == Motion::RigidBody { 12.0 } else { 8.0 });
     let (limits, constraints) = (limits(problem), constraints(problem));
     let rows = limits + constraints;
-    // Two Hessians and a step; P, W and U; vectors.
+    // Memory for two Hessians and a step, for the matrices P, W and U, and for vectors.
     let solver = NUMBER * (2.0 * z * z + n * z + (n + m) * (n + ends) + m * m + OF_UNKNOWN * z + OF_STAGE)
-        // Slopes with their places: a limit depends on few unknowns, a constraint on all.
+        // Derivatives of rows with their indices: a limit depends on few unknowns, a constraint on
+        // all.
         + NUMBER * OF_ROW * rows + (NUMBER + 2.0) * (3.0 * limits + z * constraints);
     let [of_stage, of_row] = OF_PLAN;
     let plan = NUMBER * (given + 3.0 * inputs + OF_STAGE + of_stage + of_row * rows);

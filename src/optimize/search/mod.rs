@@ -72,15 +72,15 @@ pub enum PlanError {
         "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
     )]
     TooManySteps {
-        /// Steps of the maneuver.
+        /// Number of steps of the maneuver.
         steps: usize,
     },
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
-        /// Finite costates found.
+        /// Number of finite costates in the guess.
         found: usize,
-        /// Costates needed.
+        /// Number of costates that the problem needs.
         needed: usize,
     },
     /// The path of a guess is invalid.

@@ -84,7 +84,7 @@ impl<const D: usize> Direction<D> {
 pub(super) struct Path<const D: usize> {
     /// Poses of all nodes.
     pub poses: Vec<Pose>,
-    /// Cost, scaled.
+    /// Cost of the path, scaled.
     pub cost: f64,
     /// Drifts from each node; meaningless before the first.
     pub drifts: Vec<Drift>,

@@ -128,7 +128,7 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
             .into_iter()
             .fold(0.0, f64::max)
     };
-    // Thrusters that push unequally work even where nothing is to turn.
+    // Unequal one-sided thrusters need inputs even for zero torque.
     let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
     let duration = least(1e-3, 1e9, |duration| loads(duration) <= level);
     (loads(duration) <= level).then_some(duration)
@@ -242,7 +242,7 @@ fn through_bodies(
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
     let at = relaxed(&sphere, &guess(&sphere, turn, intervals, try_index)?, work)?;
-    // The momenta go with the inertia; rates and attitudes stay.
+    // The momenta scale with the inertia; rates and attitudes do not change.
     let carried = |path: &mut Path, there: &Extremal, part: f64| {
         let Some(here) = body(part) else { return };
         let change = there.j * here.j_inverse;

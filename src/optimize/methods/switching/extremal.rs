@@ -50,7 +50,7 @@ pub(crate) enum TorqueLimit {
 pub(crate) struct LawResponse<T: Number = f64> {
     /// Torque at the minimum.
     pub torque: Vector<T>,
-    /// `G = −∂τ/∂e`.
+    /// Stiffness `G = −∂τ/∂e` of the control law.
     pub stiffness: Matrix<T>,
     /// Minimum of `e·τ + Σ c_j v_j`, including the smoothing term.
     pub minimum: T,
@@ -320,12 +320,12 @@ impl Extremal {
         !self.counts_fuel() && self.given_duration.is_none() && matches!(self.law, TorqueLimit::Inputs(_))
     }
 
-    /// Number of switching functions.
+    /// Returns the number of switching functions.
     pub fn switching_count(&self) -> usize {
         self.costs.len()
     }
 
-    /// The switching function of an input at the costate `e`.
+    /// Returns the switching function of an input at the costate `e`.
     pub fn switching(&self, input: usize, e: &Vector3) -> f64 {
         match &self.law {
             TorqueLimit::Inputs(axes) => axes[input].dot(e) + self.costs[input],

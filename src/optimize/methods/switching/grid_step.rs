@@ -66,7 +66,7 @@ struct CostateDrift {
     drift: Drift,
     linear: LinearDrift,
     after: Costate,
-    /// `∂e⁺/∂Π̃`.
+    /// Derivative `∂e⁺/∂Π̃` of the costate after the drift with respect to the momentum before it.
     e_of_momentum: Matrix3,
 }
 

@@ -19,7 +19,7 @@ pub(crate) struct ExtremalUnits {
 }
 
 impl ExtremalUnits {
-    /// Unit of momentum [N·m·s].
+    /// Returns the unit of momentum [N·m·s].
     pub fn momentum(&self) -> f64 {
         self.torque * self.time
     }

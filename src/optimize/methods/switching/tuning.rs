@@ -56,7 +56,7 @@ pub(super) const POINTS: usize = 4;
 /// more plans and takes longer.
 pub(super) const SMALLER: f64 = 0.4;
 
-/// Initial guesses of the path (`base`, `long`). They decide whether any extremal is found, and
+/// Constants of the initial paths (`base`, `long`). They decide whether any extremal is found, and
 /// which.
 pub(super) mod paths {
     use crate::optimize::methods::continuation::Pace;
@@ -112,7 +112,8 @@ pub(super) mod paths {
     pub const QUICKER: [f64; 2] = [0.85, 0.6];
 }
 
-/// Branches of extremals (`branches`): how many are distinguished and followed.
+/// Constants of branches (`branches`). They decide how many extremals are distinguished and
+/// followed.
 pub(super) mod branches {
     use crate::Vector3;
 
@@ -162,7 +163,8 @@ pub(super) mod branches {
     pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
 }
 
-/// Smoothed extremals (`smooth`): how fast and how far ε decreases, and on which intervals.
+/// Constants of smoothed extremals (`smooth`). They decide how fast and how far ε decreases, and on
+/// which intervals.
 pub(super) mod smooth {
     use crate::optimize::methods::continuation::Pace;
 
@@ -213,8 +215,8 @@ pub(super) mod smooth {
     pub const DEEPEST: usize = 8;
 }
 
-/// Bang-bang arcs (`arcs`, `certificate`, `least_gap`): whether Newton on switching times converges
-/// from the arcs that are read off a smoothed path.
+/// Constants of bang-bang arcs (`arcs`, `certificate`, `least_gap`). They decide whether Newton on
+/// switching times converges from the arcs of a smoothed path.
 pub(super) mod arcs {
     /// Most integration steps of one arc; it bounds only durations that are far too long.
     pub const MOST_STEPS: f64 = 1e3;
@@ -249,8 +251,8 @@ pub(super) mod arcs {
     pub const OPEN: f64 = 1e-13;
 }
 
-/// Limits of branches as ε → 0 (`limit`, `search`, `fuel`): how many branches are brought to arcs,
-/// and with how much work.
+/// Constants of the limits of branches as ε → 0 (`limit`, `search`, `fuel`). They decide how many
+/// branches are converted to arcs, and with how much work.
 pub(crate) mod limits {
     /// Gap, as a fraction of the cost, below which arcs are an exact extremal.
     pub const NO_GAP: f64 = 1e-7;
@@ -294,8 +296,8 @@ pub(crate) mod limits {
     pub const EIGENAXIS_PARTS: usize = 4000;
 }
 
-/// Long durations with nonzero boundary rates (`impulses`): how many coasts are searched for and
-/// given burns.
+/// Constants for long durations with nonzero boundary rates (`impulses`). They decide how many
+/// coasts are searched for and given burns.
 pub(super) mod impulses {
     /// Random initial momenta from which coasts are searched for.
     pub const RANDOM: usize = 48;
@@ -305,7 +307,8 @@ pub(super) mod impulses {
     pub const MENDED: usize = 4;
 }
 
-/// The grid (`discretize`, `on_grid`, `grid_step`): whether arcs have a discrete optimum.
+/// Constants of the grid (`discretize`, `on_grid`, `grid_step`). They decide whether arcs have a
+/// discrete optimum.
 pub(crate) mod grid {
     /// Fewest steps of an arc.
     pub const LEAST_STEPS: usize = 2;
@@ -321,8 +324,8 @@ pub(crate) mod grid {
     pub const FOLLOWED: f64 = 0.3;
 }
 
-/// Pulses with a minimum pulse width (`pulses`): which schedules are tried, and when their times
-/// are optimal.
+/// Constants of pulses with a minimum pulse width (`pulses`). They decide which schedules are
+/// tried, and when their times are optimal.
 pub(super) mod pulses {
     /// Longest integration step, as [`FINE`](super::FINE) but shorter because more derivatives are
     /// carried.

@@ -168,7 +168,7 @@ struct Estimate {
 fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
     let estimate =
         if let Some(switching) = found.switching.as_ref().filter(|_| found.on_grid(problem).switches()) {
-            // The price of time is in both, where there is one.
+            // Both values include the price of time, if there is one.
             let (discrete, continuous) = if problem.objective.is_duration() {
                 (found.duration(problem), switching.continuous_duration_s)
             } else {

@@ -94,7 +94,7 @@ pub fn gap<const N: usize>(
     })
 }
 
-/// A discrete optimum.
+/// A discrete optimum with its multipliers.
 struct Optimum<'a> {
     chain: &'a Chain,
     problem: &'a Problem,
@@ -126,7 +126,7 @@ impl Optimum<'_> {
             let Some(limits) = set.map(ActuatorSet::limits).filter(|_| !inputs.is_empty()) else { continue };
             gap += match (&limits.rate, limits.norm, &limits.size) {
                 (Some(_), None, _) => inputs.map(|input| self.of_rate(&slopes, input)).sum(),
-                // The minimum over a ball and a box has no closed form.
+                // The minimum over the intersection of a ball and a box has no closed form.
                 (Some(_), Some(_), _) | (None, Some(_), Some(_)) => return None,
                 (None, Some(norm), None) => self.of_norm(&slopes, forces, norm),
                 (None, None, _) => self.of_inputs(&slopes, inputs, limits.one_sided),
@@ -149,7 +149,7 @@ impl Optimum<'_> {
         rows.rows.iter().zip(&self.multipliers.rows).map(of).fold(0.0, |sum, of| sum + of) / model.cost_scale
     }
 
-    /// Returns the steps, with their lengths.
+    /// Returns the indices of the steps, with their lengths.
     fn steps(&self) -> impl Iterator<Item = (usize, f64)> {
         (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
     }
@@ -175,7 +175,7 @@ impl Optimum<'_> {
         self.chain.model.input_bounds(self.problem).iter().map(|bound| bound * grown).collect()
     }
 
-    /// Returns the gap of inputs with limits of their own.
+    /// Returns the gap of inputs that are limited individually.
     fn of_inputs(&self, slopes: &[Vec<f64>], inputs: Range<usize>, one_sided: bool) -> f64 {
         let bounds = self.bounds();
         let mut gap = 0.0;
@@ -226,9 +226,9 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns the gap of an input with a limited rate. Its costate in the middle of a step is the
-    /// multiplier of the limit of the rate there. The slack in its own limit, and the first-order
-    /// cost of holding it over steps, are added.
+    /// Returns the gap of an input with a rate limit. Its costate in the middle of a step is the
+    /// multiplier of the rate limit there. The slack in its own limit, and the first-order cost of
+    /// holding it over steps, are added.
     fn of_rate(&self, slopes: &[Vec<f64>], input: usize) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows);
         let (s, grown) = (self.iterate.stretch(), self.iterate.stretch().powi(3));
@@ -290,7 +290,7 @@ impl Optimum<'_> {
             let state = physical(node);
             model.dynamics.j_inverse * (state.momentum - model.wheel_momentum(&state.wheels))
         };
-        // The mean over a step, of what is linear between its nodes.
+        // Mean over a step of a quantity that is linear between its nodes.
         let mean = |what: &What, step: usize| {
             let half = |left: &dyn Fn(usize) -> f64| 0.5 * (left(step) + left(step + 1));
             match what {

@@ -16,7 +16,7 @@ use super::schedule::Schedule;
 use crate::optimize::nlp::kkt::KktSystem;
 use nalgebra::{DMatrix, Vector6};
 
-/// The motion under pulses.
+/// Motion under pulses: its arcs and its KKT system.
 pub(crate) struct Motion {
     /// Arcs between the times.
     pub arcs: Arcs,
@@ -39,7 +39,7 @@ impl Motion {
         let times = schedule.times();
         let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).collect();
         order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
-        // All levels off.
+        // All levels are off at first.
         let mut levels = vec![-1.0; extremal.switching_count()];
         let (mut lengths, mut steps, mut now) = (Vec::new(), Vec::new(), 0.0);
         let mut of_times = DMatrix::zeros(order.len() + 1, times.len());
