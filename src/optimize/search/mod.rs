@@ -100,7 +100,8 @@ pub enum Misfit {
     /// Costates to polish, for a maneuver that is not minimum-effort with a given duration.
     #[error("only a maneuver of least effort in a given duration has costates to polish")]
     Polish,
-    /// A method that was requested explicitly, for a maneuver with alternative sets of cones.
+    /// A single method without the search, for a maneuver with alternative sets of cones: only the
+    /// search determines which set holds when.
     #[error("which set of cones holds when is what a plan finds: no method has it by itself")]
     Turns,
     /// A comparison of the methods for switching inputs, for a maneuver without such inputs.

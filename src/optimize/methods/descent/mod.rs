@@ -30,7 +30,7 @@ use std::f64::consts::SQRT_2;
 /// Configuration rows or momentum rows of a vector: ζ or δΠ, preceded by δx or δγ if the body
 /// translates.
 type Half<const D: usize> = SVector<f64, D>;
-/// Matrix between two such halves.
+/// Matrix between configuration or momentum rows.
 type Block<const D: usize> = SMatrix<f64, D, D>;
 
 /// Largest displacement of a node in the first trial of a line search \[rad, or unit lengths\].
@@ -47,7 +47,8 @@ const FIRST_SHIFT: f64 = 30.0;
 const LEAST_SHIFT: f64 = 3.0;
 /// Largest shift of the Hessian.
 const MOST_SHIFT: f64 = 1e9;
-/// Factor from one shift to the next.
+/// Factor from one shift of the Hessian to the next. A larger factor needs fewer sweeps and damps
+/// more than necessary.
 const RAISE: f64 = 5.0;
 /// Predicted relative decrease of the cost below which a path is nearly stationary and is tested
 /// for a saddle.
@@ -322,18 +323,18 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
     }
 }
 
-/// Combines translation and rotation rows to a half, in the order of the crate.
+/// Combines translation and rotation to configuration or momentum rows, in the order of the crate.
 fn half<const D: usize>(translation: &nalgebra::Vector3<f64>, rotation: &nalgebra::Vector3<f64>) -> Half<D> {
     SVector::from_fn(|row, _| if row + 3 >= D { rotation[row + 3 - D] } else { translation[row] })
 }
 
-/// Returns the translation and rotation rows of a half.
+/// Splits configuration or momentum rows into translation and rotation.
 fn parts<const D: usize>(half: &Half<D>) -> (nalgebra::Vector3<f64>, nalgebra::Vector3<f64>) {
     let part = |row: usize| nalgebra::Vector3::new(half[row], half[row + 1], half[row + 2]);
     (if D == 6 { part(0) } else { nalgebra::Vector3::zeros() }, part(D - 3))
 }
 
-/// Returns a pose displaced along a half of a tangent vector.
+/// Returns a pose displaced along the configuration rows of a tangent vector.
 fn moved<const D: usize>(pose: &Pose, along: &Half<D>, fraction: f64) -> Pose {
     let (x, zeta) = parts(along);
     Pose { position: pose.position + x * fraction, attitude: pose.attitude * lie::exp(&(zeta * fraction)) }

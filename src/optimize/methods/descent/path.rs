@@ -35,7 +35,7 @@ const SMALLEST_TRACE: f64 = 1.0;
 /// Data that all paths of a maneuver share.
 pub(super) struct Setting<'a, const N: usize, const D: usize> {
     pub dynamics: &'a Dynamics,
-    /// Physical start.
+    /// Physical state at the start, before any kick.
     start: Point,
     /// State before the first kick, at node `first`.
     opening: Point,

@@ -11,8 +11,8 @@ use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::TAU;
 
 /// Returns the duration (scaled) of the rest-to-rest turn about the eigenaxis under the limits.
-/// Returns `None` if the body does not rest at both ends, or if the actuators are redundant, so
-/// that several inputs produce one torque.
+/// Returns `None` if the body does not rest at both ends, if there is no turn, or if individual
+/// limits apply to other than three inputs, so that inputs and torque do not determine each other.
 pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();

@@ -34,7 +34,7 @@ use nalgebra::SMatrix;
 
 /// Number of parameters of a step: `m`, `Π`, `e`, `h`.
 const PARAMETERS: usize = 10;
-/// Number of parameters with the torque as a further one.
+/// Number of parameters of a step with the torque included: `m`, `Π`, `e`, `h`, `τ`.
 const WITH_TORQUE: usize = PARAMETERS + 3;
 
 /// Length that replaces a zero step length, because some terms are divided by the length.

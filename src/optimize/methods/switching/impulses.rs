@@ -57,8 +57,8 @@ fn is_long(extremal: &Extremal) -> bool {
 
 /// Returns whether impulses may lead to a cheaper plan than the best known one: if the body moves
 /// and the duration is long, or if two impulses cost less than half of the best plan. About one
-/// axis, burns of any length cost at most twice as much as impulses in the same duration; equality
-/// holds in the shortest duration, `2 √(J θ u)`.
+/// axis, burns of any length cost at most twice as much as impulses in the same duration. They do
+/// so in the shortest duration, where they cost `2 √(J θ u)`.
 pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &Work) -> bool {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else { return false };
     if is_long(extremal) {

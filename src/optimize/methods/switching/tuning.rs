@@ -11,7 +11,8 @@
 //! | fuel of plans with pulses, and how often a plan exists | `cargo run --release -p evidence -- minimum_fuel` |
 //! | whether plans of symmetric maneuvers cost the same | `cargo run --release -p evidence -- images` |
 
-/// Relative difference below which two costs, gaps, times or values of ε are considered equal.
+/// Relative difference below which two costs, gaps, times or values of ε are considered equal. A
+/// smaller value is lost in round-off; a larger one merges different solutions.
 pub(super) const SAME: f64 = 1e-9;
 
 /// Relative size below which a quantity is considered zero: an arc's length on the grid, relative
@@ -24,7 +25,8 @@ pub(super) const NOTHING: f64 = 1e-6;
 /// determined only by short arcs are lost.
 pub(super) const UNDETERMINED: f64 = 1e-9;
 
-/// Residual of the terminal conditions below which they are met.
+/// Residual of the terminal conditions below which they are met. A smaller value takes more
+/// iterations; a larger one leaves a visible terminal error.
 pub(super) const MET: f64 = 1e-11;
 
 /// Residual at which Newton's method on switching times stops, and the value below which a
@@ -62,36 +64,42 @@ pub(super) mod paths {
     use crate::optimize::methods::continuation::Pace;
 
     /// Largest input of an initial path, as a fraction of its limit, for a minimum-time problem.
-    /// The levels are tried in this order until a path is found.
+    /// The levels are tried in this order until a path is found. A higher level gives a shorter
+    /// path, whose inputs are closer to saturation.
     pub const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
     /// Largest input of an initial path, as a fraction of its limit, for a minimum-fuel problem
-    /// with free duration. All levels are tried, because a longer duration may cost less.
+    /// with free duration. All levels are tried, because a longer duration may cost less. A lower
+    /// level gives a longer duration; more levels take longer.
     pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
     /// Smallest difference between the level of an initial path and the level that the inputs need
-    /// for zero torque: unequal one-sided thrusters are on even without motion.
+    /// for zero torque, because unequal one-sided thrusters are on even without motion. A larger
+    /// value leaves more torque for the motion and gives a shorter duration.
     pub const ABOVE_IDLE: f64 = 0.25;
 
-    /// ε of the initial paths for a given duration: so large that fuel hardly affects the smoothed
-    /// law.
+    /// ε of the initial paths for a given duration, tried in this order. It is so large that fuel
+    /// hardly affects the smoothed law; a smaller one is harder to start from.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
     /// Upper bound of the search for the costate (in units of ε) that produces a torque under a
-    /// norm limit.
+    /// norm limit. A larger bound allows torques closer to the limit.
     pub const LARGEST_COSTATE: f64 = 32.0;
 
-    /// Number of bisections of a bracket.
+    /// Number of bisections of a bracket. Each one halves the error and takes one more evaluation.
     pub const HALVINGS: usize = 40;
 
     /// Residual at which a smoothed extremal is accurate enough to be the initial guess of another
-    /// one.
+    /// one. A smaller value takes more iterations; with a larger one the next solve starts from a
+    /// worse guess.
     pub const RELAXED: f64 = 1e-3;
 
     /// Step sizes of the homotopy from one problem to another, whose parameter runs from 0 to 1.
+    /// Larger steps need fewer solves, and fail or change the branch more often.
     pub const HOMOTOPY: Pace = Pace { first: 0.34, least: 0.02, most: 1.0, longer: 1.5, shorter: 0.4 };
 
-    /// Step sizes in the logarithm of the duration, in units of `ln STRETCH`, when smoothed
-    /// extremals are lengthened or shortened and arcs are lengthened.
+    /// Step sizes in the logarithm of the duration, in units of `ln STRETCH`, of the continuations
+    /// that shorten smoothed extremals and lengthen arcs. Larger steps need fewer solves and fail
+    /// more often.
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
     /// Largest factor on the duration in one step of such a continuation.
     pub const STRETCH: f64 = 1.3;
@@ -117,27 +125,35 @@ pub(super) mod paths {
 pub(super) mod branches {
     use crate::Vector3;
 
-    /// Sum of the boundary rates (scaled) beyond which the body is fast: the long way may then be
-    /// the quicker one.
+    /// Sum of the boundary rates (scaled) beyond which the body is fast, so that the long way may
+    /// be the quicker one and ε decreases in smaller steps. A smaller value makes more searches
+    /// take longer; a larger one loses branches.
     pub const FAST: f64 = 0.3;
 
-    /// ε at which branches are distinguished.
+    /// ε at which branches are distinguished and perturbed. At a larger value fewer branches exist
+    /// yet; at a smaller one each initial extremal takes longer.
     pub const BRANCHING: f64 = 0.3;
     /// ε at which minimum-time branches are compared, for turns by 1 rad or more. A smaller value
     /// separates more branches and takes longer.
     pub const COMPARED: f64 = 0.008;
-    /// ε at which minimum-fuel branches are compared.
+    /// ε at which minimum-fuel branches are compared. A smaller value separates more branches and
+    /// takes longer.
     pub const COMPARED_FUEL: f64 = 0.02;
-    /// ε, as a multiple of the comparison value, at which a perturbation is removed: the branches
-    /// have parted there, and Newton continues without it.
+    /// ε, as a multiple of the comparison value, at which a perturbation is removed, because the
+    /// branches have parted there. A larger multiple saves iterations, and removes the perturbation
+    /// before some branches part.
     pub const PARTED: f64 = 7.0;
 
-    /// Angle \[rad\] below which a turn is small: its branches hardly differ.
+    /// Angle \[rad\] below which a turn is small, so that its branches hardly differ and ε
+    /// decreases in smaller steps. A larger angle makes more searches take longer; a smaller one
+    /// loses branches.
     pub const SMALL: f64 = 0.1;
-    /// Angle \[rad\] below which the comparison ε no longer decreases in proportion to the angle.
+    /// Angle \[rad\] below which the comparison ε no longer decreases in proportion to the angle. A
+    /// smaller value takes longer for small turns.
     pub const SMALLEST_ANGLE: f64 = 0.03;
 
-    /// Initial extremals that cost more than the best one by this factor are pruned.
+    /// Initial extremals that cost more than the best one by this factor are pruned. A larger
+    /// factor keeps more branches and takes longer.
     pub const RIVAL_BASE: f64 = 1.15;
 
     /// Rotation vector from the body axes to the axes of the symmetry-breaking perturbations. A
@@ -147,19 +163,20 @@ pub(super) mod branches {
     /// Second choice of that rotation vector, for further sets of perturbations.
     pub const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
 
-    /// Ratio of the largest to the smallest control authority, or principal moment, above which one
-    /// set of perturbations misses branches and further or larger sets are tried.
+    /// Ratio of the largest to the smallest control authority, or principal moment, above which
+    /// further or larger sets of perturbations are tried. A smaller ratio takes longer; a larger
+    /// one misses branches.
     pub const UNLIKE: f64 = 1.2;
 
-    /// Relative component across the axes already chosen below which an axis counts as linearly
-    /// dependent.
+    /// Relative component perpendicular to the axes already chosen below which an axis counts as
+    /// linearly dependent. A smaller value accepts three nearly dependent axes.
     pub const ASIDE: f64 = 0.1;
 
     /// Relative differences of cost and of costates below which two minimum-time paths are the same
-    /// extremal.
+    /// extremal. Larger values merge different branches; smaller ones keep duplicates.
     pub const ALIKE: (f64, f64) = (1e-4, 1e-2);
     /// Relative differences of cost and of costates below which two minimum-fuel paths are the same
-    /// extremal; fuel is known less accurately than time.
+    /// extremal. They are larger than for time, because fuel is known less accurately.
     pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
 }
 
@@ -168,29 +185,36 @@ pub(super) mod branches {
 pub(super) mod smooth {
     use crate::optimize::methods::continuation::Pace;
 
-    /// Factor from one ε to the next in a continuation.
+    /// Factor from one ε to the next in a continuation. A smaller factor needs fewer solves, and
+    /// fails or changes the branch more often.
     pub const RATIO: f64 = 0.25;
     /// Factor from one ε to the next where a perturbation only has to separate branches. Smaller
     /// factors need fewer iterations and lose some branches.
     pub const STEEP: f64 = 0.185;
-    /// Step sizes of the continuation in `ln ε`, in units of the logarithm of the factor.
+    /// Step sizes of the continuation in `ln ε`, in units of the logarithm of the factor. Larger
+    /// steps need fewer solves and fail more often.
     pub const DESCENT: Pace = Pace { first: 1.0, least: 0.037, most: 1.0, longer: 1.4, shorter: 0.4 };
 
-    /// Factor from one ε to the next for an extremal that is solved to round-off at each ε.
+    /// Factor from one ε to the next for an extremal that is solved to round-off at each ε. A
+    /// smaller factor needs fewer solves and fails more often.
     pub const SETTLING: f64 = 0.2;
 
-    /// Tolerance of the residual in a continuation to smaller ε, as a fraction of ε.
+    /// Tolerance of the residual in a continuation to smaller ε, as a fraction of ε. A smaller
+    /// fraction takes more iterations; with a larger one the next solve starts from a worse guess.
     pub const ON_THE_WAY: f64 = 0.1;
-    /// Bounds of that tolerance.
+    /// Smallest and largest tolerance of the residual in such a continuation.
     pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
 
     /// Largest Newton step of the duration and of the switching times, as a fraction of the
-    /// duration.
+    /// duration. A larger step converges in fewer iterations, and leaves the region of convergence
+    /// more often.
     pub const TIME_STEP: f64 = 0.4;
 
-    /// Relative decrease of the residual, per unit of step length, that the line search requires.
+    /// Relative decrease of the residual, per unit of step length, that the line search requires. A
+    /// larger value rejects more steps; a smaller one accepts steps of little use.
     pub const DECREASE: f64 = 0.1;
-    /// Factor on the step length after a rejected trial of the line search.
+    /// Factor on the step length after a rejected trial of the line search. A smaller factor needs
+    /// fewer trials and gives shorter steps.
     pub const SHORTENED: f64 = 0.4;
     /// Most trials of one line search. A step that fails this often seldom succeeds with more
     /// trials.
@@ -201,17 +225,22 @@ pub(super) mod smooth {
     /// of them poor guesses, they have `INTERVALS`.
     pub const INTERVALS_NEAR: usize = 16;
 
-    /// Intervals of a path at the start of a continuation.
+    /// Intervals of a path at the start of a continuation. More intervals take longer; fewer lead
+    /// to other extremals.
     pub const INTERVALS: usize = 32;
-    /// Number of intervals that suffices where no input changes fast.
+    /// Number of intervals that suffices where no input changes fast. More intervals take longer
+    /// and resolve shorter pulses.
     pub const ENOUGH: usize = 128;
-    /// Most intervals of a path.
+    /// Most intervals of a path. It bounds the time of one solve; a larger value allows a smaller
+    /// ε.
     pub const MOST_INTERVALS: usize = 3000;
 
     /// Largest change of an input over one interval, as a fraction of its range. On a uniform grid,
-    /// this value divided by ε is a sufficient number of intervals.
+    /// this value divided by ε is a sufficient number of intervals. A smaller value resolves
+    /// switches better and takes more intervals.
     pub const RESOLVED: f64 = 0.2;
-    /// Most bisections of one interval in one refinement.
+    /// Most bisections of one interval in one refinement. With fewer, more refinements and solves
+    /// are needed.
     pub const DEEPEST: usize = 8;
 }
 
@@ -221,45 +250,57 @@ pub(super) mod arcs {
     /// Most integration steps of one arc; it bounds only durations that are far too long.
     pub const MOST_STEPS: f64 = 1e3;
 
-    /// Fewest switches that determine all costates.
+    /// Fewest switches that determine all costates; with fewer of them the Newton step is the
+    /// shortest one.
     pub const DETERMINED: usize = 5;
-    /// Most switches of a plan. Singular arcs of minimum-fuel plans are long and need many.
+    /// Most switches of a plan. Singular arcs of minimum-fuel plans are long and need many; more
+    /// switches take longer.
     pub const MOST_SWITCHES: usize = 40;
 
-    /// Input level, as a fraction of its limit, below which the input is off.
+    /// Input level, as a fraction of its limit, below which the input is off. A smaller value
+    /// merges pulses that are smoothed into one another; a larger one loses weak pulses.
     pub const IDLE: f64 = 0.02;
-    /// Shortest pulse that is kept, as a fraction of the duration.
+    /// Shortest pulse that is kept, as a fraction of the duration. A smaller value keeps pulses
+    /// that are due to smoothing; a larger one loses real ones.
     pub const SHORTEST_PULSE: f64 = 1e-4;
 
-    /// Mean level of an input over a run below which the run is a singular arc.
+    /// Mean level of an input over a run below which the run is a singular arc and is replaced by
+    /// several pulses. A larger value divides more pulses; a smaller one misses singular arcs.
     pub const BETWEEN: f64 = 0.7;
 
     /// Runs with a wrong sign whose gap is at least this fraction of the largest are corrected
-    /// together with it.
+    /// together with it. A smaller value corrects more runs at once.
     pub const TOGETHER: f64 = 0.2;
 
-    /// First smoothing parameter μ of the smallest-gap problem.
+    /// First smoothing parameter μ of the smallest-gap problem. A larger value is easier for Newton
+    /// and takes more reductions.
     pub const FIRST: f64 = 0.1;
-    /// Factor from one μ to the next in the smallest-gap problem.
+    /// Factor from one μ to the next in the smallest-gap problem. A smaller factor needs fewer
+    /// reductions, each with more Newton iterations.
     pub const REDUCED: f64 = 0.2;
     /// Largest addition of smoothing to the smallest gap, as a fraction of the gap, at which μ is
-    /// small enough.
+    /// small enough. A smaller value gives a tighter gap and takes longer.
     pub const ADDED: f64 = 0.05;
 
-    /// Relative increase of the diagonal of the Hessian in the smallest-gap problem: a maneuver
-    /// with few inputs does not determine all costates.
+    /// Relative increase of the diagonal of the Hessian in the smallest-gap problem, because a
+    /// maneuver with few inputs does not determine all costates. A larger value slows Newton; a
+    /// smaller one leaves the Hessian singular.
     pub const OPEN: f64 = 1e-13;
 }
 
 /// Constants of the limits of branches as ε → 0 (`limit`, `search`, `fuel`). They decide how many
 /// branches are converted to arcs, and with how much work.
 pub(crate) mod limits {
-    /// Gap, as a fraction of the cost, below which arcs are an exact extremal.
+    /// Gap, as a fraction of the cost, below which arcs are an exact extremal. A smaller value
+    /// leads to further corrections of arcs that are exact; a larger one calls arcs with short
+    /// wrong signs exact.
     pub const NO_GAP: f64 = 1e-7;
-    /// Gap, as a fraction of the cost, below which arcs are accepted without further correction.
+    /// Gap, as a fraction of the cost, below which arcs are accepted without further correction. A
+    /// smaller value leads to more pulses and takes longer.
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// Minimum-time branches that cost more than the best one by this factor are pruned.
+    /// Minimum-time branches that cost more than the best one by this factor are pruned. A larger
+    /// factor follows more branches and takes longer.
     pub const RIVAL: f64 = 1.015;
     /// Pruning factor for minimum-fuel problems and one-sided thrusters, where the smoothed cost
     /// can be far from the cost of the arcs.
@@ -269,58 +310,74 @@ pub(crate) mod limits {
     /// longer in the slowest tenth of the public set.
     pub const MOST_DESCENTS: usize = 3;
     /// Most reductions of ε for a minimum-fuel branch, whose short pulses appear only at small ε.
+    /// More of them find more pulses and take longer.
     pub const MOST_DESCENTS_FUEL: usize = 12;
 
-    /// ε at which the continuation of a branch with a singular arc ends on a uniform grid.
+    /// ε at which the coarse continuation of a branch with a singular arc ends. A smaller value has
+    /// a smaller gap and takes longer.
     pub const LAST: f64 = 5e-4;
-    /// Smallest ε, to which such a branch is then refined.
+    /// Smallest ε, to which a branch with a singular arc is then refined on intervals that resolve
+    /// its inputs. A smaller value has a smaller gap and takes more intervals.
     pub const SMALLEST: f64 = 2e-5;
 
     /// Most corrections of a switching sequence in each of these loops: signs of inputs, arcs whose
-    /// gap is not small, and on the grid the bounds of pulses and the order of switches.
+    /// gap is not small, and on the grid the bounds of pulses and the order of switches. More
+    /// corrections take longer and seldom help.
     pub const MOST_CORRECTIONS: usize = 12;
 
-    /// Number of runs with the worst signs, each of which is tried alone as a correction.
+    /// Number of runs with the largest gaps, each of which is tried alone as a correction. More
+    /// runs take longer.
     pub const WORST: usize = 3;
-    /// Fractions of the duration of such a run on which the input is changed.
+    /// Fractions of the duration of such a run on which the input is changed, tried in this order.
+    /// A smaller fraction adds a shorter pulse; more fractions take longer.
     pub const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
 
-    /// Fraction by which arcs may cost more than their smoothed extremal and still be its limit:
-    /// the smoothed law underestimates the fuel.
+    /// Relative amount by which arcs may cost more than their smoothed extremal and still be its
+    /// limit, because smoothing changes the fuel. A larger value may accept arcs of a costlier
+    /// branch; a smaller one rejects limits.
     pub const DEARER: f64 = 0.05;
 
     /// Numbers of pulses that replace a singular arc, tried in this order until the gap is small.
+    /// More pulses leave a smaller gap and need a finer grid.
     pub const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
-    /// Parts into which the angle of a turn about a fixed axis is divided.
+    /// Parts into which the angle of a turn about a fixed axis is divided. More parts give a more
+    /// accurate duration and take longer.
     pub const EIGENAXIS_PARTS: usize = 4000;
 }
 
 /// Constants for long durations with nonzero boundary rates (`impulses`). They decide how many
 /// coasts are searched for and given burns.
 pub(super) mod impulses {
-    /// Random initial momenta from which coasts are searched for.
+    /// Number of random initial momenta from which coasts are searched for. More of them find more
+    /// coasts and take longer.
     pub const RANDOM: usize = 48;
-    /// Number of cheapest two-impulse transfers that are converted to burns.
+    /// Number of cheapest two-impulse transfers that are converted to burns. More of them take
+    /// longer, and find plans whose order of costs changes with burns.
     pub const TRIED: usize = 24;
-    /// Number of cheapest transfers with burns to which further burns are added.
+    /// Number of cheapest transfers with burns to which further burns are added. More of them find
+    /// more plans and take longer.
     pub const MENDED: usize = 4;
 }
 
 /// Constants of the grid (`discretize`, `on_grid`, `grid_step`). They decide whether arcs have a
 /// discrete optimum.
 pub(crate) mod grid {
-    /// Fewest steps of an arc.
+    /// Fewest steps of an arc. More of them make the grid more accurate, and leave room for fewer
+    /// arcs.
     pub const LEAST_STEPS: usize = 2;
 
-    /// Residual below which Newton on the grid may end, once it stops decreasing.
+    /// Residual below which Newton on the grid may end, once it stops decreasing. A smaller value
+    /// is below round-off for many plans; a larger one accepts less accurate plans.
     pub const CONVERGED: f64 = 2e-13;
-    /// Ratio of two successive residuals above which the residual no longer decreases.
+    /// Ratio of two successive residuals above which the residual no longer decreases. A larger
+    /// ratio takes more iterations for the last digits.
     pub const FALLING: f64 = 0.1;
-    /// Most Newton iterations on the grid.
+    /// Most Newton iterations on the grid. More of them seldom lead to convergence.
     pub const MOST_ITERATIONS: usize = 30;
 
-    /// Smallest ε that a grid resolves, times its number of steps.
+    /// First ε on a grid, times its number of steps: about the smallest that the grid resolves.
+    /// With a smaller value Newton fails more often; a larger one needs more reductions of ε.
     pub const FOLLOWED: f64 = 0.3;
 }
 
@@ -330,76 +387,95 @@ pub(super) mod pulses {
     /// Longest integration step, as [`FINE`](super::FINE) but shorter because more derivatives are
     /// carried.
     pub const FINE: f64 = 0.01;
-    /// Longest integration step in intermediate iterations.
+    /// Longest integration step in intermediate iterations, as a fraction of the duration. A longer
+    /// one is faster and less accurate.
     pub const COARSE: f64 = super::COARSER * FINE;
 
-    /// Weight of the terminal conditions relative to the size of a step that restores them.
+    /// Weight of the terminal conditions relative to the size of a step that restores them. A
+    /// larger weight leaves a smaller residual, and conditions the program worse.
     pub const STIFF: f64 = 1e8;
 
-    /// Largest change of a time in one step (trust region), as a fraction of the duration.
+    /// Largest change of a time in one step (trust region), as a fraction of the duration. A larger
+    /// one needs fewer steps, of which more are rejected.
     pub const TRUST: f64 = 0.2;
-    /// Trust region, as a fraction of the duration, below which the iteration ends.
+    /// Trust region, as a fraction of the duration, below which the iteration ends. A smaller one
+    /// takes more steps for a gain that hardly counts.
     pub const NO_TRUST: f64 = 1e-8;
-    /// Factor on the trust region after a rejected step.
+    /// Factor on the trust region after a rejected step. A smaller factor leads to fewer rejections
+    /// and to shorter steps.
     pub const LESS_TRUST: f64 = 0.3;
 
     /// Most Gauss–Newton iterations after a step, and most successive iterations with a slow
-    /// decrease of the terminal error.
+    /// decrease of the terminal error. More iterations take longer and seldom converge.
     pub const ITERATIONS: usize = 6;
-    /// Ratio of two successive terminal errors above which the decrease is slow.
+    /// Ratio of two successive terminal errors above which the decrease is slow. A smaller ratio
+    /// gives up sooner.
     pub const LESS: f64 = 0.9;
 
-    /// Most steps of the minimisation of fuel.
+    /// Most steps of the minimisation of fuel. More steps take longer, for gains that become small.
     pub const MOST_STEPS: usize = 40;
-    /// Predicted gain, as a fraction of the cost, below which the times are optimal.
+    /// Predicted gain, as a fraction of the cost, below which the times are optimal. A smaller
+    /// value takes more steps.
     pub const NO_GAIN: f64 = 1e-10;
 
-    /// Ratio of the actual to the predicted gain above which the trust region grows.
+    /// Ratio of the actual to the predicted gain above which the trust region grows. A smaller
+    /// ratio leads to longer steps, of which more are rejected.
     pub const GOOD: f64 = 0.5;
 
     /// Slack of a bound, as a fraction of the duration, below which the bound is active. The
-    /// thresholds are tried in this order.
+    /// thresholds are tried in this order. A larger one holds times that should be free; a smaller
+    /// one misses active bounds.
     pub const NEAR: [f64; 3] = [super::NOTHING, 1e-8, 1e-10];
 
-    /// Largest change of the times in the final Newton iteration, as a fraction of the duration.
+    /// Largest change of the times in the final Newton iteration, as a fraction of the duration. A
+    /// larger one may accept another schedule.
     pub const NEARBY: f64 = 0.02;
     /// Largest difference between the times on the grid and those in continuous time, as a fraction
-    /// of the duration.
+    /// of the duration. A larger one may accept another plan; a smaller one rejects plans on coarse
+    /// grids.
     pub const NEARBY_ON_GRID: f64 = 0.05;
 
     /// Largest violation of a bound, as a fraction of the duration, that counts as round-off.
     pub const KEPT: f64 = 1e-13;
 
     /// Two pulses of one input are merged if the pause between them is below this multiple of the
-    /// minimum pulse width.
+    /// minimum pulse width. More multiples give more initial schedules.
     pub const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
-    /// Pulses shorter than this multiple of the minimum pulse width are dropped.
+    /// Pulses shorter than this multiple of the minimum pulse width are dropped. More multiples
+    /// give more initial schedules.
     pub const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
 
-    /// Number of extremals from which schedules are made.
+    /// Most extremals from which schedules are made. More of them find more schedules and take
+    /// longer.
     pub const MOST_EXTREMALS: usize = 4;
-    /// Number of schedules whose times are optimised.
+    /// Most initial schedules whose times are optimised. More of them find cheaper pulses and take
+    /// longer.
     pub const MOST_STARTS: usize = 24;
-    /// Factor on the number of trials in a thorough search.
+    /// Factor on the number of trials in a thorough search. A larger one finds cheaper pulses and
+    /// takes longer.
     pub const THOROUGH: usize = 4;
 
-    /// Number of schedules that are changed by one pulse at a time.
+    /// Number of cheapest schedules that are changed by one pulse at a time. More of them find
+    /// cheaper pulses and take longer.
     pub const CHANGED: usize = 3;
-    /// Most changes that are tried in all.
+    /// Most changes of schedules that are tried in all. It bounds the time of the search.
     pub const MOST_CHANGES: usize = 60;
 
-    /// Number of random schedules.
+    /// Number of random schedules. More of them find cheaper pulses and take longer.
     pub const RANDOM: usize = 12;
-    /// Most random schedules if none meets the terminal conditions.
+    /// Most random schedules if no schedule meets the terminal conditions. More of them find more
+    /// plans and take longer.
     pub const MOST_RANDOM: usize = 40;
 
-    /// Relative difference of costs below which two schedules are the same.
+    /// Relative difference of costs below which two schedules are the same. A larger value merges
+    /// different schedules; a smaller one keeps duplicates.
     pub const DISTINCT: f64 = 1e-7;
-    /// Relative difference of times below which two initial schedules are the same.
+    /// Relative difference of times below which two initial schedules are the same. A larger value
+    /// loses schedules; a smaller one repeats work.
     pub const ALIKE: f64 = 1e-3;
 
-    /// Most pulses of a schedule.
+    /// Most pulses of a schedule. It bounds the size of the quadratic programs.
     pub const MOST_PULSES: usize = 24;
-    /// Number of levels among which the three of a burn are chosen.
+    /// Number of levels among which the three of a burn are chosen; the time grows with its cube.
     pub const MOST_COMBINED: usize = 12;
 }

@@ -84,9 +84,9 @@ pub fn rough_grid<const N: usize>(problem: &Problem, coarse: &BoundaryValueProbl
     rough.min(coarse.dynamics.grid.steps())
 }
 
-/// Returns whether the best path from rest may be sought on a grid of very few steps. A first-order
-/// scheme is too inaccurate there to report the cost of a rival. So is a requested grid on which
-/// the search itself would take place.
+/// Returns whether the best path from rest may be sought on a grid of very few steps. The scheme
+/// must be of second order, because the costs of rivals would be too inaccurate otherwise. The
+/// requested grid must have so many steps that the search does not use it itself.
 fn coarse_from_rest(problem: &Problem) -> bool {
     problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
 }

@@ -25,9 +25,9 @@ const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 #[derive(Clone, Copy, PartialEq)]
 pub enum Authority {
     Even,
-    /// Much smaller about some axes than about others.
+    /// Authority that is much smaller about some axes than about others.
     Uneven,
-    /// Zero about some axes.
+    /// Authority that is zero about some axes.
     Missing,
 }
 

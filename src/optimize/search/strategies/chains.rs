@@ -168,7 +168,7 @@ pub fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     if !carried.is_empty() {
         found.reorder(|_| cheapest_first(carried).into_iter().chain(rivals).collect());
     } else if same_grid && search.stopped() {
-        // Results of a stopped search.
+        // A stopped search keeps its results so far.
         found.reorder(|_| rivals);
     }
 }
