@@ -124,8 +124,7 @@ impl OnTarget<'_> {
         }
         let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
         loop {
-            // On the number of steps that its plan has chosen, the end is searched for near that
-            // plan.
+            // If a plan has chosen the number of steps, the end is searched for near that plan.
             let motion = before.as_ref().map(|plan| &plan.trajectory);
             let FreeEnd { reached, .. } = self.free_end(&problem, &ends, motion);
             let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
