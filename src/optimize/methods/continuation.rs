@@ -25,7 +25,7 @@ pub(crate) enum Step<T> {
 }
 
 impl<T> From<Option<T>> for Step<T> {
-    /// Any solution counts as easily found.
+    /// Converts a solution to an easy step, and `None` to a failed one.
     fn from(found: Option<T>) -> Self {
         found.map_or(Self::Failed, |at| Self::Solved { at, easily: true })
     }

@@ -84,7 +84,7 @@ impl<const N: usize> Method for LiftedNewton<'_, N> {
 pub(crate) struct Lifted<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
-    /// Current iterate.
+    /// States and costates of the current iterate.
     pub nodes: Nodes<N>,
     residuals: Residuals<N>,
 }
@@ -99,14 +99,14 @@ struct Residuals<const N: usize> {
     /// Matrix `Q` at node 0 and at node N.
     q_start: SMatrix<f64, N, N>,
     q_end: SMatrix<f64, N, N>,
-    /// Matrix `K_pq` at node N.
+    /// Matrix `K_pq`, the gradient of the kick, at node N.
     gradient_end: SMatrix<f64, N, N>,
     norm: f64,
     largest: f64,
 }
 
 impl<'a, const N: usize> Lifted<'a, N> {
-    /// Starts the iteration at `nodes`.
+    /// Starts the iteration at `nodes`; fails if a step from them fails.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,

@@ -23,7 +23,7 @@ pub(crate) trait Method {
 pub(crate) struct Budget<'a> {
     /// Most iterations of one Newton run, and most subproblems of one convex run.
     pub iterations: usize,
-    /// Stop requests and the deadline.
+    /// Means to stop work early: stop requests and the deadline.
     pub watch: Watch<'a>,
 }
 
@@ -73,7 +73,7 @@ pub(crate) struct Attempt {
     /// Largest residual of all optimality conditions; not a number if the method does not compute
     /// all of them.
     pub stationarity: f64,
-    /// Runs of iterations, in order.
+    /// Runs of iterations that the method made, in order.
     pub runs: Vec<Run>,
     /// Work spent on convex subproblems.
     pub work: ConvexWork,
@@ -93,7 +93,7 @@ pub(crate) struct Attempt {
 /// Result of the sweep from a costate.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept {
-    /// Nodes of the sweep.
+    /// All nodes of the sweep.
     pub nodes: Vec<Node>,
     /// Error of the terminal condition, scaled.
     pub error: DVector<f64>,
@@ -106,7 +106,7 @@ pub(crate) struct Swept {
 pub(crate) struct Run {
     /// Strategy of the run, if it is not the announced one.
     pub rung: Option<Rung>,
-    /// Number of steps of its grid.
+    /// Number of steps of the grid of the run.
     pub steps: usize,
     pub report: Report,
 }

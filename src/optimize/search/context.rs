@@ -17,11 +17,11 @@ use std::time::Instant;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress<'a> {
-    /// The strategy that runs.
+    /// The strategy that is running.
     pub rung: Rung,
-    /// The start that it works on.
+    /// Name of the start that the strategy works on.
     pub start: &'a str,
-    /// Number of steps of its grid.
+    /// Number of steps of the strategy's grid.
     pub steps: usize,
     /// Seconds since the solve began.
     pub elapsed: f64,

@@ -19,7 +19,7 @@ pub(super) struct Found<const N: usize> {
     pub aside: Vec<Attempt>,
     /// Coarse-grid results of the strategies without limits.
     pub pool: Pool<N>,
-    /// Convex work for all initial paths.
+    /// Work spent on convex subproblems, summed over all initial paths.
     pub work: ConvexWork,
     /// The complete solution, if a strategy has it: that of the maneuver without limits, if it
     /// satisfies all limits.

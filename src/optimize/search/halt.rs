@@ -3,7 +3,7 @@
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::PlanError;
 
-/// Reason why the search ends.
+/// Reason why a repeated search ends early.
 pub(super) enum Halt {
     Refused(PlanError),
     /// The solve that was interrupted, or ran out of time.

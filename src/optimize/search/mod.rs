@@ -47,7 +47,7 @@ use thiserror::Error;
 /// Error of a plan that was not attempted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
-    /// The problem is invalid.
+    /// The maneuver is invalid.
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// A setting is out of its range.

@@ -214,7 +214,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         plan.filter(|plan| of.follows(plan))
     }
 
-    /// Returns the cheapest plan.
+    /// Returns the cheapest plan of all extremals as a solution.
     fn cheapest(self, lands: bool) -> Solution {
         let context = self.context;
         if let Some(shortest) = self.of.problem.shortest_pulse() {

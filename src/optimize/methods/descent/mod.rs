@@ -37,15 +37,15 @@ type Block<const D: usize> = SMatrix<f64, D, D>;
 const LONGEST: f64 = 1.5;
 /// Most halvings of an undamped step before a damped direction is used.
 const HALVINGS: usize = 6;
-/// Most halvings of a damped step.
+/// Most halvings of a damped step in a line search.
 const MOST_HALVINGS: usize = 20;
 /// First shift of a Hessian that is not positive definite. The lowest mode of a clamped beam has
 /// the curvature 4.73⁴ = 500 in these units; the result hardly depends on the value between 10 and
 /// 300.
 const FIRST_SHIFT: f64 = 30.0;
-/// Smallest shift of the Hessian.
+/// Smallest shift of a Hessian that is not positive definite.
 const LEAST_SHIFT: f64 = 3.0;
-/// Largest shift of the Hessian.
+/// Largest shift of the Hessian; if it does not suffice, the descent ends.
 const MOST_SHIFT: f64 = 1e9;
 /// Factor from one shift of the Hessian to the next. A larger factor needs fewer sweeps and damps
 /// more than necessary.
@@ -134,7 +134,7 @@ impl Descent<'_> {
     }
 }
 
-/// State of the descent.
+/// State of a descent: the path, its derivatives, and the direction.
 struct Descending<'a, const N: usize, const D: usize> {
     setting: &'a Setting<'a, N, D>,
     path: Path<D>,
@@ -143,7 +143,7 @@ struct Descending<'a, const N: usize, const D: usize> {
     backward: Backward<D>,
     direction: Direction<D>,
     tolerance: f64,
-    /// Last shift of the Hessian.
+    /// Shift of the Hessian in the last iteration that needed one.
     shift: f64,
     /// Last predicted decrease of the cost, relative to the cost.
     promised: f64,

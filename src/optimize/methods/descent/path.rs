@@ -62,7 +62,7 @@ impl<'a, const N: usize, const D: usize> Setting<'a, N, D> {
     }
 }
 
-/// Displacements of all nodes.
+/// Displacements of all nodes of a path.
 #[derive(Clone, Debug)]
 pub(super) struct Direction<const D: usize> {
     pub zeta: Vec<Half<D>>,
@@ -90,7 +90,7 @@ pub(super) struct Path<const D: usize> {
     pub drifts: Vec<Drift>,
     /// Linear momentum after the kick at each node.
     linear_momenta: Vec<Vector3>,
-    /// Momentum costates `p_k`.
+    /// Momentum costates `p_k` at all nodes.
     duals: Vec<Half<D>>,
     /// Costate between drift k and the kick at node k+1.
     pub between: Vec<Costate>,

@@ -43,15 +43,15 @@ struct Stage<const D: usize> {
     /// Contribution of the kick's gradient; `None` if no field depends on the pose.
     a21: Option<Block<D>>,
     a22: Block<D>,
-    /// Hessian block without the shift.
+    /// Hessian block of the configurations, without the shift.
     h11: Block<D>,
     h12: Block<D>,
     h22: Block<D>,
-    /// Length of the step.
+    /// Length of the step in time, scaled.
     length: f64,
 }
 
-/// Symmetric matrix in blocks.
+/// Symmetric matrix in blocks of configurations and momenta.
 #[derive(Clone, Copy, Debug)]
 struct Symmetric<const D: usize> {
     p11: Block<D>,
@@ -65,7 +65,7 @@ struct Gain<const D: usize> {
     of_configuration: Block<D>,
     of_momentum: Block<D>,
     offset: Half<D>,
-    /// Weight of the kick.
+    /// Weight `h` of the kick: its time, scaled.
     h: f64,
 }
 

@@ -38,7 +38,7 @@ const ACCEPT: f64 = 0.9;
 /// Fraction of the tolerance to which the iteration continues while chord steps suffice.
 const POLISH: f64 = 0.5;
 
-/// State of the shooting iteration.
+/// State of the shooting iteration: the costate, its sweep and the sensitivity.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
@@ -115,7 +115,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         complete.then_some(Swept { nodes, error, cost: self.end.cost })
     }
 
-    /// Returns `Ψ₁₂` of the current iterate.
+    /// Returns the sensitivity `Ψ₁₂` of the current iterate.
     pub fn sensitivity(&self) -> Result<SMatrix<f64, N, N>, StepError> {
         match &self.psi {
             Some(psi) => Ok(*psi),

@@ -27,7 +27,7 @@ pub(crate) struct Switch {
     pub node: Node,
 }
 
-/// A maneuver of bang-bang arcs.
+/// A maneuver of bang-bang arcs, with its costates.
 #[derive(Clone, Debug)]
 pub(crate) struct Arcs {
     /// Attitude costate `M`, reference axes.
@@ -65,7 +65,7 @@ impl Arcs {
         }
     }
 
-    /// Returns the node at the end.
+    /// Returns the node at the end of the last arc.
     pub fn end(&self, extremal: &Extremal) -> Node {
         let (node, start) = self.switches.last().map_or((self.first, 0.0), |last| (last.node, last.time));
         let (law, course) = (extremal.on_arc(&self.last_signs()), Course::of(extremal, &self.m));

@@ -48,7 +48,7 @@ pub(crate) enum TorqueLimit {
 /// The minimum of the Hamiltonian over the torque, at one costate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LawResponse<T: Number = f64> {
-    /// Torque at the minimum.
+    /// Torque that minimises the Hamiltonian.
     pub torque: Vector<T>,
     /// Stiffness `G = −∂τ/∂e` of the control law.
     pub stiffness: Matrix<T>,

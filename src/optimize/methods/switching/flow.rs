@@ -100,7 +100,7 @@ impl<const L: usize> Lanes<L> {
         sum
     }
 
-    /// Adds a multiple of other derivatives.
+    /// Returns the sum of these derivatives and `factor` times others.
     #[inline(always)]
     fn plus(&self, other: &Self, factor: f64) -> Self {
         let mut sum = *self;
@@ -203,7 +203,7 @@ impl<T: Number> Node<T> {
 }
 
 impl Node<Eight> {
-    /// Packs eight nodes into lanes.
+    /// Packs eight nodes, given by their index, into one.
     #[inline(always)]
     pub fn of<'a>(node: impl Fn(usize) -> &'a Node) -> Self {
         let lanes = |of: &dyn Fn(&Node) -> f64| Eight::from_fn(|lane| of(node(lane)));

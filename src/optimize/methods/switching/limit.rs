@@ -28,7 +28,7 @@ use super::tuning::{FAR_ITERATIONS, SAME};
 use super::work::{Work, count};
 use crate::Vector3;
 
-/// The limit of a branch.
+/// The limit of a branch as ε → 0: arcs, or a smoothed extremal at the smallest ε.
 #[derive(Clone, Debug)]
 pub(crate) struct BranchEnd {
     /// The smoothed extremal at which the branch was compared, from which the limit comes.

@@ -58,7 +58,7 @@ pub(super) struct Sequence<'a> {
 
 /// Result of a sweep over arcs.
 pub(super) struct SweptArcs {
-    /// KKT system in costates and lengths.
+    /// KKT system in costates and arc lengths.
     pub kkt: KktSystem,
     /// Sum of the squares of the gaps between steps.
     pub gaps: f64,

@@ -56,7 +56,7 @@ struct SweptIntervals {
     lanes: Vec<Lanes<8>>,
 }
 
-/// The smoothed problem at one ε.
+/// The smoothed problem at one ε, with an optional perturbation.
 pub(crate) struct Smooth<'a> {
     pub extremal: &'a Extremal,
     pub epsilon: f64,
@@ -382,7 +382,7 @@ fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: 
     }
 }
 
-/// A smoothed extremal and its ε.
+/// A smoothed extremal: a path and its ε.
 #[derive(Clone, Debug)]
 pub(crate) struct Smoothed {
     pub path: Path,

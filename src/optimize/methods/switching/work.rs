@@ -17,7 +17,7 @@ pub(crate) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// Creates zero counters.
+    /// Creates counters that are zero.
     pub fn of(watch: Watch<'a>) -> Self {
         Self { sweeps: Cell::new(0), newtons: Cell::new(0), watch }
     }

@@ -60,7 +60,7 @@ pub(super) struct Event {
     pub switches: Vec<Switch>,
 }
 
-/// Switch of one input.
+/// Switch of one input from one level to another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
     pub input: usize,

@@ -21,7 +21,7 @@ pub(super) struct OnEvents {
     /// Time difference, as a fraction of the duration, below which two events are one, and pulse
     /// width below which a pulse is ignored.
     pub apart: f64,
-    /// Most rounds on one grid.
+    /// Most rounds of the fixed-point iteration on one grid.
     pub rounds: usize,
     /// Number of rounds after which no event is dropped.
     pub free: usize,

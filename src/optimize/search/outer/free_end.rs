@@ -44,7 +44,7 @@ const ROLLS: [f64; 3] = [0.0, 2.0 / 3.0, -2.0 / 3.0];
 /// A terminal state that a plan has found, and the cost of the plan.
 #[derive(Clone, Debug)]
 pub struct Reached {
-    /// Arrival time \[s\].
+    /// Arrival time of the plan \[s\].
     pub time: f64,
     /// Attitude at the end of the plan.
     pub attitude: Matrix3,
@@ -107,7 +107,7 @@ impl Posed {
         Some(Self { faced, goal, family: Some(family) })
     }
 
-    /// Returns the request of its search.
+    /// Returns the request of a search for the posed maneuver.
     pub fn ask(&self, settings: &Settings) -> Ask<'_> {
         Ask { family: self.family.as_ref(), ..Ask::of_goal(self.goal.clone(), settings) }
     }

@@ -16,7 +16,7 @@ use crate::maneuver::settings::{Method, Settings, Target};
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::{Guess, Observer, PlanError};
 
-/// The search that is repeated.
+/// The search that is repeated: it solves one maneuver with given settings and guess.
 pub type Inner<'a> =
     &'a dyn Fn(&Problem, &Settings, Option<&Guess>, &mut dyn Observer) -> Result<Solution, PlanError>;
 

@@ -100,7 +100,7 @@ struct Optimum<'a> {
     problem: &'a Problem,
     iterate: Iterate,
     multipliers: Multipliers,
-    /// Last barrier parameter.
+    /// Last barrier parameter of the interior-point method.
     barrier: f64,
 }
 

@@ -16,7 +16,7 @@ use crate::optimize::search::record::landed::{can_be_flown, landed_with_goal};
 /// Relative difference of costs below which two plans are the same.
 pub const SAME_COST: f64 = 1e-6;
 
-/// The cheapest plan that was found.
+/// The cheapest plan that a search with an objective found.
 pub struct Cheapest {
     /// Duration of the plan \[s\].
     pub duration: f64,

@@ -25,10 +25,10 @@ use crate::optimize::methods::method::Swept;
 use crate::optimize::search::way::{Follower, Way};
 use nalgebra::SVector;
 
-/// A recorded candidate.
+/// Record of a candidate: its trajectory and its properties.
 pub(crate) struct Recorded {
     pub trajectory: Trajectory,
-    /// Cost, scaled.
+    /// Cost of the candidate, scaled.
     pub cost: f64,
     pub terminal: TerminalError,
     pub way: Way,
@@ -131,7 +131,7 @@ fn active(problem: &Problem, rows: &LimitRows, multipliers: &[f64]) -> Vec<Activ
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
     dynamics: &'a Dynamics,
-    /// Grid in SI units.
+    /// Grid of the trajectory in SI units.
     grid: Grid,
     trajectory: Trajectory,
     follower: Follower,

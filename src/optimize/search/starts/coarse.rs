@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Rule for the number of steps of a coarse grid.
 struct CoarseRule {
-    /// Fewest steps.
+    /// Fewest steps of the coarse grid.
     fewest: usize,
     /// Rotation per step that the grid aims at \[rad\].
     angle: f64,

@@ -45,9 +45,9 @@ const HOPS: usize = 48;
 pub struct Starts {
     /// Rotation vector to follow, if one is given.
     given: Option<Vector3>,
-    /// Turns of smooth paths.
+    /// Additional turns of each smooth path.
     smooth: Vec<i32>,
-    /// Turns of coasting paths.
+    /// Additional turns of each coasting path.
     coasting: Vec<i32>,
     /// Paces of slowed coasts.
     slowed: Paces,
@@ -63,7 +63,7 @@ pub struct Starts {
 }
 
 impl Starts {
-    /// Returns the families for a maneuver.
+    /// Returns the families of paths for a maneuver.
     pub fn of<const N: usize>(
         problem: &Problem,
         bvp: &BoundaryValueProblem<N>,
@@ -125,7 +125,7 @@ impl Starts {
         self.slowed != Paces::None || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
     }
 
-    /// Returns all families.
+    /// Returns all families of paths, with the default number of random ones.
     pub fn all() -> Self {
         Self {
             smooth: vec![0, -1, 1, -2],

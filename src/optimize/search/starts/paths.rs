@@ -305,9 +305,9 @@ pub fn natural<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Res
 pub enum Paces {
     #[default]
     None,
-    /// Evenly slowed.
+    /// The pace falls evenly.
     Even,
-    /// Evenly slowed, and also shifted in phase by half a turn to either side.
+    /// The pace falls evenly; coasts shifted in phase by half a turn to either side are added.
     Shifted,
 }
 

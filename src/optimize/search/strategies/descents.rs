@@ -53,7 +53,7 @@ const HOPS_BY: [f64; 2] = [0.4, 1.0];
 /// Factor between the number of hops without success after which the search ends and the most hops
 /// in all.
 const MOST_HOPS: usize = 10;
-/// Most minima that are twisted.
+/// Most minima to which turns about the axis of the smallest moment are added.
 const MOST_TWISTED: usize = 40;
 /// Most paths on which the lifted Newton method is tried directly.
 const MOST_LIFTED: usize = 2;

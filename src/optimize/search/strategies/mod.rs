@@ -44,7 +44,7 @@ impl<const N: usize> Steps<N> {
     ];
 }
 
-/// Returns the fallback sequence.
+/// Returns the fallback sequence of strategies.
 pub const fn ladder<const N: usize>() -> Ladder<N> {
     &Steps::<N>::LADDER
 }

@@ -19,7 +19,7 @@ pub(in crate::optimize::search) struct Followed {
     limit: BranchEnd,
     /// Cost in continuous time, in the unit of the objective.
     pub cost: f64,
-    /// Duration \[s\].
+    /// Duration of the extremal \[s\].
     pub duration: f64,
     /// Costates of attitude (body axes) and momentum at the end, in cost per radian and per N·m·s.
     pub costates: [Vector3; 2],

@@ -25,7 +25,7 @@ const FOR: f64 = 1.0 / 12.0;
 /// Number of steps with which the motion without inputs is computed.
 const COAST_STEPS: usize = 256;
 
-/// A plan on its grid.
+/// A plan on its grid, with its recorded solution.
 pub(super) struct Planned {
     /// The solution, without its rivals and the record of the search.
     pub solution: Solution,

@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, Vector6};
 
 /// Motion under pulses: its arcs and its KKT system.
 pub(crate) struct Motion {
-    /// Arcs between the times.
+    /// Arcs between successive switching times.
     pub arcs: Arcs,
     /// KKT system in costates and times. Its second derivatives are symmetric along changes that
     /// keep the end.

@@ -196,7 +196,7 @@ pub(super) struct Settled {
     pub acting: Vec<bool>,
 }
 
-/// Returns the active bounds.
+/// Returns the bounds whose flag in `acting` is true.
 pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator<Item = &'a Bound> {
     bounds.iter().zip(acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound)
 }

@@ -10,7 +10,7 @@ use super::super::extremal::Extremal;
 use crate::optimize::nlp::bounds::Bound;
 use nalgebra::{DVector, Vector6};
 
-/// Requirements on pulses.
+/// Requirements on the pulses of a search.
 #[derive(Clone, Debug)]
 pub(crate) struct PulseRequest {
     /// Minimum pulse width, scaled.
