@@ -168,7 +168,7 @@ fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -
     let e_rate = (nodes[intervals].e - nodes[0].e) / duration;
     let m = -(extremal.j * e_rate);
     if extremal.given_duration.is_none() {
-        // H(0) = p + ε (…) = 0 gives ε.
+        // The condition H(0) = p + ε (…) = 0 determines ε.
         let (first, w) = (nodes[0], start);
         let minimum = extremal.smooth(&first.e, 1.0, &Vector3::zeros()).minimum;
         let slope = m.dot(&w) + first.e.dot(&first.pi.cross(&w)) + minimum;

@@ -50,6 +50,7 @@ pub(crate) struct Wrong {
     pub to: (f64, Node),
     /// Time and node of the largest violation.
     pub peak: (f64, Node),
+    /// Absolute value of the switching function at the largest violation.
     pub largest: f64,
     pub at_start: bool,
     pub at_end: bool,

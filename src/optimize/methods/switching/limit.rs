@@ -31,8 +31,10 @@ use crate::Vector3;
 /// The limit of a branch as ε → 0: arcs, or a smoothed extremal at the smallest ε.
 #[derive(Clone, Debug)]
 pub(crate) struct BranchEnd {
-    /// The smoothed extremal at which the branch was compared, from which the limit comes.
+    /// The smoothed extremal of the branch at the ε of the comparison; the limit is continued from
+    /// it.
     pub branch: Smoothed,
+    /// The smoothed extremal at the smallest ε that was reached.
     pub smooth: Smoothed,
     /// Bang-bang arcs, `None` if there are none; their certificate states whether they are exact.
     pub arcs: Option<Certified>,

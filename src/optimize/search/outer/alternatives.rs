@@ -4,8 +4,8 @@
 //! are active at certain times. In every step of a plan one set has the largest clearance, and
 //! these sets form the next schedule. The plan satisfies it too, so that the next plan costs no
 //! more, and an active set is left as soon as another one holds. The iteration ends when no shift
-//! changes. A moment between two shifts at which both sets are active is moved separately, in both
-//! directions, as long as that costs less.
+//! changes. A moment between two shifts near which the motion touches a cone of either set is moved
+//! separately, in both directions, as long as that costs less.
 //!
 //! Schedules are compared by the interior-point method, starting from the plan of the previous
 //! schedule: first on the coarse grid, then the cheapest on the requested grid with smaller changes

@@ -37,8 +37,8 @@ use std::time::{Duration, Instant};
 /// torques are known.
 const COST: f64 = 1e-3;
 
-/// Factor on the number of steps for the terms of higher order on coarse grids, which the estimate
-/// of the excess omits.
+/// Factor on the number of steps: a reserve for terms of higher order on coarse grids, which the
+/// estimate of the excess omits.
 const RESERVE: f64 = 1.1;
 
 /// Most steps that are chosen; more are used only if given. A plan with this number takes seconds.
