@@ -30,7 +30,7 @@ pub(crate) struct Budget<'a> {
 /// Number of stages between two polls of the stop request.
 const POLLED: usize = 256;
 
-/// Stop requests and the deadline.
+/// Means to stop work early: stop requests and the deadline.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<'a> {
     pub interrupt: Interrupt<'a>,

@@ -44,7 +44,7 @@ use std::time::Instant;
 use strategies::shots::shoot_fine;
 use thiserror::Error;
 
-/// Error of a plan that was not attempted.
+/// Reason why a plan was not attempted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
     /// The maneuver is invalid.

@@ -194,7 +194,7 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         })
     }
 
-    /// Returns the cost to which a decrease is relative.
+    /// Returns the reference cost for relative decreases.
     fn scale(&self) -> f64 {
         self.path.cost + NO_COST
     }

@@ -165,7 +165,7 @@ fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
             }
             let mut ways: Vec<Turn> = straight(&[phi, other]);
             if all || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
-                // About the slowest axis no plan is short.
+                // No short plan turns about the slowest axis.
                 ways.extend(rounded(extremal, &phi, 1.0).take(if all { 6 } else { 4 }));
             }
             ways

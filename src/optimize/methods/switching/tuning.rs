@@ -114,7 +114,7 @@ pub(super) mod paths {
     /// yet be a rival.
     pub const LONG: f64 = 4.0;
 
-    /// Fractions of a given duration in which one-sided thrusters are also planned; the plans are
+    /// Fractions of a given duration for which one-sided thrusters are also planned; the plans are
     /// then slowed down. Each takes about as long as the plan itself. With fewer values a cheaper
     /// plan of a shorter duration is sometimes missed (`evidence -- stretches`).
     pub const QUICKER: [f64; 2] = [0.85, 0.6];
