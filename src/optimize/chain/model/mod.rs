@@ -43,11 +43,11 @@ pub(crate) mod goal;
 pub(crate) mod state;
 pub(crate) mod step;
 
+use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::optimize::discrete::step::{Costate, Dynamics};
 use crate::optimize::discrete::terminal::TerminalCondition;
-use crate::{Matrix3, Vector3};
 pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
@@ -276,11 +276,6 @@ impl Model {
     /// Returns the number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
         self.given().len()
-    }
-
-    /// Returns the attitude at the end; `None` if it is free.
-    pub fn attitude_at_end(&self) -> Option<&Matrix3> {
-        matches!(self.terminal, TerminalCondition::State(_)).then_some(&self.target.attitude)
     }
 
     /// Returns the components of a chain's state, without wheel momenta, that are prescribed at the

@@ -242,8 +242,6 @@ impl Cone {
         let along = arc.map_or(0.0, |_| grid.step(stage) / grid.duration());
         let [off, opened] =
             self.on.map_or([0.0; 2], |[first, last]| [first + part * (last - first), along * (last - first)]);
-        let acts_at_end = arc.is_some() && stage + 1 == model.steps && acting[1] >= 1.0;
-        let given = if acts_at_end { self.opened_at_end(model, time + step, &frame_rate) } else { 0.0 };
         // The turn of the direction is expressed in the axes of the reference frame at the
         // beginning of the arc.
         let turn = if frame_rate == Vector3::zeros() {
@@ -258,7 +256,7 @@ impl Cone {
             turn,
             arc: arc.copied().unwrap_or_else(Vector3::zeros),
             sign: self.sign,
-            cone: [self.half_angle + target.radius + off, target.growth + opened + given],
+            cone: [self.half_angle + target.radius + off, target.growth + opened],
         };
         let fraction = match arc {
             None => 0.0,
@@ -266,19 +264,6 @@ impl Cone {
             Some(_) => pointing.extremum(acting)?,
         };
         Some(Meeting { pointing, frame_rate, time, step, acting, fraction })
-    }
-
-    /// Returns the change of the half angle \[rad\] over the last arc with which the cone admits the
-    /// attitude at the end, `time` seconds from the start: zero if the cone admits it already.
-    ///
-    /// A landing shifts the end of the discrete motion, so that the true motion ends where the
-    /// maneuver does. The shifted end may lie on the other side of a cone whose edge the maneuver
-    /// ends on. The change is twice what the end lacks, so that the row is not active at the end.
-    fn opened_at_end(&self, model: &Model, time: f64, frame_rate: &Vector3) -> f64 {
-        let Some(end) = model.attitude_at_end() else { return 0.0 };
-        let angle = angle_between(&(end * self.boresight), &self.direction.at(time, frame_rate));
-        let beyond = angle - self.half_angle - self.direction.angular_radius(time);
-        if self.sign * beyond < 0.0 { 2.0 * beyond } else { 0.0 }
     }
 
     /// Computes the value of the row at its point, with its derivatives.

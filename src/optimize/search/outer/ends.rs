@@ -13,9 +13,10 @@
 //! (`switching/followed`).
 
 use crate::maneuver::aim::{Aim, Ends};
+use crate::maneuver::constraint::{Rule, Side};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
-use crate::maneuver::settings::{Settings, Thoroughness};
+use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rival, Sense, Solution, Trajectory};
 use crate::optimize::landing::{MET, left};
 use crate::optimize::search::context::Context;
@@ -57,21 +58,69 @@ pub fn solve_to(
     observer: &mut dyn Observer,
     inner: Inner,
 ) -> Result<Solution, PlanError> {
-    let mut search =
-        OnTarget { problem, aim, settings, guess, near: None, began: Instant::now(), observer, inner };
-    let moves = aim.moves(&problem.environment.frame_rate());
-    let searched = match (problem.duration.known(), problem.duration.at_most()) {
-        (Some(duration), _) => search.in_time(duration),
-        (None, _) if !moves => search.in_time(0.0),
-        (None, Some(longest)) => search.up_to(longest),
-        (None, None) => search.moving(),
+    let began = Instant::now();
+    let mut search = |problem: &Problem| {
+        let mut search = OnTarget { problem, aim, settings, guess, near: None, began, observer, inner };
+        let moves = aim.moves(&problem.environment.frame_rate());
+        match (problem.duration.known(), problem.duration.at_most()) {
+            (Some(duration), _) => search.in_time(duration),
+            (None, _) if !moves => search.in_time(0.0),
+            (None, Some(longest)) => search.up_to(longest),
+            (None, None) => search.moving(),
+        }
     };
-    let took = search.began.elapsed().as_secs_f64();
+    let mut searched = search(problem);
+    if settings.target == Target::Motion
+        && let Ok(found) = &searched
+        && let Some((narrower, missed)) = drawn_in_at_end(problem, found)
+        && let Ok(other) = search(&narrower)
+        && other.outcome == Outcome::Converged
+        && left(&other.on_grid(problem), &other.trajectory) < missed
+    {
+        searched = Ok(other);
+    }
+    let took = began.elapsed().as_secs_f64();
     match searched {
         Ok(solution) => Ok(Solution { solve_time: took, ..solution }),
         Err(Halt::Stopped(solution)) => Ok(Solution { solve_time: took, ..*solution }),
         Err(Halt::Refused(error)) => Err(error),
     }
+}
+
+/// Returns the maneuver with the cones drawn in on whose edge a plan ends that does not land, and
+/// what the plan misses; `None` if the plan lands, or ends on no edge.
+///
+/// A landing shifts the end of the discrete motion. On the edge of a cone there is no room for that,
+/// but another roll has it: the cones are drawn in by what the plan misses.
+fn drawn_in_at_end(problem: &Problem, found: &Solution) -> Option<(Problem, f64)> {
+    if found.outcome != Outcome::Converged {
+        return None;
+    }
+    let ended = found.on_grid(problem);
+    let missed = left(&ended, &found.trajectory);
+    if !(missed > MET && missed.is_finite()) {
+        return None;
+    }
+    let draw_in = |problem: &mut Problem, is_drawn_in: &dyn Fn(&str) -> bool| {
+        for constraint in &mut problem.constraints {
+            if let Rule::Pointing(cone) = &mut constraint.rule
+                && !matches!(cone.side, Side::On { .. })
+                && is_drawn_in(&constraint.name)
+            {
+                cone.margin += missed;
+            }
+        }
+    };
+    let mut all = ended;
+    draw_in(&mut all, &|_| true);
+    let at_end = |error| match error {
+        ProblemError::Violated { end: "end", name, .. } => Some(name),
+        _ => None,
+    };
+    let edges: Vec<String> = all.violations().filter_map(at_end).collect();
+    let mut narrower = problem.clone();
+    draw_in(&mut narrower, &|name| edges.iter().any(|edge| edge == name));
+    (!edges.is_empty()).then_some((narrower, missed))
 }
 
 /// A search for the best terminal state on a target.
