@@ -65,7 +65,8 @@ fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
 }
 
 impl PlannedSequence {
-    fn file(&self) -> SequenceFile<'_> {
+    /// Returns the document of the plan.
+    pub(crate) fn file(&self) -> SequenceFile<'_> {
         SequenceFile::new(&self.loaded, &self.plan)
     }
 }

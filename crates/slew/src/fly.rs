@@ -7,7 +7,6 @@ use super::{
     Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::assured::Beside;
 use slewkit::closed_loop::Campaign;
 use slewkit::maneuver::Outcome;
 use slewkit::plan::Status;
@@ -16,9 +15,8 @@ use slewkit_files::export::{ExportError, PlanFile, SequenceFile, distinct};
 use slewkit_files::flown::{
     Flight, LoopRecord, NotFlown, RunRecord, Runs, WholeFlight, write_cases, write_trace,
 };
-use slewkit_files::spec::{ClosedLoop, Loaded, escape};
+use slewkit_files::spec::{ClosedLoop, escape};
 use slewkit_report::summary::flown as told;
-use std::error::Error;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -135,15 +133,12 @@ fn maneuver(
     let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
     let plan = PlanFile::read(input).map_err(unusable)?;
     let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
-    let Loaded { problem, closed_loop, .. } = spec_file::read_held(held, &args.plan, &args.reading, console)?;
+    let loaded = spec_file::read_held(held, &args.plan, &args.reading, console)?;
     if plan.outcome != Outcome::Converged {
         return Err(unsolved(args));
     }
-    let problem = plan.on_grid(&problem).map_err(unusable)?;
-    let uncertainty = closed_loop.uncertainty.as_ref();
-    let beside = Beside::along(&problem, &plan.trajectory.0, closed_loop.feedback, uncertainty)
-        .map_err(|error| not_flown(&error))?;
-    Ok((closed_loop, WholeFlight { problem, beside, marks: Vec::new() }))
+    let flight = WholeFlight::of_maneuver(&plan, &loaded).map_err(|error| not_flown(args, error))?;
+    Ok((loaded.closed_loop, flight))
 }
 
 /// Reads the plan of a sequence, and computes the quantities near the motion over the whole.
@@ -159,14 +154,7 @@ fn sequence(
     if file.record.status != Status::Solved {
         return Err(unsolved(args));
     }
-    let flight = WholeFlight::of(&file, &loaded).map_err(|error| match error {
-        NotFlown::File(error) => unusable(error),
-        NotFlown::Near(error) => not_flown(&error),
-        NotFlown::Motion(error) => {
-            let remedy = "plan it with shorter holds, or legs with fewer steps";
-            Failure::File(Message::new("E0170", error.to_string(), remedy))
-        }
-    })?;
+    let flight = WholeFlight::of(&file, &loaded).map_err(|error| not_flown(args, error))?;
     Ok((loaded.closed_loop, flight))
 }
 
@@ -175,9 +163,11 @@ fn unsolved(args: &Args) -> Failure {
     Failure::File(Message::new("E0173", reason, "give a solved plan"))
 }
 
-fn not_flown(error: &dyn Error) -> Failure {
-    let remedy = "give [feedback] kind = \"tvlqr\", or remove [feedback]";
-    Failure::File(Message::new("E0170", error.to_string(), remedy))
+fn not_flown(args: &Args, error: NotFlown) -> Failure {
+    match error {
+        NotFlown::File(error) => Failure::unusable(&args.plan, &error),
+        error => Failure::File(Message::new("E0170", error.to_string(), error.remedy())),
+    }
 }
 
 /// The keys that state the maneuver: with other values the recorded plan is no plan of it.

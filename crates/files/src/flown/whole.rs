@@ -1,7 +1,7 @@
-//! The plan of a sequence as one motion that is flown.
+//! A plan that is flown: the plan of a maneuver, or that of a sequence as one motion.
 
 use crate::export::{ExportError, Own, PlanFile, SequenceFile};
-use crate::spec::LoadedSequence;
+use crate::spec::{Loaded, LoadedSequence};
 use slewkit::assured::{Beside, NotKnown};
 use slewkit::maneuver::Problem;
 use slewkit::optimize::discrete::linear_plan::Unlinearised;
@@ -22,18 +22,18 @@ pub struct Mark {
     pub node: usize,
 }
 
-/// The motion over a whole sequence, with the quantities near it.
+/// The motion that is flown, with the quantities near it.
 #[derive(Clone, Debug)]
 pub struct WholeFlight {
     /// The maneuver of which it is the motion.
     pub problem: Problem,
     /// Gains and covariances along it.
     pub beside: Beside,
-    /// The instants at which the craft has to be at a stop.
+    /// The instants at which the craft has to be at a stop; none for a single maneuver.
     pub marks: Vec<Mark>,
 }
 
-/// The reason for which the plan of a sequence cannot be flown.
+/// The reason for which a plan cannot be flown.
 #[derive(Debug, Error)]
 pub enum NotFlown {
     /// A leg does not fit its spec, or has none.
@@ -47,7 +47,30 @@ pub enum NotFlown {
     Near(#[from] NotKnown),
 }
 
+impl NotFlown {
+    /// Returns the remedy, for a message.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::File(_) => "write the plan again with slew plan",
+            Self::Motion(_) => "plan it with shorter holds, or legs with fewer steps",
+            Self::Near(_) => "give [feedback] kind = \"tvlqr\", or remove [feedback]",
+        }
+    }
+}
+
 impl WholeFlight {
+    /// Computes the quantities near the plan of a maneuver.
+    ///
+    /// # Errors
+    /// [`NotFlown`].
+    pub fn of_maneuver(file: &PlanFile<'_>, loaded: &Loaded) -> Result<Self, NotFlown> {
+        let problem = file.on_grid(&loaded.problem)?;
+        let closed_loop = &loaded.closed_loop;
+        let uncertainty = closed_loop.uncertainty.as_ref();
+        let beside = Beside::along(&problem, &file.trajectory.0, closed_loop.feedback, uncertainty)?;
+        Ok(Self { problem, beside, marks: Vec::new() })
+    }
+
     /// Joins the legs and holds of a file, and computes the quantities near their motion.
     ///
     /// # Errors
