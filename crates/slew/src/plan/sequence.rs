@@ -1,4 +1,4 @@
-//! `slew plan` of a spec with stops.
+//! `slew plan` for a spec with stops.
 
 use super::super::{Console, Destination, Exit, Failure, Message, export, interrupt, report, summary};
 use super::{Args, Watcher};
@@ -10,7 +10,7 @@ use slewkit_files::formats;
 use slewkit_files::spec::{LoadedSequence, escape};
 use slewkit_report::{sequence_page, summary::sequence};
 
-/// Plans a sequence, and writes what is asked for.
+/// Plans a sequence, prints its summary, and writes the requested files.
 pub(super) fn run(
     args: &Args,
     loaded: &LoadedSequence,
@@ -33,7 +33,8 @@ pub(super) fn run(
     let file = SequenceFile::new(asked, settings, &plan, identity);
     let mut lines = sequence::sequence(console.colour, &file, loaded);
     if file.record.status == Status::Solved {
-        // Sequences have no details and no uncertainty.
+        // Sequences have neither details of the search nor uncertainties, so `next` does not
+        // suggest them.
         lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, false)));
     }
     console.say(&lines.join("\n"));
