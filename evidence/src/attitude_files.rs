@@ -1,9 +1,10 @@
-//! Attitude files as other programs write them: one motion in every legal style of an AEM and of a
+//! Writes attitude files as other programs do: one motion in every legal style of an AEM or a
 //! table.
 //!
-//! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest,
-//! so that every attitude and rate is a formula. Frames of the orbit, time systems, Euler angles
-//! and quaternions are written by independent formulas.
+//! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)` and s from 0 to 1,
+//! from rest to rest. Every attitude and rate is therefore known in closed form. Orbit frames, time
+//! systems, Euler angles and quaternions are computed by formulas that are independent of the
+//! library.
 
 mod written;
 
@@ -19,7 +20,7 @@ pub struct Motion {
     start: Matrix3,
     axes: [Vector3; 2],
     angles: [f64; 2],
-    /// Seconds.
+    /// The duration \[s\].
     pub duration: f64,
 }
 
@@ -35,7 +36,8 @@ impl Motion {
         }
     }
 
-    /// Returns the attitude, body → reference, and the rate in body axes [rad/s].
+    /// Returns the attitude, which maps body to reference, and the angular rate in body axes
+    /// [rad/s].
     pub fn at(&self, time: f64) -> (Matrix3, Vector3) {
         let s = time / self.duration;
         let (part, slope) = (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / self.duration);
@@ -46,7 +48,7 @@ impl Motion {
     }
 }
 
-/// The frame that the spec has.
+/// The reference frame of the spec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     Inertial,
@@ -54,7 +56,7 @@ pub enum Frame {
     Orbit,
 }
 
-/// The kind of numbers in a row.
+/// The quantities in a row of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Quaternion,
@@ -66,27 +68,28 @@ pub enum Kind {
     Spin,
 }
 
-/// The style of a file.
+/// The style in which a file is written.
 #[derive(Clone, Debug)]
 pub struct Style {
     pub notation: Notation,
     pub kind: Kind,
     pub first_version: bool,
-    /// Whether A is the body.
+    /// True if frame A is the body frame.
     pub body_is_a: bool,
-    /// Whether attitudes map from A to B, in version 1.0. In version 2.0 they always do.
+    /// True if attitudes map from A to B, as in every file of version 2.0. Version 1.0 also allows
+    /// B to A.
     pub a_to_b: bool,
     pub scalar_first: bool,
     pub reference: &'static str,
     pub body: &'static str,
-    /// "REF_FRAME_A", "REF_FRAME_B", or empty: by the name of the frame. And whether rates are in
-    /// the axes of A.
+    /// True to name the frame of the rates by the keyword of the frame ("REF_FRAME_A" or
+    /// "REF_FRAME_B"), false to name it by its own name.
     pub rate_by_keyword: bool,
     pub rate_in_a: bool,
     pub scale: &'static str,
     pub of_year: bool,
     pub decimals_of_time: usize,
-    /// Decimals of numbers; more than 12 with an exponent.
+    /// The number of decimals. Numbers with more than 12 decimals have an exponent.
     pub digits: usize,
     pub lower_keys: bool,
     pub lower_values: bool,
@@ -94,11 +97,12 @@ pub struct Style {
     pub mark: bool,
     pub comments: bool,
     pub extra_keys: bool,
-    /// Rows at which a block ends and another begins, which repeats the last row of the one before.
+    /// The rows at which a block ends and the next one begins. The next block repeats the last row
+    /// of the block before.
     pub blocks: Vec<usize>,
-    /// Whether it begins with the row after that instead.
+    /// True if the next block begins with the row after instead of repeating the last row.
     pub apart: bool,
-    /// The period, in rows, with which quaternions change their sign.
+    /// The number of rows after which quaternions change their sign.
     pub flips: usize,
     pub quote: char,
     pub prefix: &'static str,
@@ -108,11 +112,11 @@ pub struct Style {
     pub quoted: bool,
     pub index: bool,
     pub degrees: bool,
-    /// Seconds of the rows.
+    /// The times of the rows \[s\].
     pub times: Vec<f64>,
 }
 
-/// Notations of files.
+/// The notation of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notation {
     Keywords,
@@ -120,8 +124,8 @@ pub enum Notation {
     Table,
 }
 
-/// The names of inertial frames that equal ICRF to a hundredth of a degree, and the names of
-/// orbital frames with their axes, as rows in our frame.
+/// The names of inertial frames that equal ICRF to a hundredth of a degree; the names of orbit
+/// frames with their axes, as rows in the orbit frame of slewkit; the sequences of Euler angles.
 const INERTIAL: [&str; 5] = ["ICRF", "GCRF", "EME2000", "J2000", "ICRF3"];
 const ORBIT: [(&str, [[f64; 3]; 3]); 5] = [
     ("LVLH", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),
@@ -225,26 +229,27 @@ impl Style {
         }
     }
 
-    /// Returns whether rows have rates that are taken.
+    /// Returns whether the rows have rates that the reader uses.
     pub fn has_rates(&self) -> bool {
         !matches!(self.kind, Kind::Quaternion | Kind::Euler(_) | Kind::Spin)
     }
 }
 
-/// A row as it is to be written, so that faults can be planted: frame Y as seen from frame X.
+/// A row before it is written: the attitude and rate of frame Y relative to frame X. Faults are
+/// planted here.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Seconds from the epoch.
+    /// The time from the epoch \[s\].
     pub time: f64,
-    /// Axes of Y in X.
+    /// The axes of Y, in components of X.
     pub attitude: Matrix3,
-    /// The rate of Y relative to X, axes of Y [rad/s].
+    /// The angular rate of Y relative to X, in axes of Y [rad/s].
     pub rate: Vector3,
-    /// The last change of the numbers.
+    /// A change that is applied to the written numbers; `None` for no change.
     pub tampered: Option<fn(&mut [f64])>,
 }
 
-/// Returns the rows of a motion, as a style has them.
+/// Returns the rows of a motion for the given style.
 pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
     // The components are converted to the file's reference frame; a table names no frame and uses
     // the frame of the spec.
@@ -269,8 +274,8 @@ pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
         .collect()
 }
 
-/// Returns the seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT
-/// the usual series of two terms.
+/// Returns the offset of a time scale from UTC on 2026-11-21, 07:00 \[s\]. TAI − UTC is 37 s; TDB −
+/// TT is the usual series of two terms.
 fn ahead(scale: &str) -> f64 {
     let anomaly = (357.53 + 0.985_600_28 * 9821.79_f64).to_radians();
     match scale {
@@ -282,7 +287,7 @@ fn ahead(scale: &str) -> f64 {
     }
 }
 
-/// Returns a moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
+/// Formats the time 2026-11-21, 07:00 UTC plus `time` seconds as the style requires.
 fn date(style: &Style, time: f64) -> String {
     let decimals = style.decimals_of_time;
     let unit = 10_f64.powi(decimals as i32);
@@ -294,13 +299,13 @@ fn date(style: &Style, time: f64) -> String {
     format!("{day}T{:02}:{:02}:{:02}.{part:0decimals$}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-/// Returns a number with the digits of the style.
+/// Formats a number with the digits of the style.
 fn number(style: &Style, value: f64) -> String {
     let digits = style.digits;
     if digits > 12 { format!("{value:.digits$e}") } else { format!("{value:.digits$}") }
 }
 
-/// Returns a quaternion, scalar last, of the axes of Y in X.
+/// Returns the quaternion of an attitude, scalar last.
 fn quaternion(attitude: &Matrix3) -> [f64; 4] {
     let [w, x, y, z] = lie::quaternion_from_rotation(attitude);
     [x, y, z, w]
@@ -314,10 +319,10 @@ fn about(axis: usize, angle: f64) -> Matrix3 {
     turn
 }
 
-/// Returns the angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
+/// Returns the Euler angles a with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
 fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
     let [i, j, k] = axes;
-    // Whether the axes go round as x, y, z do.
+    // The sign is 1 if the axes are in cyclic order (x, y, z), otherwise −1.
     let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
     let m = |row: usize, column: usize| attitude[(row, column)];
     let (second, third) = if i == k {
@@ -328,13 +333,13 @@ fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
     } else {
         ((sign * m(i, k)).clamp(-1.0, 1.0).asin(), (-sign * m(i, j)).atan2(m(i, i)))
     };
-    // The remaining rotation is the first.
+    // The rotation that remains is the first one.
     let first = attitude * about(k, third).transpose() * about(j, second).transpose();
     let (p, q) = ((i + 1) % 3, (i + 2) % 3);
     Vector3::new(first[(q, p)].atan2(first[(p, p)]), second, third)
 }
 
-/// Returns the derivatives of the angles: the rate is `J(a) a'`, column by column.
+/// Returns the time derivatives of Euler angles a. They solve `J(a) a' = rate`.
 fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vector3 {
     let [i, j, k] = axes;
     let (third, second) = (about(k, angles[2]), about(j, angles[1]));
@@ -344,11 +349,11 @@ fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vecto
     columns.try_inverse().map_or(Vector3::repeat(f64::NAN), |inverse| inverse * rate)
 }
 
-/// Returns the numbers of a row in the order of keywords; quaternions scalar last.
+/// Returns the numbers of a row in the order of the keywords. Quaternions are scalar last.
 fn numbers(style: &Style, row: &Row, index: usize) -> Vec<f64> {
     let (x_is_a, degrees) = (style.a_to_b, |vector: Vector3| vector.map(f64::to_degrees));
     let velocity = || {
-        // The axes of A equal the axes of X if attitudes map from A to B.
+        // Frame X is frame A if attitudes map from A to B.
         let in_x = style.rate_in_a == x_is_a;
         degrees(if in_x { row.attitude * row.rate } else { row.rate })
     };

@@ -1,13 +1,13 @@
-//! Combinations of ends, inputs, limits and objectives: a small spec of each, and its result.
+//! Combinations of ends, inputs, limits and objectives, with a small spec for each.
 //!
-//! `docs/combinations.md` has a table with a cell for each. Tests compare the cells that are
-//! refused with the reader of specs, and some of those that are planned with the planner.
+//! The tables of `docs/combinations.md` have a cell for each combination. Tests compare the cells
+//! of refused combinations with the reader of specs, and some of the other cells with the planner.
 
 use slewkit::plan::{Control, Observer, Progress, Status, plan};
 use slewkit_files::spec::{self, Format};
 use std::time::Instant;
 
-/// A name in the table, and the text that it adds to a spec.
+/// A part of a combination: its name in the table, and the text that it adds to a spec.
 pub type Part = (&'static str, &'static str);
 
 const REST: &str = "[end]\nattitude = { axis = [1, 2, 3], angle_deg = 60 }\n";
@@ -20,7 +20,7 @@ const SPIN: &str = "[end]\npoint = { boresight_body = [0, 0, 1], ra_deg = 0, dec
     angular_velocity_deg_s = [0, 0, 2]\n";
 const RATE: &str = "[end]\nangular_velocity_deg_s = [0, 0, 0]\n";
 
-/// The ends.
+/// The terminal conditions.
 pub const ENDS: [Part; 6] = [
     ("attitude, at rest", REST),
     ("attitude and rate", MOVING),
@@ -39,7 +39,8 @@ const WHEELS: &str = "[[actuators.wheel]]\naxis_body = [1, 0, 0]\ntorque_limit_n
 
 const RATES: &str = "torque_rate_limit_n_m_per_s = 0.1\n";
 
-/// The inputs. Limited torque rates and pulses are combined with limited torques about three axes.
+/// The kinds of inputs. Limited torque rates and pulses are combined with limited torques about
+/// three axes.
 pub const INPUTS: [Part; 8] = [
     ("torque", ""),
     ("limited torques", AXES),
@@ -65,10 +66,10 @@ pub const OBJECTIVES: [Part; 3] = [
     ("fuel", "minimize = \"fuel\"\nduration_s = 60\n"),
 ];
 
-/// The steps of every plan.
+/// The number of steps of every plan.
 const STEPS: usize = 40;
 
-/// A combination.
+/// A combination of an end, inputs, limits and an objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Combination {
     pub objective: &'static str,
@@ -80,11 +81,11 @@ pub struct Combination {
 /// The result of a combination: a plan, or the reason why it is refused.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Became {
-    /// A plan that is solved and verified, in this wall time \[s\].
+    /// The plan is solved and verified, after this elapsed time \[s\].
     Planned(f64),
-    /// A spec that is refused with this code.
+    /// The spec is refused with this error code.
     Refused(String),
-    /// No verified plan in this time \[s\], with the status.
+    /// No verified plan was found after this elapsed time \[s\]. The status states why.
     Slow(f64, Status),
 }
 
@@ -106,7 +107,7 @@ fn text(of: &str, parts: &[Part]) -> &'static str {
 }
 
 impl Combination {
-    /// Returns the spec.
+    /// Returns the spec of the combination.
     pub fn spec(&self) -> String {
         let turns = match self.end {
             "rate alone" => "angular_velocity_deg_s = [2, -1, 1]\n",
@@ -130,13 +131,13 @@ impl Combination {
         )
     }
 
-    /// Returns the code with which the spec is refused.
+    /// Returns the error code with which the spec is refused; `None` if it is accepted.
     pub fn refused(&self) -> Option<String> {
         let errors = spec::from_str(&self.spec(), "spec.toml", Format::Toml, &[]).err()?;
         errors.0.first().map(|error| error.code.to_string())
     }
 
-    /// Plans the maneuver in at most `most` seconds of wall time.
+    /// Plans the maneuver within `most` seconds of elapsed time.
     pub fn became(&self, most: f64) -> Became {
         if let Some(code) = self.refused() {
             return Became::Refused(code);
@@ -155,7 +156,7 @@ impl Combination {
     }
 }
 
-/// Writes four couples of thrusters, which reach every torque.
+/// Writes four pairs of thrusters that together produce torques in every direction.
 fn thrusters() -> String {
     let places = [
         ([0.5, 0.0, 0.4], [0, 1, 0]),
@@ -175,7 +176,7 @@ fn thrusters() -> String {
     places.map(thruster).concat()
 }
 
-/// Stops after a time.
+/// An observer that stops the search after a time.
 struct Within {
     began: Instant,
     most: f64,

@@ -7,12 +7,12 @@ use slewkit::{Matrix3, Vector3, lie};
 
 use crate::Random;
 
-/// Returns the case `seed`: a body with moments in 0.3–1.3, a rest-to-rest slew by 30–170° in unit
-/// time, and limits of every torque axis of 60–95 % of the largest component of the unconstrained
-/// torque. It has `cones` keep-out cones (one or two by chance if `None`) of 3–12°. The
-/// unconstrained path of a random boresight crosses each cone somewhere in its middle half, usually
-/// off its axis. Neither end is inside a cone; cones for which that fails a hundred times are left
-/// out. `None` if the unconstrained slew was not found.
+/// Returns the case with number `seed`; `None` if the unconstrained slew is not found. The body has
+/// moments of 0.3–1.3 and makes a rest-to-rest slew by 30–170° in unit time. The limit on each
+/// torque is 60–95 % of the largest component of the unconstrained torque. The case has `cones`
+/// keep-out cones of 3–12°; if `cones` is `None`, one or two at random. The unconstrained path of a
+/// random boresight crosses each cone in the middle half of the slew, usually off the axis of the
+/// cone. Neither end lies inside a cone. A cone that violates this in a hundred draws is left out.
 pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let mut random = Random::new(seed.wrapping_mul(0x1234_5677) + 99);
     let moments = loop {
@@ -40,13 +40,14 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let cones = cones.unwrap_or(by_chance);
     let mut text = format!("limit {share:.3}");
     for index in 0..cones {
-        // A boresight, and a direction that it passes at a random moment of the unconstrained slew.
+        // Draws a boresight, and a direction that it passes at a random time of the unconstrained
+        // slew.
         for _ in 0..100 {
             let boresight = random.direction();
             let at = 0.25 + 0.5 * random.unit();
             let q = trajectory.quaternion[(at * (trajectory.quaternion.len() - 1) as f64) as usize];
             let half_angle = (3.0 + 9.0 * random.unit()).to_radians();
-            // The path crosses the cone, as a rule off its axis.
+            // The path usually crosses the cone off its axis.
             let aside = lie::exp(&(random.direction() * (half_angle * random.unit())));
             let direction = aside * lie::rotation_from_quaternion(&q) * boresight;
             let away =

@@ -1,4 +1,4 @@
-//! Plan files that are damaged in one figure, in ten ways.
+//! Plan files in which one figure is damaged, in twelve ways.
 
 use crate::Random;
 use serde_json::{Map, Value, json};
@@ -10,7 +10,7 @@ use slewkit_files::spec::{self, Format, Loaded};
 use slewkit_report::plan_page;
 use std::error::Error;
 
-/// A way in which a plan file is damaged.
+/// A kind of damage to a plan file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Damage {
     /// A torque or an input is multiplied by 1.02 to 2.
@@ -29,13 +29,14 @@ pub enum Damage {
     Cost,
     /// A stored momentum of a wheel is changed.
     Momentum,
-    /// A figure is 1e300, or `null`, which stands for a number that is not finite.
+    /// A figure is replaced by 1e300, or by `null`, which stands for a number that is not finite.
     NotFinite,
-    /// A row of a column is removed, or a row of all columns, or the number of steps is changed.
+    /// A row is removed from one column or from all columns, or the number of steps is changed.
     Rows,
-    /// A claim of the search is changed: conjugate points, gap, rivals, covariances.
+    /// A claim of the search is changed: the conjugate points, the gap, the rivals or the
+    /// covariances.
     Claim,
-    /// A figure of the spec that the plan fulfils is changed.
+    /// A figure of the spec in the plan file is changed.
     Spec,
 }
 
@@ -61,7 +62,7 @@ const HEAD: &str = "format = 1\nname = \"damaged\"\n[body]\ninertia_kg_m2 = [[12
 const TORQUES: &str = "[actuators]\ntorque_axes_body = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n\
     torque_limit_n_m = 0.2\n";
 
-/// Returns the specs of the plans: each kind of file.
+/// Returns one spec for each kind of plan file.
 fn specs() -> [String; 6] {
     let flown = "[feedback]\nkind = \"tvlqr\"\n[uncertainty]\ninertia.relative = 0.02\n";
     [
@@ -83,14 +84,14 @@ fn specs() -> [String; 6] {
     ]
 }
 
-/// Right plan files of each kind.
+/// Undamaged plan files, one of each kind.
 pub struct Files(Vec<Value>);
 
 impl Files {
-    /// Plans the maneuvers.
+    /// Plans the maneuvers and builds their plan files.
     ///
     /// # Errors
-    /// A spec or a plan that fails.
+    /// Returns an error if a spec or a plan fails.
     pub fn new() -> Result<Self, Box<dyn Error>> {
         let mut files = Vec::new();
         for text in specs() {
@@ -121,7 +122,7 @@ impl Files {
         &self.0
     }
 
-    /// Returns a damaged file, and the place and the value of the damage.
+    /// Returns a damaged file, and a text with the place and the value of the damage.
     pub fn damaged(&self, damage: Damage, random: &mut Random) -> (Value, String) {
         loop {
             let mut file = self.0[random.below(self.0.len())].clone();
@@ -132,7 +133,8 @@ impl Files {
     }
 }
 
-/// Damages a file and describes the damage; `None` if the file has no such value.
+/// Damages a file and describes the damage; `None` if the file has no value that can be damaged in
+/// this way.
 fn harm(file: &mut Value, damage: Damage, random: &mut Random) -> Option<String> {
     match damage {
         Damage::Torque => {
@@ -244,7 +246,7 @@ fn rows(file: &mut Value, random: &mut Random) -> Option<String> {
     }
 }
 
-/// Changes a figure at one of several places and describes the change.
+/// Changes a figure at one of the given places and describes the change.
 fn change(
     file: &mut Value,
     places: &[String],
@@ -258,12 +260,12 @@ fn change(
     let figure = file.pointer_mut(place)?;
     let was = figure.as_f64()?;
     let is = to(random, was);
-    // A count stays a count.
+    // A whole number stays a whole number.
     *figure = if figure.is_f64() { json!(is) } else { json!(is.ceil() as i64 + 1) };
     Some(format!("{place}: {was} is {figure}"))
 }
 
-/// Returns the pointers of all figures below a key that fulfil a condition.
+/// Returns the JSON pointers of all figures below a key that satisfy a condition.
 fn figures(file: &Value, at: &[&str], wanted: impl Fn(f64) -> bool + Copy) -> Vec<String> {
     fn below(value: &Value, at: &str, wanted: impl Fn(f64) -> bool + Copy, found: &mut Vec<String>) {
         match value {
@@ -288,7 +290,7 @@ fn figures(file: &Value, at: &[&str], wanted: impl Fn(f64) -> bool + Copy) -> Ve
     found
 }
 
-/// The places where a plan file is called verified.
+/// The commands that report a plan file as verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Called {
     pub verify: bool,
@@ -297,14 +299,14 @@ pub struct Called {
 }
 
 impl Called {
-    /// Returns whether any command calls the file verified.
+    /// Returns whether any command reports the file as verified.
     pub fn verified(self) -> bool {
         self.verify || self.report || self.export
     }
 }
 
-/// Returns the verdicts of `slew verify`, `slew report` and `slew export` on a file; empty if they
-/// refuse to read it.
+/// Returns which of `slew verify`, `slew report` and `slew export` report the file as verified.
+/// None of them does if they refuse to read it.
 pub fn called(file: &Value) -> Called {
     let read = || -> Option<Called> {
         let bytes = serde_json::to_vec(file).ok()?;

@@ -1,24 +1,26 @@
-//! Random maneuvers within limits, to ends that leave a roll or an attitude free, and between given
+//! Random maneuvers within limits, with a free roll or a free attitude at the end, or between given
 //! states of motion.
 //!
-//! The law. A bus of mean moment 40 kg·m², its principal moments as in [`crate::everyday`], with
-//! four wheels of 0.1 N·m and 2 N·m·s about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), turns from rest by θ
-//! uniform in 25 … 150°, on 100 steps. The unit of time is t = √(θ 40 kg·m²/0.16 N·m), and effort
-//! and fuel are minimised in 2.2 t times a number uniform in 1.3 … 2.
+//! The law. A bus of mean moment 40 kg·m² has principal moments as in [`crate::everyday`], and four
+//! wheels of 0.1 N·m and 2 N·m·s about (±0.8, 0, 0.6) and (0, ±0.8, 0.6). It turns from rest by an
+//! angle θ that is uniform in 25 … 150°, on 100 steps. The unit of time is t = √(θ 40 kg·m²/0.16
+//! N·m). Minimum-effort and minimum-fuel plans have the duration 2.2 t, times a number that is
+//! uniform in 1.3 … 2.
 //!
-//! Ends: a boresight at rest on a fixed direction, with its roll free or within 40° of a second
-//! direction. A boresight on a direction that moves at up to 0.1 θ/t, at rest or with the rate of
-//! the direction. Rest in any attitude, from rates of up to 0.02 rad/s about each axis.
+//! Ends: a boresight rests at a fixed direction, with a free roll or a roll within 40° of a second
+//! direction. Or the boresight points at a direction that moves at up to 0.1 θ/t, at rest or at the
+//! rate of the direction. Or the body comes to rest at a free attitude, from rates of up to 0.02
+//! rad/s about each axis.
 //!
-//! Inputs: the wheels alone. Four couples of one-sided thrusters of 0.1 N at 1 m. The wheels with
-//! each rate at most θ/t times a number uniform in 0.5 … 0.8. The wheels past a cone of 8 … 20°,
-//! and at most 0.3 θ, near the way. The wheels with three trackers, two of which must stay outside
-//! of a cone of 25° about the Sun.
+//! Inputs: the wheels alone; four pairs of one-sided thrusters of 0.1 N at 1 m; the wheels with a
+//! limit on each rate of θ/t times a number uniform in 0.5 … 0.8; the wheels with a cone near the
+//! path, of 8 … 20° and at most 0.3 θ; the wheels with three star trackers, two of which must stay
+//! outside of a cone of 25° about the Sun.
 //!
-//! Motions: a torque of 0.16 N·m about each axis that needs 0.1 … 0.4 t to change from zero to its
-//! limit, between states of rest. The same torque without a limit of its rate, from and to spins
-//! about random axes, on as many steps as a landed plan needs; the body makes up to five turns
-//! while a spin is stopped. Wheels that store up to half of their momentum at the start.
+//! Motions: from rest to rest with a torque of 0.16 N·m about each axis that needs 0.1 … 0.4 t to
+//! change from zero to its limit; between spins about random axes, with this torque but no limit on
+//! its rate, on as many steps as a landed plan needs, where the body makes up to five turns while a
+//! spin is stopped; with wheels that store up to half of their largest momentum at the start.
 
 use crate::Random;
 use slewkit::maneuver::{
@@ -28,23 +30,23 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limit
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::TAU;
 
-/// The ends.
+/// The terminal conditions with a free roll or attitude.
 pub const ENDS: [&str; 5] = ["free roll", "roll in a band", "moving target", "matched rates", "any attitude"];
-/// The inputs and limits to these ends.
+/// The inputs and limits that are combined with these terminal conditions.
 pub const INPUTS: [&str; 5] = ["wheels", "thrusters", "rate limit", "cone", "two of three trackers"];
-/// The motions between given states.
+/// The kinds of motion between given states.
 pub const MOTIONS: [&str; 3] = ["torque rates", "spins", "stored momentum"];
 /// The objectives.
 pub const OBJECTIVES: [&str; 3] = ["effort", "time", "fuel"];
 
-/// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel, and its torque about an
-/// axis.
+/// The mean moment of inertia \[kg·m²\], the torque \[N·m\] and momentum [N·m·s] of a wheel, and
+/// the torque of all wheels about one axis \[N·m\].
 const MOMENT: f64 = 40.0;
 const TORQUE: f64 = 0.1;
 const MOMENTUM: f64 = 2.0;
 const TOGETHER: f64 = 1.6 * TORQUE;
 
-/// The properties that all cases of a bus share.
+/// The randomly drawn properties of a case.
 struct Drawn {
     random: Random,
     inertia: Inertia,
@@ -90,7 +92,7 @@ fn thrusters() -> Actuation {
     let (positions, directions) = couples.concat().into_iter().unzip();
     let limits = Limits { size: Some(vec![TORQUE; 12]), one_sided: true, ..Limits::default() };
     let thrusters = Actuation::of_thrusters(positions, directions, limits).expect("twelve thrusters");
-    // The body turns, and does not translate.
+    // The body rotates and does not translate, so only the torques of the thrusters count.
     Actuation::torques(thrusters.torque)
 }
 
@@ -147,7 +149,7 @@ pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem
             problem.with_constraint(Constraint { name: "rates".into(), rule: Rule::RateAxes(limit) })
         }
         "cone" => {
-            // The cone past a small turn is smaller, so that it contains neither end of the turn.
+            // For a small turn the cone is smaller, so that it contains neither end of the turn.
             let half = half.to_radians().min(0.3 * drawn.angle);
             let passed = lie::exp(&(turn * 0.5)) * boresight;
             let beside = (side - passed * passed.dot(&side)).normalize() * (0.6 * half).tan();
@@ -183,7 +185,7 @@ pub fn between(motion: &str, objective: &str, number: usize) -> Problem {
     let actuation = match motion {
         "torque rates" => torques(Some(TOGETHER / (drawn.unit * random.within(0.1, 0.4)))),
         "spins" => {
-            // A rate that is stopped in t turns the body by rate·t/2 meanwhile.
+            // While a rate is reduced to zero in the time t, the body turns by rate·t/2.
             for end in &mut ends {
                 let most = (2.0 * TAU * random.within(0.0, 5.0) * TOGETHER / MOMENT).sqrt();
                 end.angular_velocity = random.normal_direction() * most;

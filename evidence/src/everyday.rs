@@ -1,22 +1,25 @@
-//! Everyday maneuvers: four reaction wheels turn a spacecraft from rest to rest, within limits.
+//! Everyday maneuvers: random rest-to-rest slews of a spacecraft with four reaction wheels, within
+//! limits.
 //!
-//! The law. One of three buses, each as often: mean moment J, torque τ and momentum h of a wheel
-//! (0.12 kg·m², 4 mN·m, 20 mN·m·s), (40, 0.1, 2), (900, 0.6, 25). Principal moments J·(a, b, c)
-//! along the body axes: a and b uniform in 0.6 … 1.4, c between max(1.1 |a − b|, 0.5) and min(0.9
-//! (a + b), 1.5). Wheels about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), without momentum at the start.
-//! The body turns from rest to rest through an angle θ uniform in 25 … 170° about a uniform axis;
-//! 100 steps.
+//! The law. Each maneuver has one of three buses with equal probability, given by the mean moment
+//! J, and the torque τ and momentum h of a wheel: (0.12 kg·m², 4 mN·m, 20 mN·m·s), (40, 0.1, 2) or
+//! (900, 0.6, 25). The principal moments along the body axes are J·(a, b, c), with a and b uniform
+//! in 0.6 … 1.4, and c between max(1.1 |a − b|, 0.5) and min(0.9 (a + b), 1.5). The wheels have the
+//! axes (±0.8, 0, 0.6) and (0, ±0.8, 0.6), and no momentum at the start. The body turns from rest
+//! to rest by an angle θ uniform in 25 … 170° about a uniform axis, on 100 steps.
 //!
-//! - `time`: in least time.
-//! - `rate`: the same with each rate at most √(1.6 θτ/J) times a number uniform in 0.45 … 0.8.
-//! - `cone`: the same past up to three cones.
-//! - `effort`: of least effort past up to three cones, in 2.2 √(θJ/1.6τ) times a number uniform in
-//!   1.2 … 2.
+//! - `time`: minimum time.
+//! - `rate`: minimum time with a limit on each rate of √(1.6 θτ/J) times a number uniform in 0.45 …
+//!   0.8.
+//! - `cone`: as `rate`, with up to three keep-out cones.
+//! - `effort`: minimum effort with up to three keep-out cones, in a duration of 2.2 √(θJ/1.6τ)
+//!   times a number uniform in 1.2 … 2.
 //!
-//! One, two or three cones are drawn for one uniform boresight, of half angles α uniform in 8 …
-//! 25°. The axis of each cone is tan(α·u), u uniform in 0.2 … 1.1, away from the boresight at a
-//! part, uniform in 25 … 75 %, of the turn about its axis. A cone that contains an end of the turn,
-//! or is nearer to it than 2°, is left out.
+//! One, two or three cones are drawn for one uniform boresight, with half angles α uniform in 8 …
+//! 25°. Each cone is placed near the direction of the boresight at a fraction, uniform in 25 … 75
+//! %, of the turn about its axis; the axis of the cone is displaced from this direction by
+//! tan(α·u), with u uniform in 0.2 … 1.1. A cone that contains an end of the turn, or is within 2°
+//! of it, is left out.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Duration, Objective, Pointing, Problem, Rule, Side, State};
@@ -26,33 +29,34 @@ use slewkit::{Matrix3, Vector3, lie};
 /// The objective and the limits of a maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Least time.
+    /// Minimum time.
     Time,
-    /// Least time with limited rates.
+    /// Minimum time with limited rates.
     Rate,
-    /// Least time with limited rates past cones.
+    /// Minimum time with limited rates and keep-out cones.
     Cone,
-    /// Least effort past cones.
+    /// Minimum effort with keep-out cones.
     Effort,
 }
 
-/// The kinds by their names.
+/// The names of the kinds.
 pub const KINDS: [(&str, Kind); 4] =
     [("time", Kind::Time), ("rate", Kind::Rate), ("cone", Kind::Cone), ("effort", Kind::Effort)];
 
-/// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel.
+/// For each bus, the mean moment of inertia \[kg·m²\], and the torque \[N·m\] and momentum [N·m·s]
+/// of a wheel.
 const BUSES: [[f64; 3]; 3] = [[0.12, 4e-3, 0.02], [40.0, 0.1, 2.0], [900.0, 0.6, 25.0]];
 
-/// The torque of the four wheels together about one axis, over the torque of one of them.
+/// The torque of all four wheels about one axis, relative to the torque of one wheel.
 const TOGETHER: f64 = 1.6;
 
-/// The least angle between an end and the rim of a cone \[deg\].
+/// The smallest allowed angle between an end of the turn and the edge of a cone \[deg\].
 const OUTSIDE_DEG: f64 = 2.0;
 
-/// The steps of a maneuver.
+/// The number of steps of a maneuver.
 pub const STEPS: usize = 100;
 
-/// Returns the maneuver of a number, a kind and a seed.
+/// Returns the maneuver with this number, kind and seed.
 pub fn maneuver(kind: Kind, seed: u64, number: usize) -> Problem {
     let mut random = Random::of_case((seed << 2) | kind as u64, number);
     let [mean, torque, momentum] = random.pick(&BUSES);
@@ -88,7 +92,7 @@ pub fn maneuver(kind: Kind, seed: u64, number: usize) -> Problem {
     problem
 }
 
-/// Returns the maneuver past one to three cones, without the cones that contain an end.
+/// Adds one to three keep-out cones to the maneuver, except cones that contain an end of the turn.
 fn past_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Problem {
     let boresight = random.normal_direction();
     for number in 1..=1 + random.below(3) {

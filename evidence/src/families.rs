@@ -1,4 +1,4 @@
-//! Families of random maneuvers, in a duration of 1.
+//! Families of random maneuvers with duration 1.
 
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
@@ -11,12 +11,12 @@ use slewkit::mechanics::environment::{CentralGravity, GravityGradient, PointMass
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
 
-/// Returns the random numbers of a case of a family, a stream for each.
+/// Returns the stream of random numbers for a case of a family. Each case has its own stream.
 pub fn case(seed: u64, family: usize, index: usize) -> Random {
     Random::of_case(seed ^ ((family as u64 + 77) << 48), index)
 }
 
-/// A family: its name, and how its cases are drawn.
+/// A family of maneuvers: its name, and the function that draws its cases.
 pub struct Family {
     pub name: &'static str,
     pub draw: fn(&mut Random) -> Problem,
@@ -42,7 +42,7 @@ fn body(inertia: Inertia) -> Body {
     Body { inertia, mass: None }
 }
 
-/// Returns the inputs along the three axes of a frame.
+/// Returns torque inputs about the three axes of a frame.
 fn about(frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], frame).expect("three axes")
 }
@@ -54,8 +54,8 @@ fn full_torque(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// Draws a slew from rest to rest. Half of these are boxes that turn about a principal axis by 90°,
-/// 180° or any other angle.
+/// Draws a rest-to-rest slew. In half of the cases, a body with principal body axes turns about one
+/// of them by 90°, 180° or any other angle.
 fn rest_to_rest(random: &mut Random) -> Problem {
     let at = |r: Matrix3| State::at_rest(r);
     if random.coin() {
@@ -91,8 +91,8 @@ fn detumbling(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// Builds a maneuver to rest or to another rate, in any attitude: with limits, weights, or two
-/// torques by turns.
+/// Draws a maneuver to rest or to another rate at a free attitude. Limits, weights and two torques
+/// alternate.
 fn any_attitude(random: &mut Random) -> Problem {
     let inertia = random.inertia(8.0);
     let rate = |random: &mut Random| random.normal_direction() * random.within(1.0, 15.0);
@@ -161,7 +161,8 @@ fn dumbbell(random: &mut Random) -> Problem {
     let (a, b) = (random.uniform_rotation(), random.uniform_rotation());
     let start = state(0.0, random, a);
     let end = state(rate, random, b);
-    // A turn by one radian costs as much as a shift by one radius of the orbit.
+    // The weights make a turn by one radian cost as much as a displacement by one radius of the
+    // orbit.
     let price = DMatrix::identity(3, 3) / (inertia.mean() * inertia.mean());
     let actuation = Actuation::torques_and_forces(about(AxisFrame::Body), about(AxisFrame::Reference));
     let problem = Problem::rigid_body(Body { inertia, mass: Some(mass) }, start, end, 1.0);
@@ -202,7 +203,7 @@ fn stiff_weights(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0).with_objective(Weights::of_torques(weight))
 }
 
-/// Returns the angle of a turn \[rad\], the short way, that a slew between states of rest takes.
+/// Draws a rest-to-rest slew, and returns its angle the short way \[rad\] too.
 fn slew(random: &mut Random) -> (Problem, f64) {
     let inertia = random.inertia(8.0);
     let angle = random.within(0.5, 3.0);
@@ -210,8 +211,8 @@ fn slew(random: &mut Random) -> (Problem, f64) {
     (Problem::attitude(body(inertia), State::at_rest(Matrix3::identity()), end, 1.0), angle)
 }
 
-/// Returns torque limits of 70–120 % of the peak that a turn of the mean inertia about a fixed axis
-/// needs. A plan without limits exceeds them in most cases, and few cases have no plan.
+/// Draws a slew with torque limits of 70–120 % of the peak torque of a fixed-axis turn of the mean
+/// inertia. In most cases a plan without limits exceeds these limits, and few cases have no plan.
 fn box_limits(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let limits = Limits { size: Some(vec![random.within(0.7, 1.2) * 6.0 * angle; 3]), ..Limits::default() };
@@ -219,7 +220,8 @@ fn box_limits(random: &mut Random) -> Problem {
     problem.with_actuation(Actuation::torques(set))
 }
 
-/// Builds one or two cones that a boresight would cross on the turn about the fixed axis.
+/// Draws a slew with one or two cones that a boresight would cross on the turn about the fixed
+/// axis.
 fn cones(random: &mut Random) -> Problem {
     let (mut problem, angle) = slew(random);
     let axis = lie::log(&problem.end.attitude) / angle;
@@ -241,8 +243,8 @@ fn cones(random: &mut Random) -> Problem {
     problem
 }
 
-/// Returns a maneuver with three wheels that spin at the start, and can store twice the momentum
-/// that the turn of the mean inertia needs.
+/// Draws a maneuver with three wheels that spin at the start and can store twice the momentum that
+/// a turn of the mean inertia needs.
 fn wheels(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let most = 3.0 * angle;

@@ -1,4 +1,4 @@
-//! The figures of the repository, and the page that shows them.
+//! Builds the page that shows the figures of the repository.
 
 use crate::ROOT;
 use std::collections::BTreeSet;
@@ -6,28 +6,33 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use toml::de::{DeTable, DeValue};
 
-/// The keys of a figure; all but the unit are required.
+/// The keys of a figure. All keys except `unit` are required.
 const KEYS: [&str; 6] = ["name", "law", "command", "value", "unit", "date"];
 
 /// The largest number of characters of a row of the page.
 const LONGEST_ROW: usize = 300;
 
-/// Returns the file of the data, `evidence/figures.toml`.
+/// Returns the path of the data, `evidence/figures.toml`.
 pub fn data() -> PathBuf {
     [ROOT, "evidence", "figures.toml"].iter().collect()
 }
 
-/// Returns the file of the page, `docs/figures.md`.
+/// Returns the path of the page, `docs/figures.md`.
 pub fn page() -> PathBuf {
     [ROOT, "docs", "figures.md"].iter().collect()
 }
 
-/// Returns the text of the page for the text of the data, with one row for each figure.
+/// Returns the text of the page for the given text of the data, with one table row for each figure.
 ///
 /// # Errors
 ///
-/// The text is not TOML, a key is missing, unknown or no text, two figures have one name, a law is
-/// not one sentence, a date is not written as `2026-01-31`, or a row is longer than 300 characters.
+/// Returns an error in these cases:
+/// - the text is not TOML
+/// - a key is missing, unknown, or not a string
+/// - two figures have the same name
+/// - a law is not one sentence
+/// - a date is not written as `2026-01-31`
+/// - a row is longer than 300 characters
 pub fn made(data: &str) -> Result<String, String> {
     let data = DeTable::parse(data).map_err(|error| format!("the data are not TOML: {error}"))?;
     let data = data.get_ref();
@@ -51,7 +56,7 @@ pub fn made(data: &str) -> Result<String, String> {
     Ok(page)
 }
 
-/// Returns the row of a figure.
+/// Returns the table row of a figure.
 fn row(figure: &DeTable<'_>) -> Result<String, String> {
     let name = text(figure, "name")?;
     if let Some(key) = figure.keys().map(|key| key.get_ref()).find(|key| !KEYS.contains(&&***key)) {
@@ -71,7 +76,7 @@ fn row(figure: &DeTable<'_>) -> Result<String, String> {
         false => text(figure, "value")?.to_owned(),
     };
     let row = format!("| {name} | {law} | `{command}` | {value} | {date} |\n");
-    // The end of the line is no character of the row.
+    // The line feed does not count.
     let length = row.chars().count() - 1;
     if length > LONGEST_ROW {
         return Err(format!("{name}: the row has {length} characters, and {LONGEST_ROW} are allowed"));
@@ -82,14 +87,14 @@ fn row(figure: &DeTable<'_>) -> Result<String, String> {
     Ok(row)
 }
 
-/// Returns the text under a key.
+/// Returns the string of a key.
 pub(crate) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Result<&'a str, String> {
     let text = |key: &str| table.get(key).and_then(|value| value.get_ref().as_str());
     let name = text("name").or(text("title")).unwrap_or("the data");
     text(key).ok_or_else(|| format!("{name}: `{key}` is missing or no text"))
 }
 
-/// Returns the tables of the list under a key.
+/// Returns the tables in the list of a key.
 pub(crate) fn tables<'a, 'd>(table: &'a DeTable<'d>, key: &str) -> Result<Vec<&'a DeTable<'d>>, String> {
     let list = table.get(key).and_then(|value| value.get_ref().as_array());
     let list = list.ok_or_else(|| format!("`{key}` is no list"))?;

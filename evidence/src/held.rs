@@ -1,36 +1,39 @@
-//! Propagates the held inputs of a plan by plain equations of motion: Euler's equations in a
-//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses only
-//! the field of the maneuver and the outputs of its inputs from the library.
+//! Propagates the held inputs of a plan by independent equations of motion: Euler's equations for a
+//! quaternion and momenta, integrated by the classical Runge–Kutta method with ever smaller steps.
+//! The only code of the library that it uses are the force field of the maneuver and the map from
+//! inputs to forces and torques.
 
 use slewkit::maneuver::{Direction, Motion, Problem, Rule, Scheme, Side, Trajectory};
 use slewkit::mechanics::environment::Pose;
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Parts of a step of the plan, at first and at most.
+/// The number of integration steps in each step of the plan, at first and at most.
 const PARTS: (usize, usize) = (16, 1 << 14);
 /// The difference below which the attitudes of two refinements count as equal \[rad\].
 const SAME: f64 = 1e-8;
 
-/// The end of a motion, and the limits that the motion exceeds.
+/// The terminal errors of a motion, and its largest violation of a limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Flown {
     /// The attitude error at the end \[rad\].
     pub attitude: f64,
-    /// The rate error at the end, over a radian in the duration.
+    /// The rate error at the end, relative to one radian per duration.
     pub rate: f64,
-    /// The position error of a motion on SE(3), over the distance between the ends or one meter.
+    /// The position error of a translating body at the end, relative to the distance between start
+    /// and end, or to one meter.
     pub position: f64,
-    /// The largest violation of a cone \[rad\], or of a limit of a rate relative to it, at the
-    /// nodes of the integration; at most 0 if all hold.
+    /// The largest violation at the nodes of the integration: of a cone \[rad\], or of a rate limit
+    /// relative to the limit. At most 0 if all constraints hold.
     pub exceeded: f64,
 }
 
-/// Returns the attitude error at the end \[rad\]; `None` if finer steps do not converge.
+/// Returns the attitude error at the end \[rad\]; `None` if the refinement of the steps does not
+/// converge.
 pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
     flown(problem, trajectory).map(|flown| flown.attitude)
 }
 
-/// Flies a plan; `None` if finer steps do not settle its end.
+/// Propagates a plan; `None` if the refinement of the steps does not converge.
 pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
     let (mut parts, mut before) = (PARTS.0, end(problem, trajectory, PARTS.0));
     while parts < PARTS.1 {
@@ -56,10 +59,12 @@ pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
     None
 }
 
-/// Quaternion, momentum, momentum of the wheels, position and linear momentum, in this order.
+/// The state: quaternion, angular momentum, wheel momentum, position and linear momentum, in this
+/// order.
 type Numbers = [f64; 16];
 
-/// Returns the end and the largest violation, with each step divided into `parts`.
+/// Returns the final state and the largest violation. Each step of the plan is divided into `parts`
+/// integration steps.
 fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f64) {
     let start = &problem.start;
     let mass = problem.body.mass.unwrap_or(1.0);
@@ -76,8 +81,9 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f6
     }
     let mut worst = f64::NEG_INFINITY;
     for step in 0..trajectory.time.len() - 1 {
-        // Inputs that switch are held over their own steps; Lie–Euler kicks at the end of a step,
-        // and has no row before that; Lie–Verlet half at either end.
+        // Bang-bang inputs are held over their own steps. Lie–Euler kicks at the end of a step, and
+        // its first row belongs to the end of the first step. Lie–Verlet kicks by half at either
+        // end of a step.
         let inputs: Vec<f64> = if problem.switches() || problem.scheme == Scheme::LieEuler {
             trajectory.inputs(step).to_vec()
         } else {
@@ -109,7 +115,7 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
     let r = attitude(y);
     let momentum = Vector3::from_column_slice(&y[4..7]);
     let rate = problem.body.inertia.j().lu().solve(&momentum).unwrap_or(momentum);
-    // Inertial → reference.
+    // The rotation from the inertial frame to the reference frame.
     let frame = lie::exp(&(-time * problem.environment.frame_rate()));
     let of = |rule: &Rule| match rule {
         Rule::RateNorm(limit) => rate.norm() / limit - 1.0,
@@ -139,7 +145,8 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
     problem.constraints.iter().map(|constraint| of(&constraint.rule)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Returns `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u` for wheels, `ẋ = γ/m`, `γ̇ = F`.
+/// Returns the time derivative of the state: `q̇ = ½(qΩ − nq)`, `Π̇ = (Π + μ) × Ω + M`, `μ̇ = −B u`
+/// for wheels, `ẋ = γ/m`, `γ̇ = F`.
 fn slope(problem: &Problem, inputs: &[f64], y: &Numbers) -> Numbers {
     let vector = |index: usize| Vector3::from_column_slice(&y[4 + 3 * index..7 + 3 * index]);
     let (momentum, of_wheels, position, linear) = (vector(0), vector(1), vector(2), vector(3));

@@ -1,7 +1,7 @@
-//! Hostile inputs of every kind that the program reads: good ones, mutated.
+//! Hostile inputs: mutations of valid inputs of every kind that the program reads.
 //!
-//! A reader must accept its input or refuse it, with a place, a reason and a remedy, without a
-//! panic, and soon.
+//! A reader must either accept its input, or refuse it with a place, a reason and a remedy. It must
+//! not panic, and must not take long.
 
 use crate::Random;
 use slewkit::mechanics::full_body::polyhedron::read_obj;
@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::{fs, io};
 
-/// Values for the place of a number.
+/// Texts that replace a number.
 pub const NUMBERS: &[&str] = &[
     "nan",
     "-inf",
@@ -49,7 +49,7 @@ pub const NUMBERS: &[&str] = &[
     "-720.5",
     "1e-9",
 ];
-/// Words for any place.
+/// Words that are inserted at any place.
 const WORDS: &[&str] = &[
     "=",
     "[",
@@ -82,7 +82,7 @@ const WORDS: &[&str] = &[
     "\t",
     "\r",
 ];
-/// Keys of overrides, right or not.
+/// Keys of overrides, some of which do not exist.
 const KEYS: &[&str] = &[
     "body.inertia_kg_m2",
     "end.attitude.euler_zyx_deg.1",
@@ -109,7 +109,7 @@ const KEYS: &[&str] = &[
     "gravity.gravitational_constant_m3_kg_s2",
 ];
 
-/// Returns `text` with up to three changes; `donor` is the source of other lines.
+/// Returns `text` with up to three changes. `donor` is the source of lines that are inserted.
 pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..random.below(4) {
@@ -120,7 +120,7 @@ pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
             2 if !bytes.is_empty() => bytes[at] = b' ' + (random.bits() % 95) as u8,
             3 => drop(bytes.splice(at..at, random.pick(WORDS).bytes())),
             4 => {
-                // Another number in place of one.
+                // Replaces a number by another one.
                 let digit = |byte: &u8| byte.is_ascii_digit();
                 if let Some(start) = bytes.iter().skip(at).position(digit).map(|offset| at + offset) {
                     let part = |byte: &&u8| digit(byte) || **byte == b'.';
@@ -129,7 +129,7 @@ pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
                 }
             }
             5 => {
-                // A line twice, or moved.
+                // Duplicates or moves a line.
                 let mut lines: Vec<Vec<u8>> =
                     bytes.split(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
                 let line = lines[random.below(lines.len())].clone();
@@ -137,7 +137,7 @@ pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
                 bytes = lines.join(&b'\n');
             }
             6 => {
-                // A line of another.
+                // Inserts a line of the other input.
                 let lines: Vec<&str> = donor.lines().collect();
                 if !lines.is_empty() {
                     let line = format!("\n{}\n", lines[random.below(lines.len())]);
@@ -154,18 +154,18 @@ pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// The reader of an input.
+/// A reader of the program that is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reader {
     Toml,
     Json,
-    /// `--set`, on a good spec.
+    /// The reader of `--set`, applied to a valid spec.
     Set,
     PlanFile,
     Obj,
-    /// A table of cases.
+    /// The reader of a table of cases.
     Cases,
-    /// AEM in either form, and tables of attitudes.
+    /// The reader of AEM, in keywords or XML, and of tables of attitudes.
     Attitudes,
 }
 
@@ -180,18 +180,19 @@ pub const READERS: [Reader; 7] = [
     Reader::Attitudes,
 ];
 
-/// Good inputs of every kind: files of the repository, and files that the program writes.
+/// The valid and invalid inputs that are mutated: files of the repository, and files that the
+/// program writes.
 pub struct Corpus {
-    /// The reader, whether the input is valid, and the text.
+    /// The reader of an input, whether the input is valid, and its text.
     seeds: Vec<(Reader, bool, String)>,
-    /// Good specs that overrides are set in.
+    /// Valid specs to which overrides are applied.
     specs: Vec<String>,
     base: Base,
-    /// Cases are read from a file.
+    /// The folder for tables of cases, which are read from a file.
     folder: tempfile::TempDir,
 }
 
-/// A small maneuver, from which the plan file and the tables come.
+/// The spec of a small maneuver, from whose plan the plan file and the tables are written.
 const SMALL: &str = r#"
 format = 1
 epoch = "2026-11-21T07:00:00 UTC"
@@ -209,14 +210,14 @@ const CASES: &str = "name,maneuver.duration_s,end.attitude.euler_zyx_deg.1,body.
     second,,-3.5,\"[2, 3, 4]\"\n\n\"third, quoted\",61,1e1,\n";
 
 impl Corpus {
-    /// Reads and writes the good inputs.
+    /// Reads the inputs from the repository, and writes the others.
     pub fn new() -> Result<Self, Box<dyn std::error::Error>> {
         let mut seeds = Vec::new();
         let root = Path::new(crate::ROOT);
         let mut folders =
             ["problems", "problems/published", "problems/shapes"].map(|one| root.join(one)).to_vec();
         let bad = root.join("tests/bad_inputs");
-        // One folder for each table of the spec.
+        // The wrong specs are in one folder for each table of the spec.
         for entry in fs::read_dir(&bad)? {
             folders.push(entry?.path());
         }
@@ -229,13 +230,13 @@ impl Corpus {
                     Some("obj") => Reader::Obj,
                     _ => continue,
                 };
-                // Inputs that are not text are already wrong, so they are not changed.
+                // Files that are not text are already wrong, so they are not mutated.
                 if let Ok(text) = fs::read_to_string(&path) {
                     seeds.push((reader, !folder.starts_with(&bad), text));
                 }
             }
         }
-        // Folders are read in any order.
+        // The order of files in a folder is arbitrary, so the inputs are sorted.
         seeds.sort_by(|a, b| a.2.cmp(&b.2));
         let specs = seeds.iter().filter(|seed| (seed.0, seed.1) == (Reader::Toml, true));
         let specs = specs.map(|seed| seed.2.clone()).collect();
@@ -258,7 +259,7 @@ impl Corpus {
             format.write(&file, &problem, &identity, Tables::default(), &mut bytes)?;
             let text = String::from_utf8(bytes)?;
             if reader == Reader::PlanFile {
-                // The spec in it is a spec in JSON.
+                // The spec in the plan file serves as a JSON spec.
                 let document: serde_json::Value = serde_json::from_str(&text)?;
                 seeds.push((Reader::Json, true, serde_json::to_string_pretty(&document["spec"])?));
             }
@@ -273,17 +274,18 @@ impl Corpus {
         let of_reader = || self.seeds.iter().filter(|seed| seed.0 == reader);
         let all: Vec<&str> = of_reader().map(|seed| seed.2.as_str()).collect();
         let good: Vec<&str> = of_reader().filter(|seed| seed.1).map(|seed| seed.2.as_str()).collect();
-        // A wrong input hides the effect of a mutation, so most inputs are valid.
+        // In an input that is already wrong, a mutation may have no effect, so most inputs are
+        // valid.
         let text = if random.below(4) == 0 { random.pick(&all) } else { random.pick(&good) };
         let donor = random.pick(&all);
         mutate(text, donor, random)
     }
 
-    /// Has the input read.
+    /// Reads the input with its reader.
     ///
     /// # Errors
-    /// Reads the input, and returns the part of a refusal that is missing. The caller catches
-    /// panics.
+    /// Returns an error if a refusal lacks its place, reason or remedy; the error states which. The
+    /// caller catches panics.
     pub fn read(&self, reader: Reader, bytes: &[u8]) -> Result<Answer, String> {
         match reader {
             Reader::Toml => read_spec(bytes, Format::Toml, &[]),
@@ -350,7 +352,7 @@ impl Corpus {
     }
 }
 
-/// The result for an input.
+/// The result of reading an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     Read,
@@ -365,8 +367,8 @@ fn unusable(error: &ExportError) -> Result<Answer, String> {
     said(!error.to_string().is_empty() && !error.remedy().is_empty(), || format!("{error:?}"))
 }
 
-/// Returns whether every finding has its place, reason and remedy, and none reaches the terminal
-/// raw.
+/// Checks that every message has a place, a reason and a remedy, and contains no raw control
+/// characters.
 fn refused(errors: &Diagnostics) -> Result<Answer, String> {
     let placed =
         errors.0.iter().all(|finding| finding.line > 0 && finding.column > 0 && !finding.file.is_empty());
@@ -377,8 +379,8 @@ fn refused(errors: &Diagnostics) -> Result<Answer, String> {
     said(placed && told && clean && reason, || format!("{text:?}"))
 }
 
-/// Reads a spec of either kind. A maneuver must be consistent; a simulation must step or give a
-/// reason.
+/// Reads the spec of a maneuver or a simulation. An accepted maneuver must be consistent. A
+/// simulation must make a step or return a reason.
 pub fn read_spec(bytes: &[u8], format: Format, set: &[Override]) -> Result<Answer, String> {
     // `from_bytes` handles input that is not text.
     let read = match std::str::from_utf8(bytes) {

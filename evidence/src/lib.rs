@@ -1,5 +1,5 @@
-//! The common code of tests, counts and benchmarks: reference files, random maneuvers, laws
-//! between plans.
+//! The common code of tests, counts and benchmarks: reference files, random maneuvers, and laws
+//! that relate the plans of different maneuvers.
 
 #![forbid(unsafe_code)]
 

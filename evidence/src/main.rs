@@ -1,4 +1,4 @@
-//! The program that counts the figures of slewkit: one command for each count.
+//! The program that counts and measures the figures of slewkit, with one command for each count.
 //!
 //! `cargo run --release -p evidence -- COMMAND …` runs a command. `evidence help` lists the
 //! commands, and `evidence help COMMAND` prints the page of one. The exit code is 2 if the command

@@ -1,19 +1,19 @@
-//! The two maneuvers that are measured: three-axis rest to rest of an asymmetric body, and the same
-//! with a change of place on top.
+//! The two maneuvers that benchmarks measure: a three-axis rest-to-rest slew of an asymmetric body,
+//! and this slew together with a displacement.
 
 use slewkit::maneuver::problem::{Path, Problem, State};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Returns an asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that
-/// differs from all of them.
+/// Returns an asymmetric body with tilted principal axes, and a target attitude: a turn by 2 rad
+/// about an axis that is not principal.
 fn body_and_target() -> (Body, Matrix3) {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
     (Body { inertia, mass: Some(1.3) }, lie::exp(&(axis * 2.0)))
 }
 
-/// Returns a free body with three torques, from rest to rest in 2 s, the short way.
+/// Returns the rest-to-rest slew of a free body with three torques in 2 s, the short way.
 pub fn attitude(steps: usize) -> Problem {
     let (body, target) = body_and_target();
     Problem::attitude(body, State::at_rest(Matrix3::identity()), State::at_rest(target), 2.0)

@@ -1,9 +1,9 @@
-//! Laws between the plans of two maneuvers: one motion in another description, or a maneuver that
-//! must not cost more.
+//! Laws that relate the plans of two maneuvers: the second maneuver is the first one in another
+//! description, or must not cost more.
 //!
-//! A law makes another maneuver from a planned one, and gives the factor of its cost. It needs no
-//! reference solution: planner and witnesses are compared with themselves, while only the
-//! description changes.
+//! A law derives another maneuver from a planned one, and states the ratio of the two costs. It
+//! needs no reference solution: planner and witnesses are compared with themselves for two
+//! descriptions.
 
 use super::Random;
 use nalgebra::DMatrix;
@@ -18,7 +18,7 @@ use slewkit_files::spec::SpecDocument;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Relative difference that costs may have.
+/// The relative tolerance of costs.
 pub const TOLERANCE: f64 = 1e-9;
 
 /// A maneuver with its plan.
@@ -38,17 +38,18 @@ impl Planned {
     }
 }
 
-/// Another maneuver, and its expected cost.
+/// The maneuver that a law derives, and its expected cost.
 pub struct Related {
     problem: Problem,
-    /// The factor on the cost of the first plan.
+    /// The expected cost, relative to the cost of the first plan.
     factor: f64,
-    /// Whether the expected cost is an upper bound, if the first maneuver is solved. Otherwise the
-    /// cost must equal it, with an equal status.
+    /// True if the expected cost is an upper bound, which holds only if the first maneuver is
+    /// solved. False if cost and status of both plans must be equal.
     at_most: bool,
 }
 
-/// A law: its name, and the other maneuver; `None` if the law does not apply.
+/// A law: its name, and the function that derives the other maneuver and returns `None` if the law
+/// does not apply.
 pub type Law = (&'static str, fn(&Planned, &mut Random) -> Option<Related>);
 
 /// All laws.
@@ -67,7 +68,8 @@ pub const LAWS: [Law; 12] = [
     ("wider limits cost no more", wider_limits),
 ];
 
-/// Returns the violation of a law by the second plan, in words; `Err` if the law does not apply.
+/// Plans the maneuver that a law derives. Describes the violation of the law; `None` if the law
+/// holds, and `Err` if it does not apply.
 pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Option<String>, NotApplicable> {
     let related = law.1(planned, random).ok_or(NotApplicable)?;
     let (first, steps) = (&planned.plan, related.problem.steps);
@@ -88,28 +90,28 @@ pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Op
     if first.status != other.status {
         return words(format!("{}, then {}", first.status.name(), other.status.name()));
     }
-    // Written so that a NaN is a complaint.
+    // The comparison is written so that a NaN counts as a violation.
     let same = excess.abs() <= tolerance;
     if solved && !same { words(format!("cost differs by {excess:+.1e}")) } else { Ok(None) }
 }
 
-/// Returns the cost of a plan. If inputs switch, it is the cost of the extremal, because the cost
-/// on the grid depends on the placement of its arcs on steps, and on whether a singular arc is
-/// smoothed or replaced.
+/// Returns the cost of a plan. For a bang-bang plan it is the cost of the continuous extremal,
+/// because the cost on the grid depends on how its arcs are placed on steps, and on whether a
+/// singular arc is smoothed or replaced.
 fn cost(plan: &Plan) -> f64 {
     plan.solution.switching.as_ref().map_or(plan.solution.cost, |found| found.continuous_cost)
 }
 
-/// Returns the relative excess that its certificate allows: the gap.
+/// Returns the relative gap of a plan, by which its cost may exceed the optimum; 0 without a gap.
 fn inexact(plan: &Plan) -> f64 {
     plan.solution.switching.as_ref().map_or(0.0, |found| found.gap / cost(plan))
 }
 
-/// The law does not apply to this maneuver.
+/// The error that a law does not apply to a maneuver.
 pub struct NotApplicable;
 
-/// Returns the symmetric maneuvers that exist: time-reversed, in three mirrors and in permuted
-/// axes. All have the same cost.
+/// Returns the symmetric maneuvers that exist, with their names: the time-reversed maneuver, three
+/// mirror images, and the maneuver in permuted axes. All have the same optimal cost.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -127,20 +129,20 @@ pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     all.into_iter().filter_map(|(name, image)| Some((name, image?))).collect()
 }
 
-/// A description of a maneuver.
+/// A change of the description of a maneuver: of axes and units.
 struct View {
     mass: f64,
     length: f64,
     time: f64,
     cost: f64,
-    /// The map from the old reference axes to the new ones: a rotation, or a reflection if `body`
-    /// is a reflection.
+    /// The map from old to new reference axes: a rotation, or a reflection if `body` is a
+    /// reflection.
     reference: Matrix3,
-    /// The map of body axes.
+    /// The map from old to new body axes.
     body: Matrix3,
 }
 
-/// The unchanged description.
+/// The identity, which changes nothing.
 const PLAIN: View = View {
     mass: 1.0,
     length: 1.0,
@@ -159,8 +161,8 @@ impl View {
         self.torque() / self.length
     }
 
-    /// Returns an axis of rotation, a torque or a rate in the new axes: a reflection turns its
-    /// sense.
+    /// Transforms an axial vector (a rotation axis, a torque or a rate) to the new axes. A
+    /// reflection reverses its sign.
     fn axial(matrix: &Matrix3, vector: &Vector3) -> Vector3 {
         matrix.determinant().signum() * (matrix * vector)
     }
@@ -179,8 +181,8 @@ impl View {
         Inertia::new(0.5 * (j + j.transpose())).ok()
     }
 
-    /// Transforms actuators whose axes are axial vectors (torques) or not (forces), in units of
-    /// `size`.
+    /// Transforms actuators to the new axes and to units of `size`. `axial` is true for torques,
+    /// whose axes are axial vectors, and false for forces.
     fn actuators(&self, set: &ActuatorSet, axial: bool, size: f64) -> Option<ActuatorSet> {
         let matrix = if set.frame() == AxisFrame::Body { &self.body } else { &self.reference };
         let turned = |axis: &Vector3| if axial { Self::axial(matrix, axis) } else { matrix * axis };
@@ -198,8 +200,8 @@ impl View {
         ActuatorSet::new(set.axes().iter().map(turned).collect(), set.frame()).ok()?.with_limits(limits).ok()
     }
 
-    /// Returns the maneuver in this description; `None` if the description does not exist, such as
-    /// an orbit's frame in other axes.
+    /// Returns the maneuver in the new description; `None` if it cannot be described so, such as an
+    /// orbit frame with other axes.
     fn of(&self, problem: &Problem) -> Option<Problem> {
         let Self { mass, length, time, cost, reference, body } = self;
         let mut told = problem.clone();
@@ -286,7 +288,8 @@ impl View {
             match rule {
                 Rule::RateNorm(limit) => *limit /= time,
                 Rule::RateAxes(limits) => {
-                    // A box about other axes is another limit.
+                    // Limits on each axis do not transform to axes that are not a permutation of
+                    // the old ones.
                     if body.iter().any(|entry| entry.abs() > 0.0 && (entry.abs() - 1.0).abs() > 0.0) {
                         return None;
                     }
@@ -336,28 +339,30 @@ fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// Reflects the maneuver in a plane that contains the orbit's radius and velocity.
+/// Mirrors the maneuver in the x-z plane, which on an orbit contains its radius and velocity.
 fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// Backwards in time, as [`reversed`] has it. The limit of the continuous miss does not transform
-/// either: torques that are held over the steps after their nodes miss by another amount backwards.
+/// Derives the time-reversed maneuver as [`reversed`] does. The terminal error of the true motion
+/// does not transform: held torques act over the step after their node, so the reversed plan has
+/// another error.
 fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
     let judged = planned.settings.continuous_tolerance.is_some();
     if judged { None } else { same(reversed(&planned.problem)?, 1.0) }
 }
 
-/// Exchanges the ends and reverses rates. A reversed orbit is the orbit seen from the other side of
-/// its plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
+/// Returns the time-reversed maneuver: exchanges the ends and reverses the rates. A reversed orbit
+/// is the orbit seen from the other side of its plane. Returns `None` for Lie–Euler, which is not
+/// symmetric in time, and for wheels, whose final momenta are unknown.
 fn reversed(problem: &Problem) -> Option<Problem> {
     if problem.scheme == Scheme::LieEuler || problem.actuation.wheels.is_some() {
         return None;
     }
     let frame_rate = problem.environment.frame_rate();
     let still = frame_rate == Vector3::zeros();
-    // For a free duration the rotation of the frame until the end is unknown.
+    // For a free duration, the rotation of the frame from start to end is unknown.
     let duration = problem.duration.known().or(still.then_some(0.0))?;
     let turned = if still { PLAIN.reference } else { lie::exp(&Vector3::new(0.0, 0.0, PI)) };
     let back = |state: &State| State {
@@ -372,11 +377,11 @@ fn reversed(problem: &Problem) -> Option<Problem> {
         return None;
     }
     reversed.path = match &problem.path {
-        // About one axis in body and space: the same vector at both ends.
+        // The rotation vector has the same components in body and reference axes, at both ends.
         Path::AsGiven(turn) => Path::AsGiven(-turn),
         Path::Best => Path::Best,
-        // Senses are counted from the motion without inputs, which is another one backwards where
-        // ends move or a field acts.
+        // The short and the long way are counted from the motion without inputs. The time-reversed
+        // maneuver has another such motion if a rate at an end is not zero or a field acts.
         path if is_free_slew(problem) => *path,
         _ => return None,
     };
@@ -431,16 +436,16 @@ fn is_still(problem: &Problem) -> bool {
     still.iter().all(|rate| *rate == Vector3::zeros())
 }
 
-/// Returns a free body that rests at both ends and has no wheels that spin: its motion has no scale
-/// of time.
+/// Returns whether the maneuver is a rest-to-rest slew of a free body without spinning wheels,
+/// which has no natural time scale.
 fn is_free_slew(problem: &Problem) -> bool {
     let free = matches!(problem.environment.describe(), Description::Free);
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()
 }
 
-/// Requests the short way as a rotation. For slews from rest to rest the short way is the shortest
-/// rotation. The long way is the cheapest plan of its homotopy class, and a given long rotation
-/// selects the nearest one, so these two differ.
+/// Requests the short way by its rotation vector. For rest-to-rest slews the short way is the
+/// shortest rotation. The long way is not tested: its plan is the cheapest of its homotopy class,
+/// while a given long rotation selects the nearest plan, so the two differ.
 fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let turn = lie::minus(&problem.end.attitude, &problem.start.attitude);
@@ -452,7 +457,7 @@ fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(problem, 1.0)
 }
 
-/// Returns the limits one and a half times as wide as the plan without them needs.
+/// Adds limits that are 1.5 times as wide as the plan without them needs, and must not change it.
 fn idle_limits(planned: &Planned, _: &mut Random) -> Option<Related> {
     let Planned { problem, plan, .. } = planned;
     let actuation = &problem.actuation;
@@ -473,9 +478,8 @@ fn written_and_read(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(written.read("written", &[]).ok()?.problem, 1.0)
 }
 
-/// One path in c times the time needs c⁻² of each torque, c⁻³ of the effort and c⁻¹ of the
-/// fuel;
-/// rates and the changes of torques per second fall too.
+/// Derives the maneuver with c times the duration. The same path then needs c⁻² of each torque, c⁻³
+/// of the effort and c⁻¹ of the fuel. Rates, and the rates of torques, decrease too.
 fn more_time(planned: &Planned, random: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let Duration::Given(duration) = problem.duration else { return None };

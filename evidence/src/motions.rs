@@ -1,4 +1,4 @@
-//! The motions that integrators are measured on.
+//! The motions on which integrators are measured.
 
 use slewkit::maneuver::problem::State;
 use slewkit::mechanics::body::{Body, Inertia};
@@ -12,7 +12,7 @@ pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Returns the torque-free rotation of that body.
+/// Returns the torque-free rotation of a body with the inertia [`full_inertia`].
 pub fn free_body() -> (System, SystemState) {
     let system = System::new(vec![Body { inertia: full_inertia(), mass: None }], None).unwrap();
     let start = State::attitude(lie::exp(&Vector3::new(0.4, -0.3, 0.5)), Vector3::new(0.6, -0.5, 1.0));
@@ -31,7 +31,8 @@ pub fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// Returns the two dumbbells of the survey's section 3.4, separation 2.5, in dimensionless units.
+/// Returns two dumbbells at the separation 2.5, in dimensionless units, as in section 3.4 of the
+/// survey.
 pub fn dumbbells() -> (System, SystemState) {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });

@@ -1,11 +1,11 @@
-//! Data that Linux reports of a process, and the path of a binary.
+//! Reads what Linux reports about a process, and finds the path of a binary.
 
 use std::path::PathBuf;
 use std::time::Instant;
 use std::{env, fs};
 
-/// Returns the CPU time of all threads of a process so far \[s\], in hundredths; `None` if it has
-/// ended, or if the system does not report it.
+/// Returns the CPU time of all threads of a process so far \[s\], with a resolution of 0.01 s;
+/// `None` if the process has ended, or if the system does not report it.
 pub fn cpu_seconds(process: &str) -> Option<f64> {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
     // The fields follow the name in parentheses, which may contain anything.
@@ -19,8 +19,8 @@ pub fn own_cpu_seconds() -> f64 {
     cpu_seconds("self").unwrap_or(f64::NAN)
 }
 
-/// Returns the peak of the resident memory \[bytes\] of a process, given as `self` or by its
-/// number; `None` if it has ended, or if the system does not report it.
+/// A stopwatch for this process. It measures elapsed time, limited to the CPU time of the process
+/// where the system reports that time, so that waiting does not count.
 pub struct Watch {
     clock: Instant,
     cpu: f64,
@@ -37,8 +37,11 @@ impl Watch {
     }
 }
 
+/// The resolution of the CPU time that the system reports \[s\].
 const HUNDREDTH: f64 = 0.01;
 
+/// Returns the peak of the resident memory of a process \[bytes\]. `process` is `self` or a process
+/// number. Returns `None` if the process has ended, or if the system does not report the peak.
 pub fn peak_memory(process: &str) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -46,7 +49,7 @@ pub fn peak_memory(process: &str) -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// Returns the binary that was built with this example.
+/// Returns the path of a binary in the folder of the running program.
 pub fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
     let built = env::current_exe()?.parent().map(|folder| folder.join(name));
     built

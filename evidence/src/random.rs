@@ -1,11 +1,11 @@
-//! Random numbers that never change: the cases of every test and count are the same on every
-//! machine.
+//! Random numbers that are the same on every machine and in every version, so that the cases of
+//! tests and counts never change.
 
 use slewkit::mechanics::Inertia;
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// SplitMix64 (Steele, Lea, Flood 2014): a stream that never changes under the tests.
+/// A stream of random numbers, by SplitMix64 (Steele, Lea, Flood 2014).
 pub struct Random(u64);
 
 impl Random {
@@ -14,7 +14,7 @@ impl Random {
         Self(seed)
     }
 
-    /// Builds the stream of random numbers of one case of a seed.
+    /// Builds the stream of random numbers for one case of a seed.
     pub fn of_case(seed: u64, index: usize) -> Self {
         let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();
@@ -45,22 +45,22 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Returns one of `count` numbers from 0.
+    /// Draws a whole number from 0 to `count − 1`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
 
-    /// Draws one of several.
+    /// Draws one of the given values.
     pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.below(from.len())]
     }
 
-    /// Draws true in one of two cases.
+    /// Draws true with probability ½.
     pub fn coin(&mut self) -> bool {
         self.unit() < 0.5
     }
 
-    /// Draws a normal number of variance 1, by Box and Muller.
+    /// Draws a normally distributed number of mean 0 and variance 1, by the Box–Muller method.
     pub fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (2.0 * PI * self.unit()).cos()
     }
@@ -75,7 +75,8 @@ impl Random {
         Vector3::from_fn(|_, _| self.within(-half, half))
     }
 
-    /// Draws a direction uniform on the unit sphere: the direction of a point of the ball.
+    /// Draws a direction uniform on the unit sphere, as the direction of a random point in the unit
+    /// ball.
     pub fn direction(&mut self) -> Vector3 {
         loop {
             let v = self.vector();
@@ -85,26 +86,28 @@ impl Random {
         }
     }
 
-    /// Returns a direction, uniform on the unit sphere, of three normal numbers. It uses another
-    /// stream than [`Self::direction`].
+    /// Draws a direction uniform on the unit sphere from three normally distributed numbers. It
+    /// uses the stream in another way than [`Self::direction`].
     pub fn normal_direction(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }
 
-    /// Returns a rotation of any angle about any axis; not uniform on SO(3).
+    /// Draws a rotation by a random angle about a random axis. It is not uniform on SO(3).
     pub fn rotation(&mut self) -> Matrix3 {
         lie::exp(&(self.direction() * (PI * self.uniform())))
     }
 
-    /// Draws a rotation uniform on SO(3): a normalised quaternion of four normal numbers.
+    /// Draws a rotation uniform on SO(3), from a normalised quaternion of four normally distributed
+    /// numbers.
     pub fn uniform_rotation(&mut self) -> Matrix3 {
         let q: [f64; 4] = std::array::from_fn(|_| self.normal());
         let norm = q.iter().map(|value| value * value).sum::<f64>().sqrt();
         lie::rotation_from_quaternion(&q.map(|value| value / norm))
     }
 
-    /// Returns the principal moments of a body \[kg·m²\]: principal second moments of mass
-    /// log-uniform over a factor of 40, drawn again while the ratio of the moments exceeds `ratio`.
+    /// Draws the principal moments of inertia of a body \[kg·m²\]. The principal second moments of
+    /// mass are log-uniform over a factor of 40, and are drawn again while the ratio of the largest
+    /// to the smallest moment exceeds `ratio`.
     pub fn moments(&mut self, ratio: f64) -> Vector3 {
         loop {
             let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
@@ -115,19 +118,20 @@ impl Random {
         }
     }
 
-    /// Returns the principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
+    /// Draws principal moments of inertia with a ratio of at most `ratio` and a mean of 1
+    /// \[kg·m²\].
     pub fn mean_moments(&mut self, ratio: f64) -> Vector3 {
         let moments = self.moments(ratio);
         moments * (3.0 / moments.sum())
     }
 
-    /// Returns a body with such moments about axes uniform on SO(3).
+    /// Draws an inertia with moments as in [`Self::moments`] about principal axes uniform on SO(3).
     pub fn inertia(&mut self, ratio: f64) -> Inertia {
         let moments = self.mean_moments(ratio);
         self.about_any_axes(&moments)
     }
 
-    /// Returns the inertia of these moments about axes uniform on SO(3).
+    /// Draws an inertia with the given moments about principal axes uniform on SO(3).
     pub fn about_any_axes(&mut self, moments: &Vector3) -> Inertia {
         let axes = self.uniform_rotation();
         let j = axes * Matrix3::from_diagonal(moments) * axes.transpose();

@@ -1,8 +1,8 @@
 //! Random maneuvers of every kind, as specs in TOML.
 //!
-//! A spec depends on its index alone. The kinds take turns, so any 26 in a row hold each once;
-//! notations of attitudes, units, schemes, paths and grids are drawn anew for each. All are valid
-//! specs of moderate size; a few have no solution, on purpose.
+//! A spec depends only on its index. The kinds alternate, so that any 26 consecutive specs contain
+//! each kind once. Notations of attitudes, units, schemes, paths and grids are drawn anew for each
+//! spec. All specs are valid and of moderate size. A few of them deliberately have no solution.
 
 mod draft;
 mod kinds;
@@ -11,18 +11,18 @@ mod turns;
 use draft::Draft;
 use kinds::*;
 
-/// A maneuver as the planner reads it.
+/// A random spec of a maneuver.
 pub struct RandomSpec {
-    /// The kind of the spec, as a file name.
+    /// The kind of the spec, in a form that can be a file name.
     pub kind: &'static str,
     /// The spec in TOML.
     pub text: String,
 }
 
-/// A kind of maneuver, and the function that writes one.
+/// A kind of maneuver: its name, and the function that writes a spec.
 type Kind = (&'static str, fn(&mut Draft));
 
-/// The kinds, in turn.
+/// The kinds of maneuvers, in the order in which they alternate.
 const KINDS: [Kind; 26] = [
     ("rest_to_rest", |draft| draft.slew()),
     ("moving_ends", moving_ends),
@@ -61,7 +61,7 @@ pub fn random_spec(index: u64) -> RandomSpec {
     RandomSpec { kind, text: draft.text(kind, index) }
 }
 
-/// The kinds of maneuvers whose inputs switch, in turn.
+/// The kinds of minimum-time and minimum-fuel maneuvers, in the order in which they alternate.
 const SWITCHING_KINDS: [Kind; 8] = [
     ("minimum_time", |draft| switching(draft, "time", Inputs::Axes)),
     ("minimum_time_redundant_axes", |draft| switching(draft, "time", Inputs::RedundantAxes)),
@@ -73,8 +73,8 @@ const SWITCHING_KINDS: [Kind; 8] = [
     ("minimum_time_thrusters", |draft| switching(draft, "time", Inputs::Thrusters)),
 ];
 
-/// Returns the spec of minimum time or fuel with this index. It has its own stream, so that the
-/// other stream does not change.
+/// Returns the spec of the minimum-time or minimum-fuel maneuver with this index. It has its own
+/// stream of random numbers, so that the specs of [`random_spec`] do not change.
 pub fn random_switching_spec(index: u64) -> RandomSpec {
     let (kind, build) = SWITCHING_KINDS[(index % SWITCHING_KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index ^ 0x0051_71c4);

@@ -1,24 +1,27 @@
-//! Random maneuvers of least time and fuel of twelve kinds, on a few hundred steps.
+//! Random minimum-time and minimum-fuel maneuvers of twelve kinds.
 //!
-//! All maneuvers have a body of random principal axes in one of three maneuvers and along the axes
-//! of the torques otherwise; a rotation vector of uniform direction, angle up to π; 200 steps.
-//! Unless stated otherwise, moments have a ratio up to 5, and 40 % of the maneuvers have rates up
-//! to 0.3 in the unit of time. The kinds are:
+//! With probability ⅓ the body has random principal axes; otherwise its principal axes are the axes
+//! of the torques. The rotation vector has a uniform direction and an angle up to π, and plans have
+//! 200 steps. Unless stated otherwise, the moments have a ratio of up to 5, and 40 % of the
+//! maneuvers have rates of up to 0.3 in the unit of time. The kinds are:
 //!
-//! - `time`: three torques, limits from 0.4 to 1.6;
-//! - `unequal`: moments in a ratio from 5 to 100, from rest to rest;
-//! - `fuel`: the duration from 1.05 to 1000 times the duration of the turn about the axis, uniform
-//!   in its logarithm;
-//! - `price`: a second costs from 2 to 200 % of the cost of all inputs at their limits;
-//! - `thrusters`, `thruster-fuel`: 6 to 12 one-sided thrusters about random axes that reach every
-//!   direction, from rest to rest; fuel in 1.5 to 5 times the duration of that turn;
-//! - `long`: the long way in least time, from rest to rest;
-//! - `given`: rotations of 120 to 840° as written, in least time, from rest to rest;
-//! - `cones`, `cone-fuel`: past one to three cones on 60 steps;
-//! - `norm-fuel`: one torque that points anywhere, its norm limited, in 1.5 to 5 times the duration
-//!   of that turn;
-//! - `pulses`: three torques off or at a limit in such a duration, with a shortest pulse of 1 to 10
-//!   % of it.
+//! - `time`: minimum time with three torques whose limits are 0.4 to 1.6;
+//! - `unequal`: as `time`, from rest to rest, with moments in a ratio of 5 to 100;
+//! - `fuel`: minimum fuel in 1.05 to 1000 times the duration of the turn about the axis,
+//!   log-uniform;
+//! - `price`: minimum fuel with a free duration; a second costs 2 to 200 % of the cost of all
+//!   inputs at their limits;
+//! - `thrusters`, `thruster-fuel`: minimum time and minimum fuel from rest to rest with 6 to 12
+//!   one-sided thrusters about random axes that together act in every direction; fuel in 1.5 to 5
+//!   times the duration of the turn about the axis;
+//! - `long`: minimum time from rest to rest, the long way;
+//! - `given`: minimum time from rest to rest, for prescribed rotations of 120 to 840°;
+//! - `cones`, `cone-fuel`: minimum time and minimum fuel with one to three keep-out cones, on 60
+//!   steps;
+//! - `norm-fuel`: minimum fuel with one torque of any direction and limited norm, in 1.5 to 5 times
+//!   the duration of the turn about the axis;
+//! - `pulses`: minimum fuel with three torques that are off or at a limit, in such a duration, with
+//!   a minimum pulse width of 1 to 10 % of it.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Fuel, Objective, Path, Pointing, Problem, Rule, Side, State};
@@ -59,9 +62,10 @@ pub const KINDS: [(&str, Kind); 12] = [
     ("pulses", Kind::Pulses),
 ];
 
-/// Returns the cost, and its gap relative to the cost: of the extremal, because the arcs of
-/// symmetric maneuvers are placed on steps differently; of the grid, if that costs more by over a
-/// thousandth, which its steps do not explain.
+/// Returns the cost of a plan, and its gap relative to the cost. The cost is that of the continuous
+/// extremal, because the arcs of symmetric maneuvers are placed on steps differently. If the plan
+/// on the grid costs more by over a thousandth, which its steps do not explain, 0.999 of its cost
+/// is returned instead.
 pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     let solution = &plan.solution;
     match &solution.switching {
@@ -78,7 +82,7 @@ pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let log_uniform = |random: &mut Random, low: f64, high: f64| low * (high / low).powf(random.unit());
     let ratio =
         if kind == Kind::Unequal { log_uniform(&mut random, 5.0, 100.0) } else { random.within(1.0, 5.0) };
-    // Returns moments that a body can have: the largest is at most the sum of the others.
+    // The moments must belong to a body: the largest is at most the sum of the other two.
     let (small, large) = (1.0, ratio);
     let middle = random.within((large - small).max(small), large);
     let mut moments = [small, middle, large];
@@ -106,7 +110,7 @@ pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let limits = torques.limits().clone();
     let sizes = limits.size.clone().or_else(|| limits.norm.map(|norm| vec![norm]))?;
     let mean = sizes.iter().sum::<f64>() / sizes.len() as f64;
-    // About the axis alone, from rest to rest.
+    // The duration of the turn about its axis, from rest to rest.
     let alone = 2.0 * (j.trace() / 3.0 * angle / mean).sqrt();
     let mut start = State::at_rest(lie::exp(&vector(&mut random, PI)));
     let mut end = State::at_rest(lie::project_to_rotation(&(start.attitude * lie::exp(&turn))));
@@ -147,8 +151,8 @@ pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     if coned { with_cones(problem, &turn, &mut random) } else { Some(problem) }
 }
 
-/// Returns one to three directions that a boresight is to be kept from, near the middle of the
-/// turn.
+/// Adds one to three keep-out cones near the direction of a boresight in the middle of the turn;
+/// `None` if none fits.
 fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Option<Problem> {
     for index in 0..1 + random.below(3) {
         let boresight = direction(random);
@@ -167,13 +171,13 @@ fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Opti
     Some(problem)
 }
 
-/// Returns six to twelve thrusters that push to one side each and together turn the body any way
-/// round.
+/// Draws six to twelve one-sided thrusters that together produce torques in every direction; `None`
+/// if they do not.
 fn thrusters(random: &mut Random) -> Option<ActuatorSet> {
     let count = 6 + random.below(7);
     for _ in 0..1000 {
         let axes: Vec<Vector3> = (0..count).map(|_| direction(random)).collect();
-        // A direction that no axis is near to would be reached by none: seen on many.
+        // Checks on many directions that each of them has a thruster axis nearby.
         let reached =
             (0..200).map(|_| direction(random)).all(|to| axes.iter().any(|axis| axis.dot(&to) > 0.2));
         if reached {

@@ -1,9 +1,10 @@
-//! A field of zero, in a reference frame that turns.
+//! A rotating reference frame without a force field.
 
 use slewkit::Vector3;
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 
-/// An environment that is only a reference frame turning at this rate, in its own axes [rad/s].
+/// An environment without forces whose reference frame rotates at this rate, in its own axes
+/// [rad/s].
 #[derive(Debug)]
 pub struct Turning(pub Vector3);
 

@@ -1,4 +1,4 @@
-//! The claims of the repository, and the page that shows how each was checked.
+//! Builds the page that shows how each claim of the repository was checked.
 
 use crate::ROOT;
 use crate::figures::{tables, text};
@@ -8,30 +8,34 @@ use std::fs;
 use std::path::PathBuf;
 use toml::de::DeTable;
 
-/// The keys of a claim that a test checks, and of one that a figure shows.
+/// The keys of a claim that a test checks, and the keys of a claim that a figure shows.
 const BY_TEST: [&str; 4] = ["claim", "against", "test", "value"];
 const BY_FIGURE: [&str; 3] = ["claim", "against", "figure"];
 
-/// The date of a claim that a test checks.
+/// The text in the column "date" for a claim that a test checks.
 const EACH_COMMIT: &str = "each commit";
 
-/// Returns the file of the data, `evidence/validation.toml`.
+/// Returns the path of the data, `evidence/validation.toml`.
 pub fn data() -> PathBuf {
     [ROOT, "evidence", "validation.toml"].iter().collect()
 }
 
-/// Returns the file of the page, `docs/validation.md`.
+/// Returns the path of the page, `docs/validation.md`.
 pub fn page() -> PathBuf {
     [ROOT, "docs", "validation.md"].iter().collect()
 }
 
-/// Returns the text of the page for the texts of the claims and of the figures, with one row for
-/// each claim.
+/// Returns the text of the page for the given texts of the claims and of the figures, with one
+/// table row for each claim.
 ///
 /// # Errors
 ///
-/// A text is not TOML, a key is missing, unknown or no text, a claim is not one sentence or occurs
-/// twice, a test, a figure or a number of a test does not exist, or a cell contains `|`.
+/// Returns an error in these cases:
+/// - a text is not TOML
+/// - a key is missing, unknown, or not a string
+/// - a claim is not one sentence, or occurs twice
+/// - a test or a figure does not exist, or a number in `value` is not in the test
+/// - a cell contains `|`
 pub fn made(claims: &str, figures: &str) -> Result<String, String> {
     let claims = DeTable::parse(claims).map_err(|error| format!("the claims are not TOML: {error}"))?;
     let claims = claims.get_ref();
@@ -66,7 +70,7 @@ pub fn made(claims: &str, figures: &str) -> Result<String, String> {
     Ok(page)
 }
 
-/// Returns the row of a claim.
+/// Returns the table row of a claim.
 fn row(claim: &DeTable<'_>, figures: &BTreeMap<&str, &DeTable<'_>>) -> Result<String, String> {
     let by_figure = claim.contains_key("figure");
     let keys: &[&str] = if by_figure { &BY_FIGURE } else { &BY_TEST };
@@ -91,10 +95,10 @@ fn row(claim: &DeTable<'_>, figures: &BTreeMap<&str, &DeTable<'_>>) -> Result<St
     Ok(format!("| {sentence} | {against} | `{}` | {value} | {EACH_COMMIT} |\n", test.command))
 }
 
-/// A test that exists.
+/// A test that was found in the sources.
 struct Test {
     command: String,
-    /// The text of its function.
+    /// The source text of the test function.
     body: String,
 }
 
@@ -133,7 +137,7 @@ fn numbers(text: &str) -> impl Iterator<Item = &str> {
     text.split([' ', ',']).filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
 }
 
-/// Returns whether a text has a number, and not only a longer one with its digits.
+/// Returns whether a text contains a number as a whole, not only as part of a longer number.
 fn has_number(text: &str, number: &str) -> bool {
     let inside = |c: char| c.is_ascii_alphanumeric() || c == '.';
     text.match_indices(number).any(|(at, _)| {

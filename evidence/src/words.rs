@@ -1,4 +1,4 @@
-//! The arguments of a command, read one by one, and the errors that describe a wrong one.
+//! Reads the arguments of a command one by one, and reports wrong ones.
 
 use std::error::Error;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::iter::Peekable;
 use std::str::FromStr;
 use std::vec::IntoIter;
 
-/// A wrong command line: `evidence` ends with 2.
+/// The error of a wrong command line, for which `evidence` ends with exit code 2.
 #[derive(Debug)]
 pub struct Misuse(String);
 
@@ -31,46 +31,47 @@ impl fmt::Display for Misuse {
 
 impl Error for Misuse {}
 
-/// Words of the command line, taken one by one.
+/// The words of the command line that are not read yet.
 pub struct Words(Peekable<IntoIter<String>>);
 
 impl Words {
-    /// Takes the words in their order.
+    /// Stores the words in their order.
     pub fn new(words: Vec<String>) -> Self {
         Self(words.into_iter().peekable())
     }
 
-    /// Takes the next word, if there is one.
+    /// Removes and returns the next word; `None` if no word is left.
     pub fn take(&mut self) -> Option<String> {
         self.0.next()
     }
 
-    /// Takes the next word if it equals `word`, and returns whether it does.
+    /// Removes the next word if it equals `word`, and returns whether it did.
     pub fn next_is(&mut self, word: &str) -> bool {
         self.0.next_if(|next| next == word).is_some()
     }
 
-    /// Takes a word that must be there.
+    /// Removes and returns the next word. Returns an error if no word is left.
     pub fn word(&mut self, what: &str) -> Result<String, Misuse> {
         self.take().ok_or_else(|| Misuse(format!("the {what} is missing")))
     }
 
-    /// Takes a number, or the default if no word is left.
+    /// Removes the next word and returns it as a number; the default if no word is left.
     pub fn number<T: FromStr>(&mut self, what: &str, default: T) -> Result<T, Misuse> {
         self.take().map_or(Ok(default), |word| parsed(what, &word))
     }
 
-    /// Takes a number that must be there.
+    /// Removes the next word and returns it as a number. Returns an error if no word is left.
     pub fn required<T: FromStr>(&mut self, what: &str) -> Result<T, Misuse> {
         parsed(what, &self.word(what)?)
     }
 
-    /// Takes all words that are left, each a number.
+    /// Removes all remaining words and returns them as numbers.
     pub fn numbers<T: FromStr>(&mut self, what: &str) -> Result<Vec<T>, Misuse> {
         self.rest().iter().map(|word| parsed(what, word)).collect()
     }
 
-    /// Takes one of the known words, if there is a word at all.
+    /// Removes and returns the next word, which must be one of the known words; `None` if no word
+    /// is left.
     pub fn one_of(&mut self, what: &str, known: &[&str]) -> Result<Option<String>, Misuse> {
         match self.take() {
             Some(word) if !known.contains(&word.as_str()) => Err(Misuse::of(what, &word, known)),
@@ -78,23 +79,24 @@ impl Words {
         }
     }
 
-    /// Takes one of the known words, which must be there.
+    /// Removes and returns the next word, which must be one of the known words. Returns an error if
+    /// no word is left.
     pub fn required_one_of(&mut self, what: &str, known: &[&str]) -> Result<String, Misuse> {
         self.one_of(what, known)?.ok_or_else(|| Misuse(format!("the {what} is missing")))
     }
 
-    /// Takes all words that are left.
+    /// Removes and returns all remaining words.
     pub fn rest(&mut self) -> Vec<String> {
         self.0.by_ref().collect()
     }
 
-    /// Refuses words that no command has taken.
+    /// Returns an error if a word is left.
     pub fn end(&mut self) -> Result<(), Misuse> {
         self.take().map_or(Ok(()), |word| Err(Misuse(format!("`{word}` is a word too many"))))
     }
 }
 
-/// Reads a number.
+/// Parses a number.
 pub fn parsed<T: FromStr>(what: &str, word: &str) -> Result<T, Misuse> {
     word.parse().map_err(|_| Misuse(format!("`{word}` is no {what}")))
 }

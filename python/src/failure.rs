@@ -1,5 +1,5 @@
-//! Failures of the library as exceptions of the package, which are Python classes
-//! (`slewkit/_errors.py`).
+//! Converts failures of the library to exceptions of the package. Their classes are written in
+//! Python (`slewkit/_errors.py`).
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -11,18 +11,18 @@ use slewkit_files::export::{EULER_SEQUENCES, ExportError};
 use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Returns an exception of the class `class` made from `arguments`.
+/// Builds an exception of the class `class` from `arguments`.
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = py.import("slewkit._errors").and_then(|errors| errors.getattr(class)?.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Returns a failure with a code, a reason and a remedy, of the class `class`.
+/// Builds an exception of the class `class` with a code, a reason and a remedy.
 pub fn coded(py: Python<'_>, class: &str, code: &str, reason: &str, remedy: &str) -> PyErr {
     raised(py, class, (code, reason, remedy))
 }
 
-/// Returns a spec that cannot be used, or not be read.
+/// Builds the exception for a spec that cannot be read or used.
 pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
     if found.is_io() {
         let first = found.0.first();
@@ -59,7 +59,7 @@ pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<B
     found.iter().map(dictionary).collect()
 }
 
-/// Builds the exception for a spec that is valid key by key but impossible as a whole.
+/// Builds the exception for a spec whose keys are valid but contradict each other.
 pub fn problem(py: Python<'_>, error: &ProblemError) -> PyErr {
     let (code, remedy) = match error {
         ProblemError::StepTooLong { steps, .. } => {
@@ -94,7 +94,7 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     }
 }
 
-/// Builds the exception for chances that cannot be kept.
+/// Builds the exception for chance constraints that no plan was found to keep.
 pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     match error {
         NotKept::Plan(error) => plan(py, error),
@@ -107,7 +107,8 @@ pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     }
 }
 
-/// Builds the exception for a failed read or write; `name` is the file.
+/// Builds the exception for a file that could not be read or written. `name` is the name of the
+/// file.
 pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     let (code, reason, remedy) = match error {
         ExportError::File(error @ slewkit_files::export::FileError::Exists { .. }) => {
@@ -125,7 +126,7 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     coded(py, "FileError", code, &reason, remedy)
 }
 
-/// Returns the sequence of Euler angles with this name; raises ValueError for an unknown one.
+/// Returns the sequence of Euler angles with this name. Raises ValueError for an unknown name.
 pub fn sequence(name: &str) -> PyResult<&'static str> {
     let found = EULER_SEQUENCES.into_iter().find(|known| *known == name);
     found.ok_or_else(|| {
@@ -134,8 +135,8 @@ pub fn sequence(name: &str) -> PyResult<&'static str> {
     })
 }
 
-/// Returns the result of `work`, which runs without the lock of the interpreter. A panic is a
-/// bug, and an exception for Python.
+/// Runs `work` without the interpreter's lock and returns its result. A panic, which is a bug,
+/// becomes a Python exception.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
         let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());

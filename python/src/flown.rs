@@ -1,4 +1,4 @@
-//! A plan flown many times.
+//! Simulates many flights of a plan.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Overrides};
@@ -19,12 +19,12 @@ use slewkit_files::flown::{Flight, LoopRecord, NotFlown, Runs, WholeFlight};
 use slewkit_files::spec::Diagnostics;
 use std::time::Instant;
 
-/// The number of cases between two polls of the caller and of signals.
+/// The number of cases between two calls of the caller's progress function and checks of signals.
 const CHUNK: usize = 4096;
 
-/// Flies the plan of a maneuver or of a sequence `count` times by a craft that differs from the model, with its gains or without.
-/// Returns the statistics as JSON, and each case as arrays of one dimension by name, with NaN for
-/// a lost case; also returns an exception that was raised meanwhile.
+/// Simulates `count` flights of the plan of a maneuver or a sequence, each with another craft that differs from the model, with
+/// or without gains. Returns the statistics as JSON, and the cases as named one-dimensional arrays,
+/// with NaN for a lost case. Also returns an exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (planned, count, seed, threads = None, gains = true, overrides = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -118,7 +118,7 @@ pub fn fly<'py>(
     Ok((record, arrays, watch.raised()))
 }
 
-/// Returns the cases as arrays.
+/// Returns the results of the cases as named arrays.
 fn arrays<'py>(py: Python<'py>, flight: &Flight<'_>, runs: &Runs<'_>) -> PyResult<Bound<'py, PyDict>> {
     let of = |width: usize, numbers: &dyn Fn(&Flown) -> Vec<f64>| {
         let row = |case: &Result<Flown, Lost>| match case {

@@ -1,4 +1,4 @@
-//! The compiled part of the Python package `slewkit`: specs in, plans and arrays out.
+//! The compiled part of the Python package `slewkit`. It reads specs, and returns plans and arrays.
 //!
 //! The package itself, with its classes and their documentation, is Python (`slewkit/`); this
 //! crate calls the library and returns numbers. Every function that computes lets other threads
@@ -6,18 +6,18 @@
 //!
 //! # Where does the Python package stand?
 //!
-//! The package is above everything, as the program is: `python/` is a separate crate of the
+//! No other crate depends on the package, as with the program: `python/` is a separate crate of the
 //! workspace, and uses only public items of the other crates. Plain `cargo` commands omit it,
 //! because no other crate needs Python to be compiled; `.ci/run` names it. It links the library
 //! with the default features. Code that the program and the package share is in the library:
-//! formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a plan file
+//! formats (`files/formats`), the summary of a plan (`report/summary`), the check of a plan file
 //! (`files/export/judged`).
 //!
 //! The compiled part is thin: it reads specs, calls the library without the interpreter's lock, and
 //! passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions are
 //! written in Python, where a user reads them and where SciPy, pandas and matplotlib are available.
 //! Arrays are made on first use, and are writable: SciPy's compiled functions need writable arrays.
-//! A panic would be an exception, `InternalError`.
+//! A panic becomes the exception `InternalError`.
 //!
 //! # How does the wheel bring the program?
 //!
@@ -29,9 +29,9 @@
 //!
 //! # Why does a dictionary become TOML text?
 //!
-//! A dictionary takes the path of all specs: one reader, one set of checks, codes and remedies,
-//! with the key of every error. TOML is used rather than JSON because it has words for NaN and
-//! infinity, which the reader then refuses by key, and because `to_toml` shows it.
+//! A dictionary is read like every other spec: by the same reader, with the same checks, codes and
+//! remedies, and the key of every error. TOML is used rather than JSON because it has words for NaN
+//! and infinity, which the reader then refuses by key, and because `to_toml` shows it.
 //! `python/bench/overhead.py` prints the cost of writing and reading; a caller who plans one
 //! maneuver many times reads a `Problem` once.
 //!
@@ -39,7 +39,7 @@
 //!
 //! The library calls the observer between iterations, and every 4096 steps. The observer checks
 //! Python's signals at most twenty times a second, because taking the lock of a busy interpreter
-//! can cost as much as a plan. It then also calls the caller's function of progress.
+//! can cost as much as a plan. It then also calls the caller's progress function.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! Specs: read from a file, a dictionary or text.
+//! Reads specs from a file, a dictionary or text.
 
 use crate::{failure, text};
 use pyo3::exceptions::PyValueError;
@@ -13,10 +13,10 @@ const DICTIONARY: &str = "dict";
 /// The name of a maneuver whose dictionary has no name.
 const UNNAMED: &str = "maneuver";
 
-/// Keys set from outside, with their values.
+/// Overrides from Python: keys of the spec with their values; `None` for no overrides.
 pub type Overrides<'py> = Option<Bound<'py, PyMapping>>;
 
-/// Overrides as on the command line.
+/// Converts overrides from Python to overrides of the library.
 pub fn overrides(given: &Overrides<'_>) -> PyResult<Vec<Override>> {
     let Some(given) = given else { return Ok(Vec::new()) };
     let one = |item: Bound<'_, PyAny>| {
@@ -27,7 +27,7 @@ pub fn overrides(given: &Overrides<'_>) -> PyResult<Vec<Override>> {
     given.items()?.iter().map(one).collect()
 }
 
-/// Reads a spec of either kind: a dictionary, or the path of a file.
+/// Reads a spec of a maneuver or a simulation, given as a dictionary or as the path of a file.
 pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result<Spec, Diagnostics>> {
     if let Ok(mapping) = given.cast::<PyMapping>() {
         let text = text::to_toml(mapping)?;
@@ -37,16 +37,16 @@ pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result
     Ok(spec::load(&path, Format::of(&path), overrides))
 }
 
-/// The source of a spec.
+/// The source of a spec, which is kept to read the spec again.
 #[derive(Clone)]
 enum Origin {
-    /// A dictionary, as text.
+    /// A dictionary, converted to TOML text.
     Text(String),
-    /// A file.
+    /// The path of a file.
     File(PathBuf),
 }
 
-/// The maneuver of a spec, read and checked.
+/// A maneuver whose spec was read and checked.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Maneuver {
     pub loaded: Loaded,
@@ -56,13 +56,13 @@ pub struct Maneuver {
 
 impl Maneuver {
     fn read(py: Python<'_>, origin: Origin, overrides: Vec<Override>) -> PyResult<Self> {
-        // The reader of maneuvers reports a simulation as an error.
+        // The reader of maneuvers returns an error for the spec of a simulation.
         let loaded = match &origin {
             Origin::Text(text) => spec::from_str(text, DICTIONARY, Format::Toml, &overrides),
             Origin::File(path) => spec::read(path, &overrides),
         };
         let mut loaded = loaded.map_err(|found| failure::spec(py, &found))?;
-        // A maneuver without a name is called as its file is, and a dictionary is no file.
+        // A maneuver without a name has the name of its file. A dictionary has no file.
         if matches!(origin, Origin::Text(_)) && loaded.problem.name == DICTIONARY {
             loaded.problem.name = UNNAMED.into();
         }
@@ -73,7 +73,7 @@ impl Maneuver {
 
 #[pymethods]
 impl Maneuver {
-    /// Reads a dictionary with the keys of a spec, or a file.
+    /// Reads a maneuver from a dictionary with the keys of a spec, or from a file.
     #[new]
     #[pyo3(signature = (spec, overrides = None))]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>, overrides: Overrides<'_>) -> PyResult<Self> {
@@ -84,7 +84,7 @@ impl Maneuver {
         Self::read(py, origin, self::overrides(&overrides)?)
     }
 
-    /// Returns the same spec, read once more with further overrides.
+    /// Reads the spec again with additional overrides.
     #[pyo3(signature = (overrides = None))]
     fn again(&self, py: Python<'_>, overrides: Overrides<'_>) -> PyResult<Self> {
         let further = self::overrides(&overrides)?;
@@ -109,19 +109,19 @@ impl Maneuver {
         self.loaded.problem.steps
     }
 
-    /// Returns the inertia, body axes, by rows [kg·m²].
+    /// Returns the rows of the inertia matrix in body axes [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
-        // Symmetric: rows are columns.
+        // The matrix is symmetric, so its columns are its rows.
         (*self.loaded.problem.body.inertia.j()).into()
     }
 
-    /// Returns the warnings.
+    /// Returns the warnings of the spec.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         failure::diagnostics(py, &self.loaded.warnings)
     }
 
-    /// Returns the maneuver in the keys of a spec, SI units, as JSON.
+    /// Returns the maneuver as JSON, with the keys of a spec in SI units.
     fn spec_json(&self) -> PyResult<String> {
         let Loaded { problem, settings, identity, .. } = &self.loaded;
         let document = SpecDocument::new(problem, settings);
@@ -130,7 +130,7 @@ impl Maneuver {
     }
 }
 
-/// Returns all errors and warnings of a spec of either kind.
+/// Returns all errors and warnings of the spec of a maneuver or a simulation.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None))]
 pub fn diagnose<'py>(

@@ -1,4 +1,4 @@
-//! Plans: made, read, and their contents as arrays.
+//! Makes and reads plans, and returns their contents as arrays.
 
 use crate::failure::{self, detached};
 use crate::maneuver::Maneuver;
@@ -34,16 +34,16 @@ pub struct Planned {
     pub plan: Plan,
     /// The gains along the plan, if the spec requests them.
     feedback: Option<FeedbackRecord>,
-    /// The uncertainty along the plan.
+    /// The covariances along the plan; `None` without uncertainty.
     uncertainty: Option<UncertaintyRecord>,
-    /// Wall time within the library; NaN for a plan that was read.
+    /// The elapsed time within the library [s]; NaN for a plan that was read from a file.
     wall_time: f64,
 }
 
-/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
-/// costates; with `guess_alone` no other start is searched if the guess leads to a plan. `progress`
-/// is called with stage, start, steps and seconds. Also returns an exception that was raised
-/// meanwhile.
+/// Plans a maneuver. `guess` is a plan, the contents and the name of a plan file or an attitude
+/// file, or costates. With `guess_alone`, no other start is tried if the guess leads to a plan.
+/// `progress` is called with stage, start, steps and seconds. Also returns an exception that was
+/// raised during the work.
 #[pyfunction]
 #[pyo3(signature = (maneuver, guess = None, guess_alone = false, progress = None))]
 pub fn plan(
@@ -97,14 +97,14 @@ pub fn plan(
     Ok((planned, watch.raised()))
 }
 
-/// The guess from another plan.
+/// A guess from which the search also starts.
 #[derive(FromPyObject)]
 pub enum Suggestion<'py> {
     /// A plan.
     Planned(Bound<'py, Planned>),
-    /// A file: its bytes and its name.
+    /// The bytes and the name of a file.
     File(Vec<u8>, String),
-    /// Costates.
+    /// The costates at the start.
     Costates(Vec<f64>),
 }
 
@@ -131,7 +131,7 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let file = PlanFile::read(bytes)?;
         let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
-        // A file that was changed is no longer called solved.
+        // A file that was changed no longer counts as solved.
         let (file, _) = file.settled(&loaded);
         // A plan that is proved infeasible has no trajectory.
         let has_rows = !file.trajectory.0.time.is_empty();
@@ -158,7 +158,7 @@ pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     written.map_err(|error: ExportError| failure::export(py, &error, &path.to_string_lossy()))
 }
 
-/// The reason for which a plan file cannot be used.
+/// The reason why a plan file cannot be used.
 enum Failed {
     Export(ExportError),
     Spec(slewkit_files::spec::Diagnostics),
@@ -171,7 +171,7 @@ impl From<ExportError> for Failed {
 }
 
 impl Planned {
-    /// Builds a plan without gains and uncertainty.
+    /// Builds the Python object of a plan, without gains and uncertainty.
     pub fn of(
         problem: Problem,
         settings: Settings,
@@ -188,7 +188,8 @@ impl Planned {
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
-    /// Returns numbers of the uncertainty; empty without uncertainty.
+    /// Returns numbers that `of` takes from the uncertainty; empty if the spec states no
+    /// uncertainty.
     fn assumed(&self, of: impl Fn(&Uncertainty) -> Vec<f64>) -> Vec<f64> {
         self.closed_loop.uncertainty.as_ref().map(of).unwrap_or_default()
     }
@@ -204,7 +205,7 @@ fn flat(vectors: &[Vector3]) -> Vec<f64> {
 
 #[pymethods]
 impl Planned {
-    /// Returns the status: `"solved"` and so on.
+    /// Returns the status, such as `"solved"`.
     #[getter]
     fn status(&self) -> &'static str {
         self.plan.status.name()
@@ -222,7 +223,8 @@ impl Planned {
         &self.problem.name
     }
 
-    /// Returns the cost: the effort, the fuel, or the duration in seconds. NaN without a plan.
+    /// Returns the cost: the effort, the fuel, or the duration in seconds, according to the
+    /// objective. NaN without a plan.
     #[getter]
     fn cost(&self) -> f64 {
         self.plan.solution.cost
@@ -234,26 +236,27 @@ impl Planned {
         self.plan.solution.duration(&self.problem)
     }
 
-    /// Returns the steps of the plan.
+    /// Returns the number of steps of the plan.
     #[getter]
     fn steps(&self) -> usize {
         self.plan.solution.steps
     }
 
-    /// Returns the wall time of the solve alone, seconds.
+    /// Returns the elapsed time of the search alone, in seconds.
     #[getter]
     fn solve_time(&self) -> f64 {
         self.plan.solution.solve_time
     }
 
-    /// Returns the wall time within the library, seconds; NaN of a plan that was read.
+    /// Returns the elapsed time within the library, in seconds; NaN for a plan that was read from a
+    /// file.
     #[getter]
     fn wall_time(&self) -> f64 {
         self.wall_time
     }
 
-    /// Returns the node of the first row of inputs, and whether a row belongs to the step that
-    /// begins at its node.
+    /// Returns the index of the node of the first row of inputs, and whether a row acts over the
+    /// step that begins at its node.
     #[getter]
     fn first_input(&self) -> (usize, bool) {
         let held = self.problem.switches();
@@ -266,28 +269,29 @@ impl Planned {
         self.problem.motion == Motion::RigidBody
     }
 
-    /// Returns the numbers in a row of inputs.
+    /// Returns the number of values in a row of inputs.
     #[getter]
     fn input_count(&self) -> usize {
         self.trajectory().input_count
     }
 
-    /// Returns the inputs and states of a step of the gains; `None` without gains.
+    /// Returns the number of inputs and of states of the gain matrix of a step; `None` without
+    /// gains.
     #[getter]
     fn gain_shape(&self) -> Option<(usize, usize)> {
         let step = self.feedback.as_ref()?.gains.first()?;
         Some((step.len(), step.first()?.len()))
     }
 
-    /// Returns the inertia, body axes, by rows [kg·m²].
+    /// Returns the rows of the inertia matrix in body axes [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
-        // Symmetric: rows are columns.
+        // The matrix is symmetric, so its columns are its rows.
         (*self.problem.body.inertia.j()).into()
     }
 
-    /// Returns a quantity of the trajectory, row after row, in an array of one dimension that
-    /// owns its numbers; `None` for an unknown name.
+    /// Returns a quantity of the trajectory as a one-dimensional array, row after row. The array
+    /// owns its numbers. Returns `None` for an unknown name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
         let of = self.trajectory();
         let quaternions = |order: fn(&[f64; 4]) -> [f64; 4]| {
@@ -334,8 +338,8 @@ impl Planned {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Returns the names and deviations of the uncertain parameters; `None` if the spec states no
-    /// uncertainty.
+    /// Returns the names and standard deviations of the uncertain parameters; `None` if the spec
+    /// states no uncertainty.
     #[getter]
     fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
         let of = self.closed_loop.uncertainty.as_ref()?;
@@ -364,8 +368,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, completely or not at all, in the named format or in the format of
-    /// its ending.
+    /// Writes the plan to a file, completely or not at all. Without `format`, the ending of the
+    /// file selects the format.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,
@@ -389,7 +393,7 @@ impl Planned {
         written.map_err(|error| failure::export(py, &error, &name))
     }
 
-    /// Returns the page for a browser.
+    /// Returns the HTML page of the plan.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
         let euler = failure::sequence(euler)?;
         let Self { problem, settings, plan, identity, closed_loop, .. } = self;
@@ -397,14 +401,15 @@ impl Planned {
         detached(py, || plan_page(problem, settings, plan, identity, (closed_loop, margins), euler))
     }
 
-    /// Returns the pictures of `slew plot` that the plan has: name and SVG of each.
+    /// Returns the name and the SVG text of every picture of `slew plot` that the plan has.
     fn pictures(&self, py: Python<'_>, euler: &str) -> PyResult<Vec<(&'static str, String)>> {
         let euler = failure::sequence(euler)?;
         let drawn = || self.shown(euler).iter().map(|shown| (shown.key, shown.picture.svg())).collect();
         detached(py, drawn)
     }
 
-    /// Returns the named pictures in two columns as one SVG; an error names those that exist.
+    /// Returns the named pictures in two columns as one SVG text. For an unknown name, the error
+    /// lists the names that exist.
     fn panel(&self, py: Python<'_>, names: Vec<String>, euler: &str) -> PyResult<String> {
         let euler = failure::sequence(euler)?;
         let drawn = || {
@@ -422,7 +427,7 @@ impl Planned {
         detached(py, drawn)?.map_err(|reason: String| PyValueError::new_err(reason))
     }
 
-    /// Returns the name of each input, and its number where the spec names none.
+    /// Returns the name of each input; an input without a name in the spec has its number.
     #[getter]
     fn input_names(&self) -> Vec<String> {
         let name = |index| self.identity.input(index).map_or((index + 1).to_string(), str::to_owned);

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use std::ffi::OsString;
 
-/// Runs `slew` with these arguments, the name of the program first; gives its exit code.
+/// Runs `slew` and returns its exit code. The first argument is the name of the program.
 ///
 /// The program writes to the streams of the process and takes over its signals.
 #[pyfunction]

@@ -1,4 +1,4 @@
-//! Motions without optimisation: the rows of a simulation as arrays, and its page.
+//! Simulates motions without optimisation, and returns their rows as arrays.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{Maneuver, Overrides, load, overrides};
@@ -18,15 +18,15 @@ use slewkit_report::simulation_page;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// The propagator.
+/// The propagator of a motion.
 enum Carrier {
-    /// An integrator.
+    /// One body or several, propagated by an integrator.
     Integrator(Box<Simulation>),
-    /// The witnesses' equations: a body with reaction wheels.
+    /// A body with reaction wheels, propagated by the equations of the witnesses.
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// The motion and its method.
+/// The motion to propagate, with its propagator.
 struct Motion {
     carrier: Carrier,
     name: String,
@@ -38,7 +38,7 @@ struct Motion {
     stride: u64,
 }
 
-/// The reason of an early end of a motion.
+/// The reason why a motion ended early.
 enum Ended {
     NotFinite(String),
     Failed(String),
@@ -129,7 +129,7 @@ impl Motion {
     }
 }
 
-/// The values of the caller that replace values of the spec.
+/// The arguments of the caller that replace values of the spec.
 struct Asked {
     steps: Option<u64>,
     stride: Option<u64>,
@@ -146,7 +146,7 @@ struct BodyRows {
     velocity: Vec<f64>,
 }
 
-/// Rows, quantity by quantity.
+/// The rows of a simulation, stored by quantity.
 struct Rows {
     watch: Watch,
     began: Instant,
@@ -176,7 +176,7 @@ impl Observer for Rows {
     }
 
     fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
-        // The clock costs as much as a short step.
+        // Reading the clock costs as much as a short step, so it is read rarely.
         if steps.is_multiple_of(64)
             && self.watch.stops("simulation", "", steps, self.began.elapsed().as_secs_f64(), "")
         {
@@ -188,7 +188,7 @@ impl Observer for Rows {
 }
 
 /// Propagates the bodies of a spec from their start. Returns the rows and their properties as a
-/// dictionary, and an exception that was raised meanwhile.
+/// dictionary, and an exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (
     spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress
@@ -277,8 +277,7 @@ pub fn simulate<'py>(
     Ok((found, rows.watch.raised()))
 }
 
-/// Returns the page of a simulation for a browser, from the document that
-/// `slew simulate --format json` writes.
+/// Returns the HTML page of a simulation, from the JSON document of `slew simulate --format json`.
 #[pyfunction]
 pub fn simulation_report(py: Python<'_>, document: &str, euler: &str) -> PyResult<String> {
     let euler = failure::sequence(euler)?;

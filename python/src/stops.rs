@@ -1,4 +1,4 @@
-//! Plans of sequences of stops.
+//! Plans sequences of stops.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Overrides, load};
@@ -16,7 +16,7 @@ use slewkit_files::spec::{ClosedLoop, LoadedSequence, Spec};
 use slewkit_report::{sequence_page, summary};
 use std::path::PathBuf;
 
-/// A plan with its sequence.
+/// The plan of a sequence, with the sequence.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct PlannedSequence {
     loaded: LoadedSequence,
@@ -24,7 +24,7 @@ pub struct PlannedSequence {
     joined: Joined,
 }
 
-/// Plans a sequence. Also returns an exception that was raised meanwhile.
+/// Plans a sequence. Also returns an exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, progress = None))]
 pub fn plan_sequence(
@@ -73,7 +73,7 @@ impl PlannedSequence {
 
 #[pymethods]
 impl PlannedSequence {
-    /// Returns the contents of the file other than its legs, as JSON.
+    /// Returns the contents of the plan file without its legs, as JSON.
     fn record_json(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || serde_json::to_string(&self.file().record))?
             .map_err(|error| failure::export(py, &error.into(), "plan"))
@@ -89,7 +89,7 @@ impl PlannedSequence {
         self.plan.legs.iter().map(planned).collect()
     }
 
-    /// Returns the motion of the hold at each stop; `None` where the body rests.
+    /// Returns the motion of the hold at each stop; `None` for a stop at which the body rests.
     fn holds(&self) -> Vec<Option<Planned>> {
         let LoadedSequence { settings, identity, .. } = &self.loaded;
         let planned = |hold: &slewkit::sequence::Hold| {
@@ -99,13 +99,14 @@ impl PlannedSequence {
         self.plan.legs.iter().map(|leg| leg.hold.as_ref().map(planned)).collect()
     }
 
-    /// Returns the numbers in a row of inputs.
+    /// Returns the number of values in a row of inputs.
     #[getter]
     fn input_count(&self) -> usize {
         self.joined.path.input_count
     }
 
-    /// Returns a quantity of the motion over the whole, row after row; `None` for an unknown name.
+    /// Returns a quantity of the motion of the whole sequence, row after row; `None` for an unknown
+    /// name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
         let of = &self.joined.path;
         let flat = |rows: &[slewkit::Vector3]| rows.iter().flatten().copied().collect();
@@ -121,7 +122,8 @@ impl PlannedSequence {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Writes the plan to a file, completely or not at all, in the format of its ending.
+    /// Writes the plan to a file, completely or not at all. The ending of the file selects the
+    /// format.
     #[pyo3(signature = (path, overwrite = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let ending = path.extension().map_or(String::new(), |ending| ending.to_string_lossy().into_owned());
@@ -140,7 +142,7 @@ impl PlannedSequence {
         written.map_err(|error| failure::export(py, &error, &name))
     }
 
-    /// Returns the page for a browser.
+    /// Returns the HTML page of the sequence.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
         let euler = failure::sequence(euler)?;
         detached(py, || sequence_page(&self.file(), &self.loaded, euler))

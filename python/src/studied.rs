@@ -1,4 +1,4 @@
-//! Plans before the witnesses, and methods side by side.
+//! Verifies plans and attitudes with the witnesses, and compares methods and integrators.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Maneuver, Overrides, load};
@@ -18,8 +18,8 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Lets the witnesses judge a plan against its own maneuver, or another. Returns the results as
-/// JSON, and an exception that was raised meanwhile.
+/// Lets the witnesses check a plan against its own maneuver or against another one. Returns the
+/// results as JSON, and an exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (planned, maneuver = None, progress = None))]
 pub fn verify(
@@ -44,7 +44,7 @@ pub fn verify(
         (judged, watch.into_inner())
     })?;
     let judged = judged.map_err(|error| match error {
-        // A plan whose arrays do not fit the maneuver has failed.
+        // A plan whose arrays do not fit the maneuver fails the verification.
         error @ (ExportError::Trajectory(_) | ExportError::NoMotion) => {
             let remedy = "give the spec of the plan";
             failure::coded(py, "VerificationFailed", "E0103", &error.to_string(), remedy)
@@ -71,14 +71,15 @@ pub fn verify(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Returns whether the bytes are a plan file, and not a message or a table of attitudes.
+/// Returns whether the bytes are a plan file. Otherwise they are an attitude message or a table of
+/// attitudes.
 #[pyfunction]
 pub fn is_plan(bytes: &[u8]) -> bool {
     PlanFile::begins(bytes)
 }
 
-/// Judges attitudes and rates against a maneuver: the bytes of an AEM or a table, and the name of
-/// their file. Returns the results as JSON.
+/// Checks attitudes and rates against a maneuver. `bytes` are the contents of an AEM or a table,
+/// and `name` is the name of the file. Returns the results as JSON.
 #[pyfunction]
 pub fn verify_attitudes(
     py: Python<'_>,
@@ -110,8 +111,8 @@ pub fn verify_attitudes(
     Ok(document.to_string())
 }
 
-/// Compares integrators on the motion of a simulation spec. Returns the study as JSON with its
-/// table as text, and an exception that was raised meanwhile.
+/// Compares integrators on the motion of a simulation spec. Returns the study as JSON, its table as
+/// text, and an exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (
     spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels =
@@ -165,8 +166,8 @@ pub fn compare_integrators(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Solves a maneuver by every method that applies. Returns the comparison as JSON, and an
-/// exception that was raised meanwhile.
+/// Plans a maneuver with every method that applies. Returns the comparison as JSON, and an
+/// exception that was raised during the work.
 #[pyfunction]
 #[pyo3(signature = (maneuver, progress = None))]
 pub fn compare(

@@ -1,4 +1,4 @@
-//! Slew-time tables: look-up from Python.
+//! Looks up values in slew-time tables.
 
 use crate::failure;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -12,7 +12,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
 
-/// A table in memory.
+/// A slew-time table in memory.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Table(SlewTable);
 
@@ -28,7 +28,7 @@ fn quaternions(flat: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<[f64; 4]>> {
 
 #[pymethods]
 impl Table {
-    /// Reads an archive that `slew table` wrote.
+    /// Reads an `.npz` archive that `slew table` wrote.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let remedy = "give an .npz that `slew table SPEC -o FILE.npz` wrote";
@@ -39,12 +39,13 @@ impl Table {
         read_npz(BufReader::new(file)).map(Self).map_err(|error| unusable("E0180", &error))
     }
 
-    /// Returns the value between two attitudes, `[w, x, y, z]`.
+    /// Returns the slew time or effort between two attitudes, given as quaternions `[w, x, y, z]`.
     fn one(&self, first: [f64; 4], second: [f64; 4]) -> f64 {
         self.0.between(&first, &second)
     }
 
-    /// Returns the values between the attitudes of two flat arrays of equal lengths.
+    /// Returns the slew time or effort between corresponding quaternions of two flat arrays of
+    /// equal length.
     fn between<'py>(
         &self,
         py: Python<'py>,
@@ -57,7 +58,7 @@ impl Table {
         Ok(PyArray1::from_vec(py, found))
     }
 
-    /// Returns the rigorous lower bounds between the attitudes of two flat arrays.
+    /// Returns the rigorous lower bounds between corresponding quaternions of two flat arrays.
     fn bound<'py>(
         &self,
         py: Python<'py>,
@@ -73,7 +74,8 @@ impl Table {
         Ok(PyArray1::from_vec(py, found))
     }
 
-    /// Returns the values between all pairs of a flat array, row after row.
+    /// Returns the slew times or efforts between all pairs of quaternions in a flat array, row
+    /// after row.
     fn matrix<'py>(
         &self,
         py: Python<'py>,
@@ -84,7 +86,7 @@ impl Table {
         Ok(PyArray1::from_vec(py, found))
     }
 
-    /// Returns the facts of the table.
+    /// Returns the properties of the table as a dictionary.
     fn facts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let nodes = self.0.nodes();
         let keys = PyDict::new(py);

@@ -1,7 +1,8 @@
-//! A spec of Python's own values as TOML text, which the reader of specs reads like any other.
+//! Converts a spec that consists of Python values to TOML text, which the reader of specs reads
+//! like any other spec.
 //!
-//! A dictionary takes the path of files, and its errors have the codes, keys and remedies of
-//! files. Every number keeps its bits. NaN and infinity are written in the notation of TOML, and
+//! A dictionary is therefore read like a file, and its errors have the same codes, keys and
+//! remedies. Every number keeps its bits. NaN and infinity are written in the notation of TOML, and
 //! the reader refuses them.
 
 use pyo3::exceptions::PyTypeError;
@@ -10,13 +11,14 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// A depth of nesting that no spec reaches. Deeper parts are cut off, and the reader reports that
-/// the spec is nested too deeply. A dictionary may contain itself.
+/// The largest depth of nesting, which no valid spec reaches. Deeper parts are omitted, and the
+/// reader reports that the spec is nested too deeply. The limit is needed because a dictionary may
+/// contain itself.
 const DEEPEST: usize = 40;
 
-/// Returns the spec as TOML.
+/// Returns the spec as TOML text.
 ///
-/// Raises TypeError for a value without a notation, such as None.
+/// Raises TypeError for a value that TOML cannot express, such as None.
 #[pyfunction]
 pub fn to_toml(spec: &Bound<'_, PyMapping>) -> PyResult<String> {
     let mut text = String::new();
@@ -24,7 +26,7 @@ pub fn to_toml(spec: &Bound<'_, PyMapping>) -> PyResult<String> {
     Ok(text)
 }
 
-/// Writes one value, as in an override.
+/// Returns the TOML text of one value, as an override needs it.
 pub fn value_text(value: &Bound<'_, PyAny>) -> PyResult<String> {
     let mut text = String::new();
     inline(&mut text, value, "", 0)?;
@@ -45,7 +47,7 @@ fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Items<'py>> {
     mapping.items()?.iter().map(pair).collect()
 }
 
-/// Converts NumPy's arrays and numbers to Python's, and a SciPy `Rotation` to the table of its
+/// Converts NumPy arrays and numbers to Python values, and a SciPy `Rotation` to a table with its
 /// quaternion.
 fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     let own = value.is_instance_of::<PyFloat>()
@@ -54,7 +56,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
         || value.is_instance_of::<PyList>()
         || value.is_instance_of::<PyDict>();
     if own {
-        // A NumPy float is a Python float, and prints its value.
+        // A NumPy float is a subclass of the Python float, and needs no conversion.
         return Ok(value);
     }
     if let Ok(method) = value.getattr("as_quat") {
@@ -68,7 +70,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// Writes a table: its own keys, then the tables in it under headers.
+/// Writes a table: first its own keys, then the nested tables under headers.
 fn table(text: &mut String, items: &Items<'_>, path: &str) -> PyResult<()> {
     let own = |value: &Bound<'_, PyAny>| {
         path.is_empty() && (value.cast::<PyMapping>().is_ok() || is_list_of_tables(value))
@@ -112,7 +114,7 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// Appends a key, bare if it may be bare.
+/// Appends a key, without quotes if TOML allows it.
 fn key(text: &mut String, name: &str) {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(bare) {
@@ -193,17 +195,17 @@ fn number(text: &mut String, value: f64) {
     } else if value.is_infinite() {
         text.push_str(if value > 0.0 { "inf" } else { "-inf" });
     } else {
-        // The debug form of a float is the shortest that reads back to the same bits.
+        // The debug format of a float is the shortest text that reads back to the same bits.
         let _ = write!(text, "{value:?}");
     }
 }
 
-/// Returns whether the text exceeds the size of any spec, so that the reader will refuse it.
+/// Returns whether the text exceeds the largest size of a spec, so that the reader will refuse it.
 fn full(text: &str) -> bool {
     text.len() > MAX_BYTES
 }
 
-/// Returns a value for a message.
+/// Returns the text of a value for messages.
 fn shown(value: &Bound<'_, PyAny>) -> String {
     let text = value.repr().map_or_else(|_| "a value".into(), |text| text.to_string());
     text.chars().take(60).collect()

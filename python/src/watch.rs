@@ -1,45 +1,47 @@
-//! Progress, and the ways to stop a computation: the result of the caller's function, an
-//! exception in it, or Ctrl-C.
+//! Reports progress to Python. A computation stops if the caller's progress function returns
+//! `False` or raises an exception, or on Ctrl-C.
 
 use pyo3::prelude::*;
 use slewkit::plan::{Control, Observer, Progress};
 use std::time::{Duration, Instant};
 
-/// The interval between two checks of signals, or two calls of the caller's function: taking the
-/// lock of a busy interpreter costs milliseconds.
+/// The smallest interval between two checks of signals or calls of the progress function. Taking
+/// the lock of a busy interpreter costs milliseconds.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// Listens while the library computes.
+/// The observer of a computation, which calls the progress function and checks signals.
 pub struct Watch {
     progress: Option<Py<PyAny>>,
     looked: Option<Instant>,
-    /// The exception of the caller's function, or of a signal.
+    /// The exception that the progress function or a signal raised.
     raised: Option<PyErr>,
     stopped: bool,
 }
 
 impl Watch {
-    /// Builds a watch that calls `progress` with the progress of the work, at once and then
-    /// repeatedly. A return value of `False` stops the work.
+    /// Builds an observer that calls `progress` immediately and then repeatedly. If `progress`
+    /// returns `False`, the work stops.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
-        // Work of a few milliseconds is not interrupted if no progress function is given.
+        // Without a progress function, signals are first checked after one interval, so short work
+        // is never interrupted.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };
         Self { progress, looked, raised: None, stopped: false }
     }
 
-    /// Returns the exception that was raised meanwhile.
+    /// Returns the exception that was raised during the work.
     pub fn raised(self) -> Option<PyErr> {
         self.raised
     }
 
-    /// Returns whether to stop, and passes the current stage to the caller's function.
+    /// Passes the current stage to the progress function, and returns whether to stop.
     pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64, part: &str) -> bool {
         if !self.stopped && self.looked.is_none_or(|looked| looked.elapsed() >= INTERVAL) {
             let asked = Python::attach(|py| -> PyResult<bool> {
                 py.check_signals()?;
                 let Some(progress) = &self.progress else { return Ok(false) };
                 let answer = progress.bind(py).call1((stage, start, steps, elapsed, part))?;
-                // Only `False` itself stops the work: a function that returns nothing continues it.
+                // Only `False` stops the work. A progress function without a return value returns
+                // `None`, which continues it.
                 Ok(answer.is(&*pyo3::types::PyBool::new(py, false)))
             });
             self.stopped = match asked {

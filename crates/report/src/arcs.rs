@@ -1,15 +1,16 @@
-//! The arcs of plans of minimum time and fuel, and the inputs on them.
+//! The arcs of minimum-time and minimum-fuel plans, and the state of the inputs on each arc.
 
 use super::Subject;
 use crate::draw::Span;
 use slewkit::maneuver::Objective;
 use slewkit::maneuver::switching::{Switching, SwitchingArc};
 
-/// The relative distance from a limit, or from zero, within which an input counts as at it.
+/// The distance from a limit, or from zero, below which an input counts as at its limit or as off,
+/// relative to the limit.
 const AT_LIMIT: f64 = 0.01;
 
-/// Returns the arcs of a plan whose inputs switch: the arcs of the continuous extremal, or
-/// stretches of steps if the law is smoothed.
+/// Returns the arcs of a bang-bang plan: the arcs of the continuous extremal or, for a smoothed
+/// control law, runs of consecutive steps on which the inputs are in the same state.
 pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     let Some(switching) = &subject.plan.solution.switching else { return Vec::new() };
     let kind = |inputs: &[f64]| kind(subject, switching, inputs);
@@ -38,9 +39,9 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     spans
 }
 
-/// Classifies the inputs: "coast" if all are off; "singular" if one that may be singular is within
-/// its limits; "bang" otherwise. If the norm is limited, no input is reported while the torque has
-/// its full norm and turns.
+/// Classifies the inputs on an arc: "coast" if all inputs are off; "singular" if an input that can
+/// be singular lies strictly between its limits; "bang" otherwise. Under a norm limit, a torque of
+/// full norm whose direction changes counts as "bang".
 fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
     let set = &subject.problem.actuation.torque;
     let limits = set.limits();

@@ -1,4 +1,4 @@
-//! Attitude as Euler angles, as a quaternion, and as the angle that is left.
+//! Charts of the attitude: Euler angles, quaternion, and the angle to the attitude at the end.
 
 use super::charts::{shown, time_axis};
 use super::{Shown, Subject, line};
@@ -6,14 +6,14 @@ use crate::draw::{Axis, Chart};
 use slewkit::lie;
 use slewkit_files::export::euler_angles;
 
-/// Returns Euler angles, quaternion, error angle.
+/// Returns the charts of the Euler angles, the quaternion and the angle to the end attitude.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let mut all = turning(subject);
     all.push(error(subject));
     all
 }
 
-/// Returns Euler angles and quaternion.
+/// Returns the charts of the Euler angles and the quaternion.
 pub(super) fn turning(subject: &Subject) -> Vec<Shown> {
     let trajectory = subject.trajectory();
     vec![
@@ -22,7 +22,7 @@ pub(super) fn turning(subject: &Subject) -> Vec<Shown> {
     ]
 }
 
-/// Draws the Euler angles of a sequence.
+/// Returns the chart of the Euler angles in the given sequence, such as "zyx".
 pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str) -> Shown {
     let angles = |quaternion: &[f64; 4]| {
         euler_angles(&lie::rotation_from_quaternion(quaternion), sequence).map(f64::to_degrees)
@@ -40,7 +40,8 @@ pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str
     shown("euler", chart, format!("intrinsic: R = {rotations}; continued over full turns"))
 }
 
-/// Removes jumps of whole turns; angles near gimbal lock still vary fast.
+/// Removes jumps by full turns between successive angles \[deg\]. Near gimbal lock the angles still
+/// vary fast.
 fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     for row in 1..angles.len() {
         let before = angles[row - 1];
@@ -51,7 +52,7 @@ fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     angles
 }
 
-/// Returns the four components.
+/// Returns the chart of the four components of the quaternion.
 pub(super) fn quaternion_chart(time: &[f64], quaternions: &[[f64; 4]]) -> Shown {
     let curve = |index: usize| {
         let values = quaternions.iter().map(move |quaternion| quaternion[index]);

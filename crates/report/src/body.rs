@@ -1,4 +1,4 @@
-//! The body that a page turns: a box with the proportions of the inertia, and its poses at the
+//! The animated body of a page: a box with the proportions of the inertia, and its poses at the
 //! times of a trajectory.
 
 use super::boresight::{Boresight, body_axes, boresights};
@@ -9,10 +9,11 @@ use serde_json::{Value, json};
 use slewkit::Vector3;
 use slewkit::maneuver::Motion;
 
-/// Thinnest edge of the box, relative to its longest.
+/// The length of the thinnest drawn edge of the box, relative to its longest edge.
 const THINNEST: f64 = 0.04;
 
-/// Returns the body and its motion; `null` without a trajectory.
+/// Returns the body and its motion as data for the script of the page; `null` if the plan has no
+/// trajectory.
 pub(super) fn body(subject: &Subject) -> Value {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     if trajectory.time.is_empty() {
@@ -31,8 +32,8 @@ fn named(boresight: &Boresight) -> Value {
     json!({ "name": boresight.name, "vector": vector(&boresight.vector) })
 }
 
-/// Returns a body of some corners, body axes, on its way, with its axes for boresights; positions
-/// where it moves.
+/// Returns the motion of a box as data for the script of the page. `corners` are in body axes. The
+/// boresights are the body axes. `positions` is empty for a body that only rotates.
 pub(super) fn motion(
     time: &[f64],
     quaternions: &[[f64; 4]],
@@ -57,8 +58,8 @@ pub(super) fn motion(
     })
 }
 
-/// Returns the corners of the homogeneous box of the same principal moments, body axes, the longest
-/// half edge 1.
+/// Returns the vertices of the homogeneous box that has the principal moments of the body, in body
+/// axes, scaled so that the longest half edge is 1.
 ///
 /// `J₁ = m (b² + c²)/3` and so on for half edges a, b, c, hence `a² ∝ J₂ + J₃ − J₁`.
 fn corners(subject: &Subject) -> [Vector3; 8] {

@@ -1,4 +1,4 @@
-//! The directions fixed in the body that a picture shows, and the cones about them.
+//! The body-fixed directions that a picture shows, and the cones that constrain them.
 
 use super::Subject;
 use slewkit::Vector3;
@@ -7,14 +7,14 @@ use slewkit::numerics::figures::rounded;
 use slewkit::verify::Margin;
 use slewkit_files::identity::Identity;
 
-/// A direction fixed in the body, with the names of its constraints.
+/// A body-fixed direction and its name in pictures.
 pub(super) struct Boresight {
     pub name: String,
     pub vector: Vector3,
 }
 
-/// Returns the boresights that end on targets, and the boresights of all constraints, each once; the
-/// body axes for a maneuver without boresights.
+/// Returns the boresights that point at a target at the end, and the boresights of all constraints,
+/// without repetition. If the maneuver has no boresight, returns the body axes.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
     let aim = subject.problem.aim().map(|aim| aim.boresight);
@@ -35,7 +35,8 @@ pub(crate) fn name(identity: &Identity, boresight: &Vector3) -> String {
     identity.boresight(boresight).unwrap_or_else(|| format!("boresight {}", direction(boresight)))
 }
 
-/// Returns the name that the spec gives to the boresight of a margin, if it has one.
+/// Returns the name that the spec gives to the boresight of a margin; `None` if the boresight has
+/// no name.
 pub(crate) fn of_margin(problem: &Problem, identity: &Identity, margin: &Margin) -> Option<String> {
     let constraint = problem.constraints.iter().find(|constraint| constraint.name == margin.name)?;
     let Rule::Pointing(pointing) = &constraint.rule else { return None };
@@ -61,7 +62,7 @@ pub(super) fn body_axes() -> [Boresight; 3] {
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })
 }
 
-/// Returns the constraints on pointing.
+/// Returns the pointing constraints (cones) with their names.
 pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
     subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
         Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),

@@ -1,4 +1,4 @@
-//! The results of many cases in words.
+//! The summary of the results of many cases.
 
 use super::summary::Lines;
 use slewkit::maneuver::Proved;
@@ -6,10 +6,11 @@ use slewkit::numerics::figures::{error, rounded, short, significant};
 use slewkit_files::batch::{Tally, Worst};
 use slewkit_files::spec::escape;
 
-/// Counts and extremes of the results of a batch, line by line.
+/// Returns the lines of a summary of a batch: quantiles of the cost, the largest error of the true
+/// motion, the numbers of proofs and failures, and the cheapest and costliest cases.
 pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     let mut lines = Vec::new();
-    // Effort, time and fuel are in different units.
+    // Costs of effort, time and fuel have different units, so each objective has its own lines.
     let several = tally.objectives.len() > 1;
     for (objective, costs) in &tally.objectives {
         let Some(found) = costs.quantiles() else { continue };
@@ -66,7 +67,7 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     lines
 }
 
-/// Returns the words for some plans of a proof.
+/// Returns the words for a grade of proof, in the plural unless `count` is 1.
 fn plural(proof: Proved, count: u64) -> &'static str {
     match proof {
         _ if count == 1 => proof.words(),
@@ -79,7 +80,7 @@ fn plural(proof: Proved, count: u64) -> &'static str {
     }
 }
 
-/// Returns a case by its number, its name and a few of its keys.
+/// Describes a case: its number, its name and a few of its overrides.
 fn named(worst: &Worst) -> String {
     const SHOWN: usize = 3;
     let mut text = format!("case {}", worst.case);
@@ -94,7 +95,7 @@ fn named(worst: &Worst) -> String {
     text
 }
 
-/// Returns a key and its value, rounded to a few digits.
+/// Returns an override `key=value` with its numbers rounded to a few digits.
 fn brief(set: &str) -> String {
     let (key, value) = set.split_once('=').unwrap_or(("", set));
     let part = |part: &str| {
@@ -109,7 +110,7 @@ fn brief(set: &str) -> String {
     }
 }
 
-/// The characters between the numbers of a value.
+/// The characters that separate the numbers of a value.
 const SEPARATORS: [char; 6] = [',', '[', ']', '{', '}', ' '];
-/// Characters of a value that a summary shows.
+/// The largest number of characters of a value that a summary shows.
 const LONGEST: usize = 60;

@@ -1,5 +1,5 @@
-//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and the times at
-//! which they are active.
+//! Charts over time: inputs, angular rates, wheel momenta, positions, clearances and costates, with
+//! their limits and the times at which the limits are active.
 
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;
@@ -10,8 +10,8 @@ use slewkit::maneuver::{Motion, Rule};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::numerics::figures::short;
 
-/// The ratio of a limit to the extent of the curves beyond which the limit is stated and not
-/// drawn: the curves would be flat.
+/// If a limit exceeds the largest value of the curves by this factor, the subtitle states the limit
+/// instead of a line. The line would make the curves look flat.
 const FAR: f64 = 3.0;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -24,7 +24,7 @@ pub(super) fn shown(key: &'static str, chart: Chart, remark: impl Into<String>) 
     Shown { key, picture: Picture::Chart(chart), remark: remark.into() }
 }
 
-/// Draws rates, wheels, positions and clearance.
+/// Returns the charts of angular rates, wheels, positions and clearances.
 pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
     let mut all = vec![rates(subject)];
     all.extend(wheels(subject));
@@ -33,7 +33,7 @@ pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
     all
 }
 
-/// Draws torques, and forces if the maneuver has any.
+/// Returns the chart of the torques and, if the maneuver has force inputs, of the forces.
 pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let (actuation, count) = (&problem.actuation, trajectory.input_count);
@@ -55,7 +55,8 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
             let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]);
             let rows = trajectory.input.len() / count.max(1);
-            // The norm is computed from the means of rows where only the means act on the body.
+            // If only the means of neighbouring rows act on the body, the norm is that of the
+            // means.
             let means = problem.objective.switches() && rows == trajectory.time.len();
             let size =
                 |row: usize| if means { 0.5 * (output(row) + output(row + 1)) } else { output(row) }.norm();
@@ -122,7 +123,7 @@ pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     Some(Shown { key: "firings", picture: Picture::Gantt(gantt), remark })
 }
 
-/// Returns the curves of three components and, if requested, of their norm.
+/// Returns the curves of the three components of a vector and, if requested, of its norm.
 pub(super) fn components(
     time: &[f64],
     vectors: &[Vector3],
@@ -161,7 +162,7 @@ fn wheels(subject: &Subject) -> Option<Shown> {
     let trajectory = subject.trajectory();
     let wheels = subject.problem.actuation.wheels.as_ref()?;
     let count = wheels.momentum.len();
-    // The wheels are the last of the inputs.
+    // The inputs of the wheels come last in a row.
     let first = trajectory.input_count.saturating_sub(count);
     let curve = |wheel: usize| {
         let values = trajectory.wheel_momentum.iter().skip(wheel).step_by(count).copied();
@@ -196,7 +197,7 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     let curves = course.clearances.iter().enumerate().flat_map(|(index, clearance)| {
         let curve = |what: &str, part: usize, values: &[f64]| {
             let name = format!("{what}\n{}", clearance.name);
-            // A cone that acts no longer is infinitely far.
+            // A cone that is no longer active has an infinite clearance.
             let last = values.iter().rposition(|value| *value != f64::INFINITY).map_or(0, |last| last + 1);
             line(name, 2 * index + part, &time[..last], values[..last].iter().map(|value| value.to_degrees()))
         };
@@ -212,7 +213,7 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     Some(shown("clearance", chart, remark))
 }
 
-/// Draws the costates, if the plan has any.
+/// Returns the charts of the costates; no chart if the plan has no costates.
 pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
     let (trajectory, dimension) = (subject.trajectory(), subject.problem.dimension());
     if trajectory.costates.is_empty() {
@@ -238,8 +239,8 @@ pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
     all
 }
 
-/// Draws lines at both signs of each bound, with one label for equal ones; the subtitle states
-/// bounds far outside.
+/// Draws a line at plus and minus each bound, with one label for equal bounds. Bounds far outside
+/// of the curves are stated in the subtitle instead.
 pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     let points = chart.curves.iter().flat_map(|curve| curve.shape.points());
     let finite = points.map(|point| point.1).filter(|value| value.is_finite());
@@ -254,7 +255,8 @@ pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
         let (outside, shown): (Vec<f64>, Vec<f64>) =
             limits.into_iter().partition(|limit| *limit > FAR * reach);
         far.extend(outside.iter().map(|limit| format!("{name} {} {unit} is outside", short(*limit))));
-        // Labels of neighbouring lines would overlap: the highest line has the label of all.
+        // Labels of neighbouring lines would overlap, so the label of the highest line lists all
+        // limits.
         let all: Vec<String> = shown.iter().map(|limit| short(*limit)).collect();
         let mut label = format!("{name} {} {unit}", all.join(", "));
         for limit in shown {
@@ -267,8 +269,8 @@ pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     chart.subtitle = far.join(", ");
 }
 
-/// Returns the times at which the limit or constraint `name` is active; consecutive nodes form
-/// one span.
+/// Returns the time spans in which the limit or constraint `name` is active. Consecutive active
+/// nodes form one span.
 fn active(subject: &Subject, name: &str, label: &str) -> Vec<Span> {
     let solution = &subject.plan.solution;
     let Some(active) = solution.active.iter().find(|active| active.name == name) else {
@@ -282,7 +284,7 @@ fn active(subject: &Subject, name: &str, label: &str) -> Vec<Span> {
     for time in times {
         let (from, to) = ((time - 0.5 * step).max(0.0), (time + 0.5 * step).min(duration));
         match spans.last_mut() {
-            // Arcs are noted between nodes: half a step apart.
+            // Active times are recorded at nodes and between nodes, half a step apart.
             Some(last) if time - last.to <= 1.01 * step => last.to = to,
             _ => spans.push(Span { from, to, label: label.into() }),
         }

@@ -1,7 +1,7 @@
 //! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
 //!
-//! The page is made from the document that `slew compare --format json` prints. Motions and errors
-//! over time, which files do not contain, are shown if the caller supplies them.
+//! The page is made from the JSON document of `slew compare --format json`. This document contains
+//! no motions and no errors over time; the page shows them if the caller supplies them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
@@ -23,20 +23,22 @@ use slewkit::propagate::integrator::{ErrorControl, Kind};
 use slewkit_files::export::ExportError;
 use std::io::{BufReader, Read};
 
-/// The part of the document of a comparison that a page uses.
+/// The part of the JSON document of a comparison that a page uses.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ComparisonFile {
     name: String,
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions of the compared methods that have a motion, with the names of the methods.
+    /// The motions of the compared methods, each with the name of its method. A method without a
+    /// plan has none.
     #[serde(skip)]
     pub motions: Vec<Motion>,
-    /// The names of the inputs of the motions, in their order; empty for numbers.
+    /// The names of the inputs in the order of the rows of a motion. If empty, pictures number the
+    /// inputs.
     #[serde(skip)]
     pub inputs: Vec<String>,
-    /// The integrators over time at one step.
+    /// The errors of each integrator over time, all at the same step size.
     #[serde(skip)]
     pub histories: Vec<History>,
 }
@@ -48,7 +50,7 @@ pub struct Motion {
     pub name: String,
     /// The motion.
     pub trajectory: Trajectory,
-    /// Whether its inputs are held over steps.
+    /// True if the inputs are constant over each step.
     pub held: bool,
 }
 
@@ -112,7 +114,7 @@ struct ObjectiveRow {
 }
 
 impl ComparisonFile {
-    /// Reads a document.
+    /// Reads the JSON document of a comparison.
     ///
     /// # Errors
     /// Returns an error of the stream, or of a text that is not a comparison.
@@ -120,7 +122,7 @@ impl ComparisonFile {
         Ok(serde_json::from_reader(BufReader::new(input))?)
     }
 
-    /// Builds the page from the document itself.
+    /// Builds the data of the page from a parsed JSON document.
     ///
     /// # Errors
     /// Returns an error for a document that is not a comparison.
@@ -169,7 +171,7 @@ pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     all
 }
 
-/// Returns the inputs of one motion.
+/// Returns the chart of the inputs of one motion.
 fn inputs(key: &'static str, motion: &Motion, names: &[String]) -> Shown {
     let trajectory = &motion.trajectory;
     let count = trajectory.input_count;
@@ -202,8 +204,8 @@ fn turning(motions: &[Motion]) -> Shown {
     shown("turning", chart, "")
 }
 
-/// Returns the distances of the attitudes of the other methods from the first, if methods are
-/// compared.
+/// Returns the chart of the angle between the attitude of each method and the attitude of the first
+/// method; `None` unless methods are compared.
 fn difference(file: &ComparisonFile) -> Option<Shown> {
     let (first, others) = file.motions.split_first()?;
     if !matches!(file.compared, Compared::Methods { .. }) || others.is_empty() {
@@ -227,7 +229,7 @@ fn difference(file: &ComparisonFile) -> Option<Shown> {
     Some(shown("difference", chart, ""))
 }
 
-/// Rebuilds the study of integrators from its document.
+/// Rebuilds the study of integrators from the JSON document.
 fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
     let Compared::Integrators { integrators, steps_s, horizons_s, energy_scale_j, levels, runs, equal_error } =
         &file.compared

@@ -1,15 +1,15 @@
-//! The convergence of the solver: the residuals of the runs that led to the plan, or of the
-//! nearest runs.
+//! The chart of the convergence: the residuals of the solver runs that led to the plan or, without
+//! a plan, of the runs that came nearest to one.
 
 use super::charts::shown;
 use super::{Shown, Subject};
 use crate::draw::{Axis, Chart, Curve, Shape};
 use slewkit::maneuver::{Outcome, RungReport};
 
-/// The most runs that are drawn.
+/// The largest number of solver runs in the chart.
 const RUNS: usize = 6;
 
-/// Returns the chart; none if no iteration was made.
+/// Returns the chart of the residuals; `None` if no iteration ran.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let solution = &subject.plan.solution;
     let drawable = |rung: &&RungReport| rung.residuals.iter().any(|residual| *residual > 0.0);

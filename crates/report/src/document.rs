@@ -1,11 +1,12 @@
-//! The pictures and the body of a page as one JSON document, with as many digits as a screen shows.
+//! The pictures and the body of a page as one JSON document. Numbers have only as many digits as a
+//! screen can show.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
-/// Returns the data that the script of a page draws.
+/// Returns the data from which the script of a page draws the pictures and the body.
 pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown
@@ -13,7 +14,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
         .filter_map(|shown| match &shown.picture {
             Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
             Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
-            // The page contains this picture as SVG.
+            // The page contains pictures of these kinds as SVG.
             Picture::Map(_) | Picture::Ground(_) | Picture::Gantt(_) => None,
         })
         .collect();
@@ -27,16 +28,17 @@ pub(super) fn numbers(values: impl Iterator<Item = f64>, digits: usize) -> Value
     values.map(|value| json!(rounded(value).filter(|value| value.is_finite()))).collect()
 }
 
-/// Writes three components to six digits.
+/// Returns the three components of a vector, rounded to six significant digits.
 pub(super) fn vector(vector: &Vector3) -> Value {
     numbers(vector.iter().copied(), 6)
 }
 
-/// Returns the document of a chart; abscissas that curves share are stored once, in `grids`.
+/// Returns the JSON of a chart. Abscissas that several curves share are stored once, in `grids`.
 fn chart_document(key: &str, chart: &Chart, grids: &mut Vec<Vec<f64>>) -> Value {
     let curve = |curve: &Curve| {
         let mut points = curve.shape.points();
-        // The script looks values up along the axis to the right, where work and steps may fall.
+        // The script looks up values by increasing abscissa. The abscissas of a marked curve, such
+        // as work or step size, may decrease.
         if matches!(curve.shape, Shape::Marked(_)) {
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
@@ -104,7 +106,7 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
     })
 }
 
-/// Returns a cone about a direction.
+/// Returns the JSON of a cone.
 pub(super) fn cone(cone: &SkyCone) -> Value {
     json!({
         "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
@@ -112,12 +114,13 @@ pub(super) fn cone(cone: &SkyCone) -> Value {
     })
 }
 
-/// Returns a disc that moves.
+/// Returns the JSON of a moving disc.
 pub(super) fn disc(disc: &SkyDisc) -> Value {
     json!({ "name": disc.name, "kind": disc.kind.word(), "way": way(&disc.way) })
 }
 
-/// Returns the directions and angles at equal steps of time, four numbers each.
+/// Returns the samples of a moving cone or disc, equally spaced in time, as rows `[x, y, z, angle]`:
+/// its unit direction and its half angle \[rad\].
 fn way(way: &[(Vector3, f64)]) -> Value {
     way.iter().map(|(at, angle)| numbers(at.iter().chain([angle]).copied(), 6)).collect()
 }

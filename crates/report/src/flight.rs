@@ -1,5 +1,5 @@
-//! The plan in flight: the deviation of a craft that differs from the model, in open loop and with
-//! the gains, to first order.
+//! Charts of the plan in flight: the deviations of a craft that differs from the model, in open
+//! loop and with gains, by linear theory.
 
 mod bands;
 
@@ -17,26 +17,28 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_6, TAU};
 
-/// The largest number of nodes at which a radius is computed: covariances are smooth along a
-/// plan.
+/// The largest number of nodes at which the radius of the pointing error is computed. Covariances
+/// are smooth along a plan, so few nodes suffice.
 const MOST_NODES: usize = 120;
 
-/// Number of ellipses along a track.
+/// The number of covariance ellipses along a boresight track.
 const RINGS: usize = 12;
 
-/// Points around an ellipse.
+/// The number of points on an ellipse.
 const AROUND: usize = 48;
 
-/// Probabilities of the radii in the chart, with their names.
+/// The probability of each radius in the chart, with its label.
 const LEVELS: [(f64, &str); 3] = [(Radius::LEVEL, "99.73 %"), (0.9, "90 %"), (0.5, "50 %")];
 
-/// Ellipses are enlarged until the largest is so large \[rad\], by a power of ten.
+/// The size of the largest ellipse \[rad\] that can be seen on the map. Ellipses are enlarged by a
+/// power of ten until the largest one reaches it.
 const SEEN: f64 = 0.02;
 
-/// Largest power of ten by which ellipses are enlarged.
+/// The largest exponent of the power of ten by which ellipses are enlarged.
 const MOST_ENLARGED: i32 = 3;
 
-/// Returns the covariances by the name of the loop, the closed one first.
+/// Returns the covariances of the closed loop and of the open loop, as far as known, with the name
+/// of the loop.
 fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     let Some(beside) = subject.beside() else { return Vec::new() };
     let closed = beside.closed.as_ref().map(|covariance| ("closed loop", covariance));
@@ -44,29 +46,31 @@ fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     closed.into_iter().chain(open).collect()
 }
 
-/// Returns the numbers of nodes, at most about `most`, both ends included.
+/// Returns the indices of at most `most + 1` of `count` nodes, evenly spread, with the first and
+/// the last node.
 fn some_nodes(count: usize, most: usize) -> impl Iterator<Item = usize> {
     let last = count.saturating_sub(1);
     let parts = last.min(most).max(1);
     (0..=parts).map(move |part| part * last / parts).take(count)
 }
 
-/// Returns the covariance of the attitude, body axes \[rad²\].
+/// Returns the covariance of the attitude in body axes \[rad²\], the upper left block of `state`.
 fn of_attitude(state: &Matrix6) -> Matrix3 {
     state.fixed_view::<3, 3>(0, 0).into_owned()
 }
 
-/// Returns the charts.
+/// Returns the charts of pointing errors, corrections and simulated flights.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let linear = pointing(subject).into_iter().chain(corrections(subject));
     linear.chain(bands::charts(subject)).collect()
 }
 
-/// Returns the chart of the angle between each boresight and its planned direction.
+/// Returns the chart of the angle between each boresight and its planned direction, at fixed
+/// probabilities.
 fn pointing(subject: &Subject) -> Option<Shown> {
     let (beside, loops) = (subject.beside()?, loops(subject));
     let boresights = boresights(subject);
-    // All levels of one boresight, or the outermost of each.
+    // One boresight shows all probabilities; several boresights show only the largest one.
     let levels = if boresights.len() == 1 { &LEVELS[..] } else { &LEVELS[..1] };
     let nodes: Vec<usize> = some_nodes(beside.linear.count() + 1, MOST_NODES).collect();
     let times: Vec<f64> = nodes.iter().map(|node| beside.linear.times()[*node]).collect();
@@ -100,8 +104,8 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
-/// Returns three standard deviations of the correction of each input, and the room that its limit
-/// leaves.
+/// Returns the chart of three standard deviations of the correction of each input, and of the
+/// difference between the limit of the input and its planned value.
 fn corrections(subject: &Subject) -> Option<Shown> {
     let beside = subject.beside()?;
     let closed = beside.closed.as_ref().filter(|closed| !closed.inputs.is_empty())?;
@@ -118,8 +122,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         })
         .collect();
     let all = curves.iter().flat_map(|curve| curve.shape.points()).map(|point| point.1);
-    // If no room is left, the curve runs along the bottom, because a logarithm has no position
-    // for it.
+    // If the planned value is at its limit, the curve runs along the lower edge, because a
+    // logarithmic axis has no position for zero.
     let least = 0.1 * all.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return None;
@@ -148,7 +152,7 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         };
         for (name, values) in found {
             at_the_bottom |= values.iter().any(|value| *value < least);
-            // NaN stays NaN.
+            // The comparison keeps NaN, unlike `f64::max`.
             let values = values.into_iter().map(|value| if value < least { least } else { value });
             curves.push(line(name, curves.len(), times, values));
         }
@@ -164,11 +168,12 @@ fn corrections(subject: &Subject) -> Option<Shown> {
     Some(shown("corrections", chart, remark))
 }
 
-/// Returns the 99.73 % ellipses along the tracks of the boresights, and the factor by which they
+/// Returns the 99.73 % ellipses along the boresight tracks, and the factor by which the ellipses
 /// are enlarged.
 pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     let Some(beside) = subject.beside() else { return (Vec::new(), 1) };
-    // σ of a circle holds so much of it.
+    // The radius, in standard deviations, of the circle that contains a two-dimensional normal
+    // vector with probability `Radius::LEVEL`.
     let reach = (-2.0 * (1.0 - Radius::LEVEL).ln()).sqrt();
     let mut found = Vec::new();
     for (style, boresight) in boresights(subject).iter().enumerate() {
@@ -203,7 +208,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     (found.iter().map(ring).collect(), factor)
 }
 
-/// Describes the ellipses on the map.
+/// Describes the ellipses on the map, as a remark below it.
 pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     let what = match (rings.iter().any(|ring| ring.filled), rings.iter().any(|ring| !ring.filled)) {
         (true, true) => "99.73 % ellipses: filled under the gains, outlined without",
@@ -214,7 +219,7 @@ pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     if factor > 1 { format!("{what}; {factor} times enlarged") } else { what.into() }
 }
 
-/// Returns the axes of the ellipse of one standard deviation of a boresight, body axes \[rad\].
+/// Returns the two semi-axes of the one-sigma ellipse of a boresight, in body axes \[rad\].
 fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     let lever = slewkit::lie::hat(boresight);
     let eigen = (lever * covariance * lever.transpose()).symmetric_eigen();
@@ -226,7 +231,7 @@ fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     [all[0], all[1]]
 }
 
-/// Returns the table of open loop against closed loop.
+/// Returns the table that compares the errors of the open loop and the closed loop at the end.
 pub(super) fn table(subject: &Subject) -> Option<Table> {
     let beside = subject.beside()?;
     let uncertainty = subject.closed_loop()?.uncertainty.as_ref()?;
@@ -272,7 +277,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // No correction adds to the input of the plan in open loop.
+        // The open loop has no corrections, so it has no chance that corrections exceed a limit.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -290,8 +295,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     Some(Table { title: "In flight", head, rows, remark })
 }
 
-/// Returns the parameter with the largest part in three variances at the end, which begin with the
-/// row `first`.
+/// Returns the uncertain parameter that contributes most to the sum of three variances at the end.
+/// `first` is the row of the first of the three.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

@@ -4,14 +4,16 @@
 //! H = L + λ^x·γ/m + λ^γ·(f + f_u) + λ^ζ·(Ω − Rᵀn) + λ^Π·(Π × Ω + M + τ)
 //! ```
 //!
-//! with the running cost L and the rate n of the reference frame. No field depends on time in its
-//! own frame, so H is constant in continuous time, with or without limits. It is the derivative
-//! of the least cost by the duration, and zero if the duration is free. The costates of the
-//! discrete conditions belong to the middle of a kick up to half of it; with them H is constant
-//! up to the error of the discretisation. The chart shows that error.
+//! L is the running cost, n the angular velocity of the reference frame, f and M the force and
+//! moment of the field, f_u and τ those of the inputs, and λ the costates of position x, linear
+//! momentum γ, attitude ζ and angular momentum Π. A field does not depend on time in its own frame,
+//! so H is constant in continuous time, with or without limits. It is the derivative of the optimal
+//! cost with respect to the duration, and zero if the duration is free. The costates of the
+//! discrete conditions are converted to costates at the nodes by half a kick. With them H is
+//! constant up to the discretisation error, which the chart shows.
 //!
-//! Wheels store momenta h, `ḣ = −u`, and Π is the total momentum. Their costate is not in a plan;
-//! where no limit of theirs acts it is `Wu`, and
+//! Wheels store momenta h with `ḣ = −u`, and Π is then the total momentum. A plan does not contain
+//! the costate of h. While no limit of the wheels is active, this costate is `Wu`, and
 //!
 //! ```text
 //! H = ½ uᵀWu + λ^ζ·Ω + λ^Π·(Π × Ω) − uᵀWu
@@ -26,7 +28,7 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::mechanics::environment::Pose;
 use slewkit::{Vector3, lie};
 
-/// Returns the chart; `None` if [`missing`] gives a reason.
+/// Returns the chart of the Hamiltonian; `None` if [`missing`] gives a reason.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     if missing(subject).is_some() {
         return None;
@@ -41,7 +43,7 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     ))
 }
 
-/// Returns the reason for which the chart cannot be drawn, if any.
+/// Returns the reason why the chart cannot be drawn; `None` if it can.
 pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     let problem = subject.problem;
     if subject.trajectory().time.len() < 2 {
@@ -68,7 +70,7 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     None
 }
 
-/// Returns `H` at a row of costates.
+/// Returns the Hamiltonian at a row of costates.
 fn value(subject: &Subject, row: usize) -> f64 {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let node = row + problem.scheme.first_input();
@@ -95,7 +97,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     let (torque, moving) = (trajectory.torque[row], dimension == 12);
     let linear = if moving { part(3) } else { Vector3::zeros() };
 
-    // Half a kick leads from the costate of the pose near the node to that at the node.
+    // Half a kick converts the recorded costate of the pose to the costate at the node.
     let half = match problem.scheme {
         Scheme::LieVerlet if !problem.switches() => 0.5 * problem.step(),
         Scheme::LieVerlet | Scheme::LieEuler => 0.0,
@@ -108,7 +110,8 @@ fn value(subject: &Subject, row: usize) -> f64 {
     if problem.actuation.force.as_ref().is_some_and(|force| force.frame() == AxisFrame::Body) {
         slope += attitude.tr_mul(&trajectory.force[row]).cross(&attitude.tr_mul(&linear));
     }
-    // A held input leaves the costates of a free body alone, and its steps may be unequal.
+    // If inputs are held over steps, the costates of a free body need no conversion; the steps may
+    // have different lengths.
     let zeta = if problem.switches() { zeta } else { zeta + half * slope };
     let mut value = running_cost(subject, inputs)
         + zeta.dot(&relative)
@@ -120,7 +123,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     value
 }
 
-/// Returns the cost per second at a row of inputs.
+/// Returns the running cost \[cost per second\] for a row of inputs.
 fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
     let actuation = &subject.problem.actuation;
     let weights = match &subject.problem.objective {

@@ -1,13 +1,12 @@
 //! Reports: a plan as pictures, and as one self-contained page.
 //!
-//! [`pictures`] returns the charts of a plan, in a fixed order, and [`crate::draw`] writes them
-//! as SVG. [`plan_page`] puts these charts, drawn by its own script, with verdict, tables and a
-//! turning body into one HTML file that loads no other. The data come from a [`Problem`] and a
-//! [`Plan`], which a plan file both holds. The witnesses supply values between the nodes
-//! ([`slewkit::verify::course()`]).
+//! [`pictures`] returns the charts of a plan in a fixed order, and [`crate::draw`] writes them as
+//! SVG. [`plan_page`] returns one HTML file that loads no other file. It contains the verdict,
+//! tables, these charts and an animated body, which a script in the file draws. The data come from
+//! a [`Problem`] and a [`Plan`]; a plan file contains both. The witnesses supply values between the
+//! nodes ([`slewkit::verify::course()`]).
 //!
-//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data
-//! have all rows.
+//! Curves have at most [`MOST_POINTS`] points. Thinning keeps every peak. Data files have all rows.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -96,14 +95,14 @@ const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 /// The names of all pictures that a comparison of motions may have, in their order.
 pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
 
-/// The names of all pictures that a comparison of integrators may have: its figures but the
+/// The names of all pictures that a comparison of integrators may have: all its figures except the
 /// trajectories.
 pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
 
 /// The names of all pictures that a file of results may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 
-/// The most points of a curve.
+/// The largest number of points of a curve.
 pub const MOST_POINTS: usize = 2000;
 
 /// A plan, with the data for its pictures.
@@ -114,19 +113,23 @@ pub struct Subject<'a> {
     pub plan: &'a Plan,
     /// The names of inputs and frames, and the start time of the maneuver.
     pub identity: &'a Identity,
-    /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
+    /// The sequence of the Euler angles in charts, one of
+    /// [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
-    /// The boresights, body axes, that point at the stops of a sequence.
+    /// The boresights, in body axes, that point at the stops of a sequence; empty for a single
+    /// maneuver.
     aims: Vec<Vector3>,
     course: Option<Result<Course, WitnessError>>,
-    /// The gains and uncertainties of the plan, and the resulting quantities.
+    /// The gains and uncertainties of the plan, and the quantities that follow from them by linear
+    /// theory, or the reason why these are unknown.
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
 /// A picture with its name in files, and a remark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// "sky", "inputs", "rates" and so on.
+    /// The name of the picture in file names and on the command line: "sky", "inputs", "rates" and
+    /// so on.
     pub key: &'static str,
     /// The picture.
     pub picture: Picture,
@@ -143,8 +146,8 @@ impl<'a> Subject<'a> {
         Self { problem, plan, identity, sequence, aims: Vec::new(), course, flight: None }
     }
 
-    /// Adds the quantities of the plan flown with `closed_loop`, if that has gains or uncertainty
-    /// and a plan exists.
+    /// Adds gains and uncertainties, and the quantities that follow from them, such as covariances.
+    /// Has no effect if `closed_loop` has neither gains nor uncertainties, or if no plan exists.
     pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
         if closed_loop.is_asked()
             && !PosedPlan::is_of(self.problem)
@@ -157,7 +160,7 @@ impl<'a> Subject<'a> {
         self
     }
 
-    /// Returns the quantities near the plan, if known.
+    /// Returns the quantities of linear theory near the plan, if known.
     fn beside(&self) -> Option<&Beside> {
         self.flight.as_ref()?.1.as_ref().ok()
     }
@@ -176,8 +179,8 @@ impl<'a> Subject<'a> {
         &self.plan.solution.trajectory
     }
 
-    /// Returns the name of the input with this number, forces first: its name in the spec, or its
-    /// kind and number.
+    /// Returns the name of the input with this index (forces come first): its name in the spec or,
+    /// if it has none, its kind and number.
     fn input_name(&self, index: usize) -> String {
         if let Some(name) = self.identity.input(index) {
             return name.into();
@@ -198,24 +201,25 @@ impl<'a> Subject<'a> {
         if several { format!("{kind} {}", number + 1) } else { kind.into() }
     }
 
-    /// Returns the name of the reference frame, as in "in the reference frame J2000".
+    /// Returns the words for the reference frame, such as "reference frame J2000".
     fn reference_frame(&self) -> String {
         let name = self.identity.reference_frame.as_ref();
         name.map_or("reference frame".into(), |name| format!("reference frame {name}"))
     }
 
-    /// Returns the times of the rows of inputs: Lie–Euler has no row at the first node.
+    /// Returns the times of the rows of inputs. With Lie–Euler there is no row at the first node,
+    /// so the times begin with the second node.
     fn input_times(&self) -> &'a [f64] {
         let time = &self.trajectory().time;
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// Returns a line of values of the inputs, one for each row. The line has corners if inputs
-    /// switch, because the plan then holds them over its steps. For minimum time or fuel on equal
-    /// steps it shows the means of neighbouring rows: only the means act on the body, and rows may
-    /// alternate about them.
+    /// Returns the curve of an input from its values, one for each row. For minimum-time and
+    /// minimum-fuel plans the curve is a step function, because the inputs are held over steps. If
+    /// such a plan has a uniform grid, the curve shows the means of neighbouring rows: only the
+    /// means act on the body, and the rows may alternate about the means.
     fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
-        // The motion over a sequence has no costates, and holds its inputs over steps.
+        // The motion of a sequence has no costates, and its inputs are held over steps.
         if !self.problem.objective.switches() && !self.trajectory().costates.is_empty() {
             return line(name, style, self.input_times(), values.into_iter());
         }
@@ -227,8 +231,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Returns the pictures of a plan, in the order of a report. Only the convergence is shown if the
-/// plan has no trajectory.
+/// Returns the pictures of a plan, in the order of a report. If the plan has no trajectory, only
+/// the convergence is shown.
 pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {
@@ -248,7 +252,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     shown
 }
 
-/// Returns a line through values at times, thinned.
+/// Returns the curve of values over time, thinned to [`MOST_POINTS`] points.
 fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
     let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
     Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }

@@ -1,4 +1,5 @@
-//! Moving objects around a spacecraft, for pictures: Earth, Moon, Sun, the target, moving cones.
+//! Moving objects around the spacecraft in pictures: Earth, Moon, Sun, the target, and moving
+//! cones.
 
 use super::boresight::{boresights, cones};
 use super::{MOST_POINTS, Shown, Subject};
@@ -7,16 +8,16 @@ use slewkit::maneuver::{Direction, Pointing, Side};
 use slewkit::numerics::figures::significant;
 use slewkit::{Vector3, lie};
 
-/// The number of times at which a moving disc is given; pages interpolate between them.
+/// The number of samples of a moving disc or cone; pages interpolate between the samples.
 const TIMES: usize = 61;
 
-/// Returns equal steps of time over a trajectory.
+/// Returns times that are equally spaced over the trajectory \[s\].
 fn times(subject: &Subject) -> Vec<f64> {
     let last = subject.trajectory().time.last().copied().unwrap_or(0.0);
     (0..TIMES).map(|k| last * k as f64 / (TIMES - 1) as f64).collect()
 }
 
-/// Returns Earth, Moon and Sun, and the target of the maneuver.
+/// Returns the discs of Earth, Moon and Sun, and of a moving target of the maneuver.
 pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     let frame_rate = subject.problem.environment.frame_rate();
     let times = times(subject);
@@ -41,7 +42,7 @@ pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     if let Some(aim) = subject.problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) {
         let name = target_name(subject).unwrap_or("target").to_string();
         let way = times.iter().map(|time| (aim.at.at(*time, &frame_rate), 0.0)).collect();
-        // An object that is drawn as a disc needs no other mark.
+        // A target that is already drawn as a disc, such as the Moon, needs no second mark.
         if !found.iter().any(|disc| name.eq_ignore_ascii_case(&disc.name)) {
             found.push(SkyDisc { name, kind: DiscKind::Target, way });
         }
@@ -54,7 +55,7 @@ pub(super) fn target_name<'a>(subject: &Subject<'a>) -> Option<&'a str> {
     Some(subject.identity.scenery.as_ref()?.target.as_ref()?.name.as_str())
 }
 
-/// Returns a cone at the start, and its motion.
+/// Returns a cone for pictures: its axis and half angle at the start, and its motion.
 pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction: &Direction) -> SkyCone {
     let frame_rate = subject.problem.environment.frame_rate();
     let half = |time: f64| pointing.effective_half_angle() + direction.angular_radius(time);
@@ -81,7 +82,7 @@ pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction
     }
 }
 
-/// Describes the times of activity of a cone; empty for always.
+/// Describes the times at which a cone is active; an empty text means always.
 fn when(pointing: &Pointing) -> String {
     let Some(intervals) = pointing.during.given() else { return String::new() };
     let told = |[from, to]: &[f64; 2]| format!("from {} to {} s", significant(*from, 4), significant(*to, 4));
@@ -92,7 +93,7 @@ fn when(pointing: &Pointing) -> String {
     }
 }
 
-/// Returns all cones.
+/// Returns the cones of all pointing constraints, one for each direction.
 pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     let each = |(name, pointing): (&str, &Pointing)| -> Vec<SkyCone> {
         pointing.directions.iter().map(|direction| cone(subject, name, pointing, direction)).collect()
@@ -100,7 +101,8 @@ pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     cones(subject).flat_map(each).collect()
 }
 
-/// Returns the ground tracks of the spacecraft and of its boresights, if these meet the ground.
+/// Returns the map with the ground track of the spacecraft, and the tracks of the points at which
+/// its boresights meet the ground; `None` without an orbit.
 pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     let scenery = subject.identity.scenery.as_ref()?;
     scenery.spacecraft.as_ref()?;

@@ -1,7 +1,7 @@
 //! One self-contained HTML file that shows a plan, without a network or other files.
 //!
-//! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text
-//! ends a tag. A browser without scripts shows the words and the tables.
+//! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text can
+//! close the script element. A browser without scripts shows the text and the tables.
 
 use super::body::body;
 use super::document::document;
@@ -40,19 +40,20 @@ impl Tone {
     }
 }
 
-/// The words of a page.
+/// The text at the top of a page.
 pub(super) struct Words {
     /// The verdict, as in "solved and verified".
     pub verdict: String,
-    /// The meaning of the verdict.
+    /// Whether the verdict is good or bad, shown as a colour.
     pub tone: Tone,
-    /// The summary: labels and texts; a text without a label continues the one before.
+    /// The lines of the summary, each a label and a text. A line with an empty label continues the
+    /// line before.
     pub summary: Vec<(String, String)>,
-    /// The folded details: how the plan was found.
+    /// The lines of the details, which are collapsed at first: how the plan was found.
     pub details: Vec<(String, String)>,
 }
 
-/// The program that wrote a page.
+/// The name and version of the program, for the footer of the page.
 const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
 
 const STYLE: &str = include_str!("page/style.css");
@@ -67,7 +68,7 @@ const SCRIPT: [&str; 6] = [
     include_str!("page/start.js"),
 ];
 
-/// Headings of the groups of pictures, and the pictures in each.
+/// The groups of pictures: identifier, heading, and the names of the pictures in the group.
 const GROUPS: [(&str, &str, &[&str]); 11] = [
     ("timeline", "Timeline", &SEQUENCE_KEYS),
     ("cases", "Over the cases", &CASE_KEYS),
@@ -109,14 +110,14 @@ pub(super) struct Content<'a> {
     /// Sentences about the proofs.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
-    /// The missing picture of a group, named by its section, and the reason.
+    /// The pictures that are missing: the identifier of the group, and the reason.
     pub missing: Vec<(&'static str, String)>,
-    /// The table above the pictures of a group.
+    /// A table above the pictures of a group, with the identifier of the group.
     pub grouped: Option<(&'static str, Table)>,
     pub tables: Vec<Table>,
-    /// The body in motion, or `null`.
+    /// The animated body, as data for the script, or `null`.
     pub body: Value,
-    /// Nodes of the trajectory.
+    /// The number of nodes of the trajectory.
     pub nodes: usize,
 }
 
@@ -157,26 +158,28 @@ pub fn plan_page(
     })
 }
 
-/// Returns the reason for which the page has no Hamiltonian, if it has a motion.
+/// Returns why the page has no chart of the Hamiltonian; `None` if it has one, or if the plan has
+/// no motion.
 fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
     Some(("costates", format!("No Hamiltonian: {reason}.")))
 }
 
-/// Returns the reason for which the flight is not shown, if it is requested.
+/// Returns why the page does not show flights with gains and uncertainties; `None` if it does, or
+/// if the spec does not request them.
 fn flight_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let (_, beside) = subject.flight.as_ref()?;
     let error = beside.as_ref().err()?;
     Some(("flight", format!("No gains and no covariance for this plan: {error}.")))
 }
 
-/// Labels the first of several texts.
+/// Returns lines with `label` at the first text and empty labels at the others.
 fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
     let told = texts.iter().enumerate();
     told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
 }
 
-/// Returns the rows of body, start and end.
+/// Returns the rows of the table that describes the maneuver: body, start and end.
 fn maneuver(problem: &Problem) -> Vec<(String, String)> {
     let row = |values: &[f64]| values.iter().map(|value| rounded(*value, 5)).collect::<Vec<_>>().join(", ");
     let inertia = problem.body.inertia.j();
@@ -195,7 +198,8 @@ fn maneuver(problem: &Problem) -> Vec<(String, String)> {
     told.map(|(label, text)| (label.to_string(), text)).to_vec()
 }
 
-/// Returns the names of object and frames in the spec, and the date of time zero.
+/// Returns the rows with the names of the spacecraft and the frames, and the calendar date of the
+/// start.
 fn named(identity: &Identity) -> Vec<(String, String)> {
     let told = [
         ("object", identity.object.clone()),
@@ -205,7 +209,7 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
     told.into_iter().filter_map(|(label, text)| Some((label.to_string(), text?))).collect()
 }
 
-/// Returns the text of a page.
+/// Returns the HTML text of a page.
 pub(super) fn written(content: &Content) -> String {
     let Content { name, words, tiles, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
@@ -247,7 +251,7 @@ pub(super) fn written(content: &Content) -> String {
         }
     }
     foot(&mut html, !shown.is_empty(), *nodes);
-    // JSON knows `\u003c` for `<`, and no other sign of it means anything to HTML.
+    // In JSON, `\u003c` stands for `<`. No other character of JSON has a meaning in HTML here.
     let data = document(shown, body).to_string().replace('<', "\\u003c");
     let _ = writeln!(html, "<script type=\"application/json\" id=\"data\">{data}</script>");
     let _ = writeln!(html, "<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>", SCRIPT.concat());
@@ -300,7 +304,7 @@ fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut
     html.push_str("</section>\n");
 }
 
-/// Writes the pictures of a group, and the reason of a missing picture.
+/// Writes a group of pictures, or the reason why a picture is missing.
 fn group(html: &mut String, content: &Content, id: &str, heading: &str, keys: &[&str]) {
     let shown: Vec<&Shown> = content.shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
     let missing: Vec<&String> =
@@ -346,7 +350,7 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             remark.push_str("; ");
         }
         remark.push_str(&shown.remark);
-        // The caption has title and subtitle.
+        // The caption below the picture has the title and the subtitle.
         let (title_of, subtitle) = (String::new(), String::new());
         let bare = match &shown.picture {
             Picture::Map(map) => Some(Map { title: title_of, subtitle, ..map.clone() }.svg()),

@@ -11,29 +11,31 @@ use serde_json::Value;
 use slewkit::numerics::figures::{short, significant};
 use slewkit_files::batch::{CaseResult, Header, Shard, Tally};
 
-/// The largest number of cases that are drawn one by one; of more the distribution is shown.
+/// The largest number of cases that are drawn as single points. For more cases, only the
+/// distribution is shown.
 pub const MOST_PICTURED: usize = 100_000;
-/// Values of a key that make a row or a column.
+/// The largest number of values of a key for which the map has one row or column for each value.
 const MOST_CELLS: usize = 400;
-/// Bars of a histogram.
+/// The number of bars of a histogram.
 const BARS: usize = 60;
 /// The largest number of failed cases in the table.
 const LISTED: usize = 50;
 
-/// The results, as pictures and tables use them.
+/// The results of a batch in the form that pictures and tables use.
 #[derive(Clone, Debug)]
 pub struct Cases {
     header: Header,
     tally: Tally,
-    /// The first [`MOST_PICTURED`] cases: values of the keys, as text, and the cost.
+    /// The first [`MOST_PICTURED`] cases: the values of the keys as text, and the cost of a solved
+    /// case.
     points: Vec<(Vec<String>, Option<f64>)>,
-    /// The miss of the continuous motion of each solved case \[deg\].
+    /// The attitude error of the true motion at the end, for each solved case \[deg\].
     misses: Vec<f64>,
     failed: Vec<CaseResult>,
 }
 
 impl Cases {
-    /// Builds an empty record.
+    /// Builds a record without results for a file with this header.
     pub fn new(header: &Header) -> Self {
         Self {
             header: header.clone(),
@@ -44,7 +46,7 @@ impl Cases {
         }
     }
 
-    /// Adds a result.
+    /// Adds the result of one case.
     pub fn add(&mut self, result: &CaseResult) {
         self.tally.add(result);
         if self.points.len() < MOST_PICTURED {
@@ -63,7 +65,7 @@ impl Cases {
         }
     }
 
-    /// Returns the counts of the results.
+    /// Returns the counts and extremes of all results.
     pub fn tally(&self) -> &Tally {
         &self.tally
     }
@@ -76,7 +78,7 @@ impl Cases {
     /// Returns the pictures with their names in files.
     pub fn pictures(&self) -> Vec<Shown> {
         let mut shown = Vec::new();
-        // Costs of effort, time and fuel are in different units, and have no picture together.
+        // Costs of effort, time and fuel have different units and cannot share a picture.
         let one = self.tally.objectives.len() <= 1;
         let whole = one && self.tally.cases as usize <= self.points.len();
         shown.extend((whole && self.header.keys.len() == 1).then(|| self.over_one()).flatten());
@@ -89,7 +91,7 @@ impl Cases {
         shown
     }
 
-    /// Returns the cost over one key that holds numbers.
+    /// Returns the chart of the cost over the one key that varies, if its values are numbers.
     fn over_one(&self) -> Option<Shown> {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.points.len());
         for (values, cost) in &self.points {
@@ -110,7 +112,7 @@ impl Cases {
         let (low, high) = costs().fold((f64::INFINITY, 0.0_f64), |(a, b), cost| (a.min(cost), b.max(cost)));
         let y = if low > 0.0 && high > 30.0 * low { Axis::logarithmic("cost") } else { Axis::linear("cost") };
         let mut chart = Chart::new(format!("Cost over {key}"), Axis::linear(key.as_str()), y, curves);
-        // Half way to the neighbours is where a case that failed begins and ends.
+        // The shaded span of a failed case extends half way to its neighbours.
         let middle = |a: usize, b: usize| 0.5 * (points[a].0 + points[b].0);
         let span = |index: usize| Span {
             from: middle(index.saturating_sub(1), index),
@@ -121,7 +123,7 @@ impl Cases {
         Some(Shown { key: "cost", picture: Picture::Chart(chart), remark: String::new() })
     }
 
-    /// Returns the cost over two keys.
+    /// Returns the map of the cost over the two keys that vary.
     fn over_two(&self) -> Option<Shown> {
         let values = |index: usize| {
             let mut seen: Vec<&str> = Vec::new();
@@ -164,7 +166,7 @@ impl Cases {
         Some(Shown { key: "map", picture: Picture::Map(map), remark: String::new() })
     }
 
-    /// Returns the tables of failed cases and of the costliest ones.
+    /// Returns the tables of the failed cases and of the costliest cases.
     fn tables(&self) -> Vec<Table> {
         let set = |settings: Vec<String>| settings.join(", ");
         let case = |case: u64, name: &Option<String>| match name {
@@ -203,12 +205,13 @@ impl Cases {
     }
 }
 
-/// Returns the histogram of the values, and the cumulative distribution.
+/// Returns the chart of the distribution of the values: a histogram and the cumulative
+/// distribution.
 fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> Option<Shown> {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     let count = values.len();
-    // A range of rounding has no shape.
+    // Values that differ only by round-off have no meaningful distribution.
     if count < 20 || high - low <= 1e-9 * high.abs() {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The page of a sequence: its timeline, its stops, and the motion over the whole.
+//! The page of a sequence: its timeline, its stops, and the motion of the whole sequence.
 
 use super::boresight::boresights;
 use super::charts::time_axis;
@@ -31,7 +31,7 @@ pub fn sequence_page(file: &SequenceFile<'_>, loaded: &LoadedSequence, euler: &s
             }
             Some((label.clone(), own, text))
         })
-        // The table below has the stops.
+        // The table below the summary lists the stops.
         .filter(|(label, ..)| label != "stops")
         .map(|(_, own, text)| (own, text))
         .collect();
@@ -55,7 +55,7 @@ pub fn sequence_pictures(file: &SequenceFile<'_>, loaded: &LoadedSequence, euler
     drawn(file, loaded, &subject(&craft, &plan, loaded, euler))
 }
 
-/// Returns the craft and the motion over the whole, as the plan of one maneuver.
+/// Returns the body and the motion of the whole sequence in the form of one maneuver and its plan.
 fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
     let joined = file.joined();
     let mut craft = loaded.sequence.craft.clone().with_steps(joined.path.torque.len().max(1));
@@ -68,7 +68,8 @@ fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
     (craft, Plan::new(solution, None, file.record.status))
 }
 
-/// Returns the whole as a subject of pictures; no witness has followed it in one piece.
+/// Builds the subject of the pictures from the whole sequence. It has no results of witnesses,
+/// because they propagate each leg separately.
 fn subject<'a>(
     craft: &'a Problem,
     plan: &'a Plan,
@@ -98,7 +99,7 @@ fn drawn(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>
     shown
 }
 
-/// Returns the headline figures.
+/// Returns the headline figures of the page.
 fn tiles(file: &SequenceFile<'_>) -> Vec<Tile> {
     let record = &file.record;
     let turning: f64 = record.stops.iter().map(|stop| stop.arrives_s - stop.leg_begins_s).sum();
@@ -115,7 +116,7 @@ fn tiles(file: &SequenceFile<'_>) -> Vec<Tile> {
     all
 }
 
-/// Returns sentences about the proofs.
+/// Returns sentences on the evidence for the order and for the legs.
 fn proved(file: &SequenceFile<'_>) -> Vec<String> {
     let mut told = vec![match (file.record.proof.name(), file.record.order_gap) {
         ("all_orders", _) => "No order of these legs is better: all orders were compared.".into(),
@@ -164,9 +165,9 @@ fn stops(file: &SequenceFile<'_>) -> Table {
     }
 }
 
-/// Draws the tracks of the boresights, with the stops by their numbers: a stop is where the
-/// boresight that points at it arrives. If a stop is an attitude, it has a number only if there is
-/// one boresight.
+/// Draws the boresight tracks with the numbers of the stops. The number of a stop is at the
+/// direction of its boresight on arrival. A stop that is an attitude has a number only if the
+/// maneuver has one boresight.
 fn sky(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) -> Shown {
     let mut shown = sphere::sky(subject);
     if let Picture::Sky(sky) = &mut shown.picture {
@@ -185,7 +186,8 @@ fn sky(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) 
     shown
 }
 
-/// Draws legs, rests, holds and windows, and when a limit or a cone acts.
+/// Draws the times of slews, waits, holds and windows, and the times at which limits and cones are
+/// active.
 fn timeline(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Shown {
     let stops = &file.record.stops;
     let mut rows = vec![
@@ -231,7 +233,7 @@ fn timeline(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Shown {
     Shown { key: "timeline", picture: Picture::Gantt(gantt), remark: String::new() }
 }
 
-/// Returns the stretches that last.
+/// Returns the intervals of positive length, ordered by their start.
 fn stretches(all: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = all.filter(|[from, until]| until > from).collect();
     all.sort_by(|a, b| a[0].total_cmp(&b[0]));

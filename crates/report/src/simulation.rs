@@ -22,7 +22,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     let cube: [Vector3; 8] = std::array::from_fn(|index| {
         Vector3::from_fn(|axis, _| if index >> axis & 1 == 0 { -0.8 } else { 0.8 })
     });
-    // Several bodies have no common box to turn.
+    // Only a single body can be animated.
     let body = match &rows.bodies[..] {
         [one] if !rows.time_s.is_empty() => {
             motion(&rows.time_s, &one.quaternion_wxyz, &vectors(&one.position_m), &cube)
@@ -47,7 +47,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     })
 }
 
-/// Returns method, steps and the largest errors.
+/// Returns the text at the top of the page: the method, the steps and the largest errors.
 fn words(file: &SimulationFile) -> Words {
     let label = |label: &str, text: String| (label.to_string(), text);
     let mut summary = vec![
@@ -110,7 +110,8 @@ pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> 
     all
 }
 
-/// Returns the charts of energy and angular momentum relative to the start, and of `RᵀR`.
+/// Returns the charts of the conserved quantities: the errors of energy and angular momentum
+/// relative to the start, and of `RᵀR = I`.
 fn kept(file: &SimulationFile) -> [Shown; 3] {
     let rows = &file.trajectory;
     let time = &rows.time_s;

@@ -1,18 +1,19 @@
-//! The tracks of the boresights on the sphere of directions, with the cones of the spec.
+//! The map of the sphere of directions: boresight tracks, and the cones of the spec.
 
 use super::boresight::{Boresight, body_axes, boresights};
 use super::{MOST_POINTS, Shown, Subject, flight, moving};
 use crate::draw::{Picture, Sky, SkyMark, SkyTrack};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Returns the attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
+/// Returns the attitudes at evenly spread nodes, including the first and the last. They are at most
+/// about [`MOST_POINTS`].
 fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
     let stride = quaternions.len().div_ceil(MOST_POINTS).max(1);
     let last = quaternions.last().filter(|_| !(quaternions.len() - 1).is_multiple_of(stride));
     quaternions.iter().step_by(stride).chain(last).map(lie::rotation_from_quaternion).collect()
 }
 
-/// Returns the map.
+/// Returns the map of boresight tracks and cones.
 pub(super) fn sky(subject: &Subject) -> Shown {
     let frame_rate = subject.problem.environment.frame_rate();
     let tracks = tracks(boresights(subject), &subject.trajectory().quaternion);
@@ -20,7 +21,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let mut marks: Vec<SkyMark> =
         all.iter().map(|cone| SkyMark { name: String::new(), at: cone.axis }).collect();
     let moving = all.iter().any(|cone| !cone.way.is_empty());
-    // The track of a failed plan may not reach the requested end.
+    // The boresight track of a failed plan may not reach the target, which is therefore marked.
     for (track, boresight) in tracks.iter().zip(boresights(subject)) {
         let target = subject.problem.end.attitude * boresight.vector;
         let ends = track.points.last().map_or(f64::INFINITY, |end| (end - target).norm());
@@ -57,7 +58,8 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
 }
 
-/// Returns the whole sphere with the surroundings of the spacecraft, if they are known.
+/// Returns the map of the whole sphere with Earth, Moon, Sun and target around the spacecraft;
+/// `None` if their directions are unknown.
 pub(super) fn around(subject: &Subject) -> Option<Shown> {
     subject.identity.scenery.as_ref()?;
     let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };
@@ -67,7 +69,7 @@ pub(super) fn around(subject: &Subject) -> Option<Shown> {
     Some(Shown { key: "around", picture: Picture::Sky(whole), remark: remark.into() })
 }
 
-/// Returns the ways of some directions of a body.
+/// Returns the tracks of body-fixed directions over the sphere.
 fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 4]]) -> Vec<SkyTrack> {
     let attitudes = attitudes(quaternions);
     let track = |(style, boresight): (usize, Boresight)| SkyTrack {
@@ -78,7 +80,7 @@ fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 
     boresights.into_iter().enumerate().map(track).collect()
 }
 
-/// Returns the tracks of the axes of a body without constraints.
+/// Returns the map with the tracks of the body axes, for a simulation.
 pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
     let sky = Sky {
         title: "Body axes on the sphere of directions".into(),

@@ -1,5 +1,5 @@
-//! The summary of a plan, line by line: [`told`] for the users of the plan, and [`details`] for
-//! `slew plan -v`, with the search and the results of the witnesses.
+//! The summary of a plan as lines of text. [`told`] describes the plan; [`details`] adds the search
+//! and the results of the witnesses, for `slew plan -v`.
 
 mod brief;
 pub(crate) mod firings;
@@ -27,7 +27,7 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 use stopped::{best, ladder, stopped};
 
-/// Returns the summary of a plan, solved or not: headline and lines.
+/// Returns the summary of a plan, whether solved or not: the headline and the lines below it.
 pub fn plan(
     colour: bool,
     problem: &Problem,
@@ -60,7 +60,8 @@ pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     }
 }
 
-/// Returns the lines of a summary below its headline, without the next command.
+/// Returns the lines of a summary below its headline, without the line that suggests the next
+/// command.
 pub fn told(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     brief::brief(problem, settings, plan, identity)
 }
@@ -76,7 +77,7 @@ pub fn details(
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
     let mut lines = Vec::new();
-    // A plan that is proved infeasible was not searched for.
+    // For a maneuver that is proved infeasible, no search ran.
     if plan.status != Status::Infeasible {
         lines.line("method", method(problem, solution));
     }
@@ -105,7 +106,7 @@ pub fn details(
     lines
 }
 
-/// Returns a remark if the steps are too coarse for the required accuracy.
+/// Returns a remark if the steps are too long for the required accuracy of the true motion.
 fn accuracy(found: &Accuracy) -> Option<String> {
     let (missed, wanted) = (found.continuous_attitude_deg, short(found.wanted_deg));
     (missed > found.wanted_deg).then(|| {

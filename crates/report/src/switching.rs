@@ -1,7 +1,7 @@
-//! Switching functions and arcs of plans of minimum time and fuel.
+//! The chart of the switching functions and the arcs of minimum-time and minimum-fuel plans.
 //!
-//! The Hamiltonian is least where an input is at the limit opposite to its switching function, or
-//! off:
+//! The maximum principle minimises the Hamiltonian over the inputs. Each input is therefore at the
+//! limit opposite in sign to its switching function σ, or off:
 //!
 //! ```text
 //! time            σ_j = ū_j b_j·λ^Π        u_j = −ū_j sign σ_j ,   a thruster ū_j where σ_j < 0
@@ -10,8 +10,9 @@
 //! norm, fuel      σ   = |λ^Π| / c          the same where σ > 1 , else 0
 //! ```
 //!
-//! with axes b, limits ū and U, and prices c. The first and the third are the value of a second
-//! of the input \[s/s\].
+//! with input axes b, limits ū of each input and U of the norm, prices c, and the costate λ^Π of
+//! the angular momentum. The switching functions of minimum-time plans (first and third line) are
+//! the reduction of the duration per second of the input \[s/s\].
 
 use super::arcs::arcs;
 use super::charts::{shown, time_axis};
@@ -19,11 +20,12 @@ use super::{Shown, Subject, line};
 use crate::draw::{Axis, Chart, Level};
 use slewkit::Vector3;
 
-/// Returns the chart; `None` if the inputs of the plan do not switch.
+/// Returns the chart of the switching functions; `None` if the plan is not bang-bang, or has
+/// constraints.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
-    // The inputs along constraints do not depend on these functions alone.
+    // Along active constraints the inputs do not depend on the switching functions alone.
     if trajectory.costates.is_empty() || problem.is_shaped() {
         return None;
     }
@@ -68,8 +70,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let remark =
         if pulses { "a pulse longer than the shortest begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
-    // A pulse that is as short as it may be is on below the level too, and none stands everywhere
-    // beyond it.
+    // A pulse of minimum width is also on where the function is below the level, so the label "on"
+    // would be wrong.
     let level = |(value, label): (f64, &str)| Level { value, label: if pulses { "" } else { label }.into() };
     chart.levels = levels.into_iter().map(level).collect();
     chart.spans = arcs(subject);

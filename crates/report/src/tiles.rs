@@ -1,4 +1,4 @@
-//! The headline of a page: a few figures of a plan, each with the limit that it is a part of.
+//! The headline figures of a page: a few quantities of a plan, each with its limit.
 
 use super::Subject;
 use super::boresight;
@@ -7,18 +7,18 @@ use slewkit::maneuver::{Motion, Objective, Outcome, Rule};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::verify::{Margin, Verification};
 
-/// A figure.
+/// A headline figure.
 pub(super) struct Tile {
-    /// The quantity.
+    /// The name of the quantity.
     pub name: String,
     /// The value with its unit.
     pub value: String,
-    /// The limit of which the value is a part, or the time at which it occurs.
+    /// A note below the value: the percentage of its limit, or the time at which the value occurs.
     pub note: String,
 }
 
-/// Returns the tiles of a plan: duration, angle, cost, the rates and inputs at their largest, and
-/// the least clearance; none without a plan.
+/// Returns the headline figures of a plan: duration, angle, cost, the peaks of the angular rate and
+/// of the inputs, and the smallest clearance. The list is empty without a plan.
 pub(super) fn tiles(subject: &Subject) -> Vec<Tile> {
     let (problem, solution) = (subject.problem, &subject.plan.solution);
     if solution.outcome != Outcome::Converged {
@@ -60,7 +60,7 @@ pub(super) fn tiles(subject: &Subject) -> Vec<Tile> {
     all
 }
 
-/// Returns the quantity that inputs of a kind produce.
+/// Returns the name of the quantity that inputs of this kind produce.
 fn quantity(kind: &str) -> &str {
     match kind {
         "wheels" => "wheel torque",
@@ -69,7 +69,8 @@ fn quantity(kind: &str) -> &str {
     }
 }
 
-/// Returns the largest rate as a part of the tightest limit of the rate.
+/// Returns the largest angular rate in percent of the rate limit that leaves the smallest margin;
+/// empty without a rate limit.
 fn rate(subject: &Subject, found: &Verification) -> String {
     let limited = subject.problem.constraints.iter().filter_map(|constraint| {
         let bound = match &constraint.rule {
@@ -86,7 +87,7 @@ fn rate(subject: &Subject, found: &Verification) -> String {
     })
 }
 
-/// Returns the least clearance of a cone in the true motion.
+/// Returns the smallest clearance to a cone in the true motion; `None` without cones.
 fn clearance(subject: &Subject, found: &Verification) -> Option<Tile> {
     let is_cone = |margin: &&Margin| {
         let rule = subject.problem.constraints.iter().find(|constraint| constraint.name == margin.name);

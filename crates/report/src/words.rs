@@ -1,4 +1,4 @@
-//! The words of a report: the proof of optimality, the checks, the margins, the rivals.
+//! Sentences and tables of a report: the proof of optimality, the checks, the margins, the rivals.
 
 use super::Subject;
 use super::arcs;
@@ -11,7 +11,7 @@ use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
 use slewkit::verify::{Margin, Verification};
 
-/// A table of text.
+/// A table of a page.
 pub(super) struct Table {
     pub title: &'static str,
     pub head: Vec<&'static str>,
@@ -19,7 +19,7 @@ pub(super) struct Table {
     pub remark: &'static str,
 }
 
-/// Returns sentences about the proofs of the plan, the most important first.
+/// Returns sentences on what is proved about the plan, the most important first.
 pub(super) fn proved(subject: &Subject) -> Vec<String> {
     let solution = &subject.plan.solution;
     let mut told = Vec::new();
@@ -50,7 +50,8 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     told
 }
 
-/// Describes the certificate of arcs.
+/// Describes the first-order certificate of a plan that consists of arcs; `None` without a
+/// certificate.
 fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
@@ -87,7 +88,8 @@ fn extremal(switching: &Switching) -> Option<String> {
     }
 }
 
-/// Describes the gap of a plan without arcs, and whether its optimum is unique.
+/// Describes the gap of a plan on a uniform grid in continuous time, and whether its optimum is
+/// unique.
 fn between_nodes(found: &ContinuousGap) -> String {
     let saved = format!(
         "The costates of the grid, taken between its nodes, show that a neighbouring plan whose inputs \
@@ -100,7 +102,8 @@ fn between_nodes(found: &ContinuousGap) -> String {
     format!("{saved} To first order the cost does not depend on some inputs: the optimum need not be unique.")
 }
 
-/// Returns the lines of the witnesses; the true motion comes first if the plan lands.
+/// Returns the results of the witnesses, one line each. If the plan lands, the true motion comes
+/// first.
 fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
     let mut told = Vec::new();
     if lands {
@@ -174,7 +177,7 @@ fn minimum(subject: &Subject) -> String {
     }
 }
 
-/// Returns the tables of checks, margins and rivals that the plan has.
+/// Returns the tables of checks, margins, rivals, firings and arcs, as far as the plan has them.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     let mut tables = vec![firings_told(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
@@ -209,7 +212,8 @@ fn firings_told(subject: &Subject) -> Table {
     }
 }
 
-/// Returns the table of the arcs of the continuous extremal; without arcs it has no rows.
+/// Returns the table of the arcs of the continuous extremal. The table has no rows if the plan has
+/// no arcs.
 fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
     let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
@@ -316,8 +320,8 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Returns the name of the limited quantity: the name of its input or boresight in the spec, if it
-/// has one.
+/// Returns the name of a limited quantity. An input or boresight has its name in the spec, if the
+/// spec gives it one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     if let Some(input) = margin.input(subject.problem) {
         return subject.input_name(input);

@@ -1,4 +1,4 @@
-//! The suggested next commands, the most promising first.
+//! Suggestions for the next command after a plan, the most promising one first.
 
 use super::SpecArgs;
 use slewkit::maneuver::{Outcome, Problem, Settings};
@@ -6,11 +6,11 @@ use slewkit::numerics::figures::{about, rounded_up, short};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Accuracy;
 
-/// Terminal errors up to this multiple of the tolerance count as nearly there.
+/// A terminal error counts as nearly converged up to this multiple of the tolerance.
 const NEARLY: f64 = 1e4;
 
-/// Formats `slew plan` with the spec and the overrides of this run, plus one that sets `key`, and
-/// the reason.
+/// Formats a suggested command: `slew plan` with the spec and the overrides of this run, an
+/// additional override that sets `key`, and the reason as a shell comment.
 fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -> String {
     let (path, other) = (args.spec.to_string_lossy(), |set: &&String| !set.starts_with(&format!("{key}=")));
     let mut words = vec!["slew".into(), "plan".into(), word(&path)];
@@ -22,7 +22,8 @@ fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -
     format!("{}   # {why}", words.join(" "))
 }
 
-/// Returns a word of a command line, in quotes where the shell would read more into it.
+/// Returns a word for a command line, in quotes if it contains characters that the shell would
+/// interpret.
 pub fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
     let text = slewkit_files::spec::escape(text);
@@ -33,7 +34,8 @@ pub fn word(text: &str) -> String {
     }
 }
 
-/// Returns the suggested next commands.
+/// Returns the suggested next commands, according to the status of the plan and the outcome of the
+/// search.
 pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
     let solution = &plan.solution;
     let more_steps =
@@ -54,19 +56,20 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     let convex = solution.method.is_on_equal_steps();
     let witnessed = plan.verification.as_ref();
     let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_limit()));
-    // The discrete maneuver is solved; the true motion under its torque ends elsewhere.
+    // If the true motion misses the target although the discrete problem is solved, shorter steps
+    // help.
     let finer = accuracy.and_then(|found| {
         let why = format!("ends within {} deg", short(found.wanted_deg));
         found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
     });
-    // The error is so small that only round-off can be the obstacle.
+    // The terminal error is so small that only round-off can prevent convergence.
     let reached = solution.terminal.largest();
     let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
     match (plan.status, solution.outcome) {
         (Status::Solved, _) => finer.into_iter().collect(),
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
-        // A free duration cannot be set.
+        // A longer duration cannot be suggested, because the duration is free.
         (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
         }

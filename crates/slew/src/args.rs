@@ -9,9 +9,9 @@ use std::path::PathBuf;
 /// The options that determine how a failure of any command is reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Common {
-    /// No text but errors.
+    /// Suppresses all text except errors.
     pub quiet: bool,
-    /// A failure is a JSON document on stdout too.
+    /// A failure is also written to stdout as a JSON document.
     pub json: bool,
 }
 
@@ -81,7 +81,7 @@ impl ReportArgs {
         self.format == ReportFormat::Json
     }
 
-    /// Prints the report on stdout, if requested.
+    /// Prints the report on stdout as a JSON document, if `--format json` is given.
     pub fn print(&self, document: &impl Serialize) -> Result<(), Failure> {
         if self.json() {
             console::to_stdout(|output| write_document(document, output))?;
@@ -89,7 +89,7 @@ impl ReportArgs {
         Ok(())
     }
 
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: self.json() }
     }

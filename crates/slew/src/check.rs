@@ -17,7 +17,7 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// Runs the command.
+/// Runs `slew check` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
         Spec::Maneuver(loaded) => maneuver(&loaded, args, console),
@@ -26,7 +26,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
 }
 
-/// Formats "valid", with the number of warnings.
+/// Returns the verdict "valid" with the number of warnings, and its tone.
 fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
     match warnings.len() {
         0 => ("valid".into(), Tone::Good),
@@ -37,17 +37,18 @@ fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
 #[derive(Serialize)]
 struct BodyReport<'a> {
     name: &'a str,
-    /// The mass; `None` for a body that only turns.
+    /// The mass; `None` for a body that only rotates.
     #[serde(skip_serializing_if = "Option::is_none")]
     mass_kg: Option<f64>,
     principal_moments_kg_m2: [f64; 3],
-    /// Rows, about the mass center (about the pivot under uniform gravity), body axes.
+    /// The rows of the inertia matrix in body axes, about the mass center; under uniform gravity,
+    /// about the pivot.
     inertia_kg_m2: [[f64; 3]; 3],
     #[serde(flatten)]
     solid: Option<SolidReport>,
 }
 
-/// A shape of faces; its vertices are shifted by minus its mass center.
+/// The report on a shape with faces, whose vertices are relative to its mass center.
 #[derive(Serialize)]
 struct SolidReport {
     faces: usize,
@@ -67,7 +68,7 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
             name,
             mass_kg: body.mass,
             principal_moments_kg_m2: (*body.inertia.principal()).into(),
-            // Symmetric: rows are columns.
+            // The matrix is symmetric, so its columns are its rows.
             inertia_kg_m2: (*body.inertia.j()).into(),
             solid: solid.map(|solid| SolidReport {
                 faces: solid.faces,
@@ -114,7 +115,7 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
     Ok(Exit::Solved)
 }
 
-/// Describes the solid of a shape with faces.
+/// Describes a shape with faces in two lines of the summary.
 fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
     let list =
         |values: &[f64]| values.iter().map(|value| significant(*value, 6)).collect::<Vec<_>>().join(", ");
@@ -254,7 +255,7 @@ fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Resu
     Ok(Exit::Solved)
 }
 
-/// Names that a line shows.
+/// The largest number of names in a line.
 const SHOWN: usize = 6;
 
 fn listed(names: &[&str]) -> String {

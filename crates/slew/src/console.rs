@@ -1,4 +1,5 @@
-//! The two streams: text for people on stderr, data on stdout. A closed stream is not an error.
+//! The two output streams: text for people on stderr, data on stdout. A stream that the reader
+//! closes is not an error.
 
 use slewkit_files::export::ExportError;
 pub use slewkit_report::summary::Tone;
@@ -6,23 +7,23 @@ use slewkit_report::summary::paint;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Text for people.
+/// The output of text for people, on stderr.
 #[derive(Debug)]
 pub struct Console {
     quiet: bool,
-    /// Whether to colour: a terminal, and `NO_COLOR` empty or absent.
+    /// True to write colours: stderr is a terminal, and `NO_COLOR` is empty or absent.
     pub colour: bool,
     terminal: bool,
-    /// Whether a progress line is on the screen.
+    /// True while a progress line is on the screen.
     progress: bool,
-    /// The time of the last display.
+    /// The time at which the progress line was last shown.
     shown: Instant,
-    /// Whether a text has been written.
+    /// True if a text has been written.
     told: bool,
 }
 
 impl Console {
-    /// Builds a console on stderr; `quiet` keeps all but errors.
+    /// Builds a console on stderr. `quiet` suppresses everything except errors.
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -30,19 +31,19 @@ impl Console {
         Self { quiet, colour, terminal, progress: false, shown: Instant::now(), told: false }
     }
 
-    /// Paints `text`.
+    /// Returns `text` in the colour of its tone, if the console has colours.
     pub fn paint(&self, tone: Tone, text: &str) -> String {
         paint(self.colour, tone, text)
     }
 
-    /// Prints one line or several, unless quiet.
+    /// Prints one or several lines, unless the console is quiet.
     pub fn say(&mut self, text: &str) {
         if !self.quiet {
             self.plain_error(text);
         }
     }
 
-    /// Prints a coded error, quiet or not.
+    /// Prints an error with its code, also if the console is quiet.
     pub fn error(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Bad, &format!("error[{code}]"));
         let mut text = format!("{label}: {reason}");
@@ -52,13 +53,13 @@ impl Console {
         self.plain_error(&text);
     }
 
-    /// Prints a coded warning, unless quiet.
+    /// Prints a warning with its code, unless the console is quiet.
     pub fn warn(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Note, &format!("warning[{code}]"));
         self.say(&format!("{label}: {reason}\n  help: {remedy}"));
     }
 
-    /// Prints a rendered text, quiet or not.
+    /// Prints the text of an error, which is already formatted, also if the console is quiet.
     pub fn plain_error(&mut self, text: &str) {
         self.clear_progress();
         self.told = true;
@@ -76,13 +77,13 @@ impl Console {
         self.terminal && !self.quiet
     }
 
-    /// Returns whether it is time for another progress line: ten a second, and none in the first
-    /// tenth.
+    /// Returns whether a new progress line is due. It is renewed ten times per second, for the
+    /// first time after a tenth of a second.
     pub fn is_due(&self) -> bool {
         self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
     }
 
-    /// Replaces the progress line when it is time.
+    /// Replaces the progress line if a new one is due.
     pub fn progress(&mut self, text: impl FnOnce() -> String) {
         if self.is_due() {
             let mut stderr = io::stderr().lock();
@@ -92,7 +93,7 @@ impl Console {
         }
     }
 
-    /// Takes the progress line away.
+    /// Removes the progress line from the screen.
     pub fn clear_progress(&mut self) {
         if std::mem::take(&mut self.progress) {
             let _ = write!(io::stderr().lock(), "\r\x1b[K");
@@ -103,12 +104,12 @@ impl Console {
 /// Writes data to stdout. If the reader closes the stream, as `head` does, writing ends without
 /// an error.
 pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
-    // Locked and buffered: stdout itself flushes at every newline.
+    // The buffer avoids a write for every line, because stdout flushes at each newline.
     let mut output = BufWriter::new(io::stdout().lock());
     let written = content(&mut output).and_then(|()| Ok(output.flush()?));
     match written {
         Err(error) if error.is_broken_pipe() => {
-            // Dropping the writer would try to write the buffered data again.
+            // The writer is taken apart, because dropping it would write the buffered data again.
             drop(output.into_parts());
             Ok(())
         }

@@ -1,4 +1,4 @@
-//! `slew convert`: one attitude in all notations.
+//! `slew convert`: prints one attitude in all notations.
 
 use super::console;
 use super::{Console, Exit, Failure, ReportArgs};
@@ -25,7 +25,7 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// Runs the command.
+/// Runs `slew convert` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut text = args.attitude.join(" ");
     if text == "-" {
@@ -42,7 +42,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         if args.report.json() {
             return write_document(&notations, output);
         }
-        // Each notation is a line that can be pasted into a spec.
+        // Each line can be pasted into a spec.
         let tree: Map<String, Value> = serde_json::to_value(&notations)
             .and_then(serde_json::from_value)
             .map_err(|error| ExportError::Io(error.into()))?;
@@ -56,7 +56,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// The keys of a spec that a lone attitude lacks.
+/// The keys that complete a spec whose only content is an attitude.
 const REST: [&str; 4] = [
     "format=1",
     "body.inertia_kg_m2=[1, 1, 1]",
@@ -64,11 +64,11 @@ const REST: [&str; 4] = [
     "maneuver.duration_s=1",
 ];
 
-/// Line of the attitude in the spec that is made from it.
+/// The line number of the attitude in the spec that `read` builds.
 const LINE: usize = 2;
 
-/// Reads the attitude as the start of a spec, so that notations, checks and messages equal those in
-/// specs.
+/// Reads an attitude by building a spec that starts at it. Notations, checks and messages are
+/// therefore the same as in specs.
 fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> {
     let text = text.trim();
     let text = text.strip_prefix("attitude").map_or(text, |rest| rest.trim_start().trim_start_matches('='));
@@ -84,7 +84,7 @@ fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> 
     };
     let loaded = spec::from_str(&spec, "attitude", Format::Toml, &rest).map_err(shift)?;
     for warning in shift(Diagnostics(loaded.warnings)).0 {
-        // No maneuver is planned, so the equality of start and end is not reported.
+        // W0059 warns that start and end are equal, which has no meaning without a maneuver.
         if warning.code != "W0059" {
             console.say(&warning.render(console.colour));
         }

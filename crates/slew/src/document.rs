@@ -1,7 +1,7 @@
-//! Reports as JSON documents: keys in the order in which they are written down.
+//! The macro that writes reports as JSON documents, with the keys in the order of the source text.
 
-/// A document from its keys and values; one whose key is followed by `if some` has an [`Option`],
-/// and no key where that is [`None`].
+/// Builds a JSON document from keys and values. If a key is followed by `if some`, its value is an
+/// [`Option`], and [`None`] omits the key.
 macro_rules! document {
     (@type $key:ident) => { $key };
     (@type $key:ident $some:ident) => { Option<$key> };

@@ -1,4 +1,4 @@
-//! `slew export`: a plan file in the formats of other programs.
+//! `slew export`: writes a plan file in the formats of other programs.
 
 use super::pictured::Kind;
 use super::{
@@ -49,7 +49,7 @@ pub struct TableArgs {
 }
 
 impl TableArgs {
-    /// Returns the requested contents, if the format can hold them.
+    /// Returns the requested contents of a table. Refuses options that the format cannot hold.
     pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
         let format = destination.format().and_then(Format::of_data);
         if self.margins && !format.is_some_and(formats::Format::tells_margins) {
@@ -64,7 +64,7 @@ impl TableArgs {
     }
 }
 
-/// Runs the command.
+/// Runs `slew export` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let destination = args.output.destination(Format::value_variants(), &[&args.plan])?;
@@ -100,7 +100,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Returns a number of seconds on the command line.
+/// Parses a positive number of seconds from the command line.
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -108,7 +108,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Refuses a format for which the maneuver lacks data.
+/// Refuses a format that needs data which the maneuver does not have, such as a name or an epoch.
 pub fn check(destination: &Destination, problem: &Problem, identity: &Identity) -> Result<(), Failure> {
     let Some(format) = destination.format().and_then(Format::of_data) else { return Ok(()) };
     format.check(problem, identity).map_err(|lacking| Failure::from(ExportError::from(lacking)))

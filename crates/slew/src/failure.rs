@@ -1,4 +1,4 @@
-//! The end of a command: the exit codes, and the failures that lead to them.
+//! The exit codes of the program, and the failures that lead to them.
 
 use super::Console;
 use super::console;
@@ -10,29 +10,29 @@ use slewkit_files::export::{ExportError, FileError, write_document};
 use slewkit_files::spec::{Diagnostics, escape};
 use std::path::Path;
 
-/// Exit codes of the program; a solve has the code of its [`Status`].
+/// The exit codes of the program. A plan has the code of its [`Status`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// Done.
+    /// The command succeeded.
     Solved,
-    /// A bug.
+    /// The program has a bug.
     Internal,
     /// The command line is wrong.
     Usage,
     /// The spec is wrong.
     SpecInvalid,
-    /// A solve ended otherwise.
+    /// The search ended without a solved plan.
     Plan(Status),
     /// A file could not be read or written.
     File,
-    /// A simulation left the finite numbers.
+    /// A simulation produced a number that is not finite.
     NotFinite,
     /// The batch is finished, and some of its cases failed.
     CasesFailed,
 }
 
 impl Exit {
-    /// Returns the code.
+    /// Returns the number of the exit code.
     pub fn code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -45,7 +45,7 @@ impl Exit {
         }
     }
 
-    /// Returns the status string of the code.
+    /// Returns the name of the status that belongs to the code.
     pub fn status(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -60,12 +60,12 @@ impl Exit {
     }
 }
 
-/// The reason for which a command failed.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// The spec is wrong.
     Spec(Diagnostics),
-    /// A file, or stdin or stdout.
+    /// A file, stdin or stdout could not be read or written, or has wrong contents.
     File(Message),
     /// The problem or the settings contradict each other, although each value of the spec is valid.
     Problem(Message),
@@ -73,16 +73,16 @@ pub enum Failure {
     Usage(String),
     /// The arguments request an output that does not exist.
     Output(Message),
-    /// The end of the solve is known without a plan.
+    /// The command ended without a plan. The status determines the exit code.
     Plan(Status, Message),
-    /// A bug, and not a mistake of the user.
+    /// The program has a bug; the user made no mistake.
     Internal(String),
 }
 
-/// A coded message that points at no line of a spec.
+/// A message with a code that does not refer to a line of a spec.
 #[derive(Clone, Debug, Serialize)]
 pub struct Message {
-    /// Stable code.
+    /// The code, which never changes its meaning.
     pub code: &'static str,
     /// The reason.
     pub reason: String,
@@ -130,8 +130,8 @@ impl Failure {
         }
     }
 
-    /// Reports the failure of the command `name` to the user, as text and, if requested, as a
-    /// document, and returns the exit code.
+    /// Reports the failure of the command `name` to the user, as text and, if `json` is true, as a
+    /// JSON document. Returns the exit code.
     pub fn report(&self, console: &mut Console, json: bool, name: &str) -> Exit {
         let exit = self.exit();
         match self {
@@ -181,7 +181,7 @@ impl From<ExportError> for Failure {
             }
             ExportError::Lacking(lacking) => {
                 let message = Message::new(lacking.code(), lacking.to_string(), lacking.remedy());
-                // No fault of the spec.
+                // A missing feature of the program is not a fault of the spec.
                 if lacking == Lacking::Parquet { Self::Output(message) } else { Self::Problem(message) }
             }
             other => Self::Internal(other.to_string()),

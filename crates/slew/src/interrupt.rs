@@ -1,6 +1,6 @@
-//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the program
-//! at once, as does the first one while results are written. The signals that end a process,
-//! SIGTERM and SIGHUP, count as Ctrl-C.
+//! The handling of Ctrl-C. The first Ctrl-C stops the work and keeps its best result. The second
+//! one ends the program at once, and so does the first one while results are written. The signals
+//! SIGTERM and SIGHUP have the same effect as Ctrl-C.
 
 use super::Exit;
 use slewkit::plan::Status;
@@ -12,12 +12,12 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-/// Whether results are being written to their final files, one by one.
+/// True while results are appended to their final file, one by one.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// The time that work may take without a poll: a step of large polyhedra, or a subproblem, is
-/// slow.
+/// The time after Ctrl-C before a message asks for patience. The work may poll rarely: a step of
+/// large polyhedra, or a subproblem, is slow.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Installs the handler of Ctrl-C.
@@ -29,7 +29,7 @@ pub fn watch() {
     unix::watch();
 }
 
-/// Prepares for limits of the system, before any other work.
+/// Prepares the process for limits on file sizes and memory. Call it before any other work.
 pub fn prepare() {
     #[cfg(unix)]
     {
@@ -38,7 +38,7 @@ pub fn prepare() {
     }
 }
 
-/// Watches as [`watch`] does, for work whose results are kept one by one.
+/// Installs the handler as [`watch`] does, for work whose results are kept one by one.
 pub fn watch_kept() {
     KEEPING.store(true, Ordering::SeqCst);
     watch();
@@ -54,13 +54,13 @@ pub fn flag() -> Arc<AtomicBool> {
     Arc::clone(&REQUESTED)
 }
 
-/// Marks the start of writing: afterwards a Ctrl-C ends the program at once.
+/// Marks the start of writing. From then on, Ctrl-C ends the program at once.
 pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
 
-/// Handles Ctrl-C for a command that only writes files: the program ends at once and leaves no
-/// incomplete file.
+/// Installs the handler for a command that only writes files: Ctrl-C ends the program at once and
+/// leaves no incomplete file.
 pub fn end_at_once() {
     writing();
     watch();
@@ -71,7 +71,7 @@ fn asked() {
         remove_temporaries();
         std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
     }
-    // If no thread can be started, no message appears, but the work stops.
+    // If the system cannot start a thread, the message does not appear, but the work stops.
     let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
         let text = if KEEPING.load(Ordering::SeqCst) {
@@ -96,27 +96,29 @@ mod unix {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// Number of the signal on Linux and most other systems; the library has no constant for it.
+    /// The number of SIGXFSZ (file size limit exceeded) on Linux and most other systems. The
+    /// library has no constant for it.
     const SIGXFSZ: i32 = 25;
 
-    /// Handles the signals that end a process.
+    /// Installs the handler of the signals SIGTERM and SIGHUP.
     pub fn watch() {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
             let listen = move || signals.forever().for_each(|_| super::asked());
-            // If no thread can be started, the signals end the program, which is their default.
+            // If the system cannot start a thread, the signals end the program, as they do by
+            // default.
             let _ = std::thread::Builder::new().spawn(listen);
         }
     }
 
-    /// Makes the system refuse output beyond the limit of file sizes, instead of killing the
-    /// program.
+    /// Makes writing beyond the file size limit an error, which would otherwise kill the program.
     pub fn survive_file_limit() {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }
 
-    /// Makes a failed allocation end the program with the exit code of a limit: the standard
-    /// library prints a message, then aborts. A panic within a panic also aborts, and is a bug.
+    /// Makes a failed allocation end the program with the exit code `limit_reached`. On a failed
+    /// allocation, the standard library prints a message and aborts. A panic within a panic also
+    /// aborts, but counts as a bug.
     pub fn end_without_memory() {
         let no_panic = Arc::new(AtomicBool::new(true));
         let code = i32::from(Exit::Plan(Status::LimitReached).code());
@@ -128,8 +130,8 @@ mod unix {
         }));
     }
 
-    /// Returns whether hangups are ignored, as under `nohup`; true if the system does not report
-    /// it.
+    /// Returns whether the process ignores SIGHUP, as under `nohup`. Returns true if the system
+    /// does not report this.
     fn ignores_hangup() -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,4 +1,5 @@
-//! The program `slew`, a command a file. Arguments are parsed as typed, then checked and combined.
+//! The program `slew`, with one file for each command. Arguments are first parsed, then checked and
+//! combined.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -6,12 +7,12 @@
 #[macro_use]
 mod document;
 
-/// The code of the README, compiled and run.
+/// The code of the README, which the tests compile and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
-/// The code of the page on the library, compiled and run.
+/// The code of the page on the library, which the tests compile and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/library.md")]
 struct Library;
@@ -198,7 +199,8 @@ impl Command {
             Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
             Self::Init(args) => texts::run(&args.output, &texts::template(&args), console),
             Self::Completions { shell } => {
-                // Into memory first: the generator panics when the pipe is closed.
+                // The script is first written to memory, because the generator panics if the pipe
+                // is closed.
                 let mut script = Vec::new();
                 clap_complete::generate(shell, &mut Cli::command(), "slew", &mut script);
                 print(&script)
@@ -213,8 +215,8 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Runs the program with `arguments` as a shell passes them, the name of the program first. Returns
-/// its exit code.
+/// Runs the program and returns its exit code. `arguments` are as a shell passes them: the first
+/// one is the name of the program.
 ///
 /// It writes to the streams of the process and handles its signals. A process should call it once
 /// and do nothing else.
@@ -235,7 +237,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     };
     let common = command.common();
     let mut console = Console::new(common.quiet);
-    // A bug must not look like one of the statuses; the panic itself has been printed by then.
+    // A panic has its own exit code, so that a bug does not look like another status. The message
+    // of the panic has already been printed.
     let outcome = catch_unwind(AssertUnwindSafe(|| command.run(&mut console)));
     let exit = match outcome {
         Ok(Ok(exit)) => exit,
@@ -245,8 +248,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
             failure.report(&mut console, common.json, &name)
         }
     };
-    // `--quiet` hides only success: a shell that shows no exit codes must not take silence for
-    // success.
+    // `--quiet` hides only success. Every failure prints a text, because not every shell shows exit
+    // codes.
     if exit != Exit::Solved && console.is_silent() && !common.json {
         let (status, code) = (exit.status(), exit.code());
         console.plain_error(&format!("{status} (exit code {code}); run it without --quiet for the reason"));
@@ -266,7 +269,7 @@ fn tell(said: &clap::Error) -> Exit {
         said.print().and_then(|()| io::stdout().flush())
     };
     match told {
-        // A reader that has gone is no error.
+        // A reader that closed the stream is not an error.
         Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File,
         _ if said.use_stderr() => Exit::Usage,
         _ => Exit::Solved,

@@ -1,4 +1,4 @@
-//! Whether a plan fits into the memory that the system gives.
+//! The check whether a plan fits into the available memory.
 
 use super::{Console, Failure, Message};
 use slewkit::maneuver::{Problem, Settings};
@@ -6,7 +6,8 @@ use slewkit::numerics::figures::significant;
 use slewkit::plan::{PeakMemory, Status};
 use std::fs;
 
-/// Refuses a plan that will likely not fit, and warns of one that may not.
+/// Refuses a plan that will likely not fit into the available memory. Warns if the plan might not
+/// fit.
 pub fn check(problem: &Problem, settings: &Settings, console: &mut Console) -> Result<(), Failure> {
     let Some((reason, remedy, sure)) = concern(problem, settings, available()) else { return Ok(()) };
     if sure {
@@ -16,21 +17,22 @@ pub fn check(problem: &Problem, settings: &Settings, console: &mut Console) -> R
     Ok(())
 }
 
-/// Warns of too little memory, for a spec that is not planned here.
+/// Warns if a plan of the spec might not fit into the available memory. For commands that only
+/// check the spec.
 pub fn warn(problem: &Problem, settings: &Settings, console: &mut Console) {
     if let Some((reason, remedy, _)) = concern(problem, settings, available()) {
         console.warn("W0142", &reason, &remedy);
     }
 }
 
-/// Formats the memory of a plan.
+/// Formats how much memory a plan needs.
 pub fn told(PeakMemory { likely, most }: PeakMemory) -> String {
     let up_to = if most > likely { format!(", up to {}", size(most)) } else { String::new() };
     format!("about {}{up_to}, to plan it", size(likely))
 }
 
-/// Returns the reason for which a plan may not fit into the available memory, the remedy, and
-/// whether the lack is nearly certain.
+/// Returns why a plan might not fit into the available memory, the remedy, and whether it is likely
+/// not to fit. Returns `None` if it fits.
 fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Option<(String, String, bool)> {
     let (room, peak) = (available?, PeakMemory::of(problem, settings));
     let sure = peak.likely > room;
@@ -55,14 +57,14 @@ fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Op
     Some((reason, remedy, sure))
 }
 
-/// Returns the bytes as text.
+/// Formats a number of bytes.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{} GB", significant(bytes / 1e9, 2)) }
 }
 
-/// Returns the bytes that this process may still allocate: the least of the limits of the
-/// machine, of its group and of the process. Returns `None` if the system reports none of them;
-/// only Linux does.
+/// Returns the number of bytes that this process may still allocate: the smallest remainder of the
+/// limits of the machine, of the control group and of the process. Returns `None` if the system
+/// reports no limit; only Linux reports them.
 fn available() -> Option<f64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let machine = field(&read("/proc/meminfo"), "MemAvailable:").map(|kib| 1024.0 * kib);
@@ -74,7 +76,8 @@ fn available() -> Option<f64> {
     [machine, own, group].into_iter().flatten().reduce(f64::min)
 }
 
-/// Returns the first number after a name; `None` if a word follows it, such as "unlimited".
+/// Returns the number after `name` at the beginning of a line of `text`; `None` if a word follows,
+/// such as "unlimited".
 fn field(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()

@@ -1,4 +1,4 @@
-//! The destination of the data of a command, and their format.
+//! The destination and the format of the data that a command writes.
 
 use super::{Common, Console, Failure, Message, console, summary};
 use clap::ValueEnum;
@@ -70,7 +70,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the format of a plan; `None` for text.
+    /// Returns the format of the data; `None` for text, which is no data format.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
@@ -88,7 +88,7 @@ impl Format {
 }
 
 impl Destination {
-    /// Refuses one of `files`, which the spec names.
+    /// Refuses to overwrite one of `files`, which the spec names as inputs.
     pub fn distinct_from(&self, files: &[PathBuf]) -> Result<(), Failure> {
         if let Self::File(target, _) = self {
             files.iter().try_for_each(|file| target.distinct_from(file))?;
@@ -96,7 +96,8 @@ impl Destination {
         Ok(())
     }
 
-    /// Returns the path of the plan file, if one is written: other formats do not hold a whole plan.
+    /// Returns the path of the plan file, if the destination is a JSON file. Other formats do not
+    /// hold a whole plan.
     pub fn plan_file(&self) -> Option<&Path> {
         match self {
             Self::File(target, Format::Json) => Some(target.path()),
@@ -104,7 +105,7 @@ impl Destination {
         }
     }
 
-    /// Returns the format, if data are written.
+    /// Returns the format of the data; `None` if no data are written.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,
@@ -112,7 +113,7 @@ impl Destination {
         }
     }
 
-    /// Writes the data there.
+    /// Writes the data to the destination.
     pub fn write(
         &self,
         console: &mut Console,
@@ -130,26 +131,26 @@ impl Destination {
     }
 }
 
-/// The destination of data.
+/// The destination of the data of a command, with their format.
 #[derive(Debug)]
 pub enum Destination {
-    /// Nowhere: text only.
+    /// No data are written, only text.
     None,
-    /// Stdout.
+    /// The data are written to stdout.
     Stdout(Format),
-    /// A file.
+    /// The data are written to a file.
     File(Target, Format),
 }
 
 impl OutputArgs {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         let json = matches!(self.format, Some(Format::Json | Format::Jsonl));
         Common { quiet: self.quiet, json }
     }
 
-    /// Returns the destination of the data, checked before any work: in one of the `formats` of
-    /// the command, and not over one of its `inputs`.
+    /// Returns the destination of the data. Checks before any work that the format is one of
+    /// `formats`, and that the output does not replace one of `inputs`.
     pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
         if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
             let reason = format!("this command does not write {}", format.name());
@@ -162,7 +163,7 @@ impl OutputArgs {
                 None => Destination::None,
             });
         };
-        // The names that a shell or a habit gives to stdout.
+        // These names all mean stdout.
         if ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path.as_os_str() == *name) {
             return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
         }
@@ -179,8 +180,8 @@ impl OutputArgs {
     }
 }
 
-/// Returns the format of the file at `path`: the requested one, unless the ending of the path
-/// contradicts it.
+/// Returns the format of the output file `path`: the requested format, or the one of the file's
+/// ending. Returns an error if the two contradict each other.
 fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<Format, Failure> {
     let shown = escape(&path.to_string_lossy());
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -210,7 +211,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
     }
 }
 
-/// Returns all formats with their endings.
+/// Lists all formats with their file name endings, for messages.
 fn known(formats: &[Format]) -> String {
     let mut text = "the endings are".to_string();
     for format in formats.iter().filter(|format| !format.endings().is_empty()) {

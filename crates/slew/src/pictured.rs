@@ -1,4 +1,4 @@
-//! The file that a report or a picture shows, and its kind.
+//! Reading the file that a report or a picture shows, and finding out its kind.
 
 use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
@@ -31,7 +31,7 @@ pub struct Drawing {
 /// The contents of a file that slewkit wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A plan, or a file of an unknown kind.
+    /// A plan of one maneuver, or a file of unknown kind.
     Plan,
     /// The plan of a sequence.
     Sequence,
@@ -43,7 +43,8 @@ pub enum Kind {
     Comparison,
 }
 
-/// The number of bytes that identify a file: its identifying keys come before all lists.
+/// The number of bytes that are read to identify a file. The identifying keys come before all
+/// lists.
 const HEAD: u64 = 4096;
 
 /// Opens the file at `path`, or stdin for `-`, from its beginning, and returns the kind of its
@@ -54,7 +55,7 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     let read = input.by_ref().take(HEAD).read_to_end(&mut head);
     read.map_err(|error| Failure::unreadable(path, &error))?;
     let text = String::from_utf8_lossy(&head);
-    // No text in a JSON file holds a bare quote, so these are keys.
+    // Within JSON strings quotes are escaped, so these matches are keys.
     let kind = if text.starts_with("{\"slew_results\":") {
         Kind::Results
     } else if SequenceFile::begins(text.as_bytes()) {
@@ -69,7 +70,7 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     Ok((kind, Box::new(Cursor::new(head).chain(input))))
 }
 
-/// Reads the results in the file at `path`, complete or not.
+/// Reads the results of a batch from the file at `path`, which may be incomplete.
 pub fn results(path: &Path) -> Result<Cases, Failure> {
     if path.as_os_str() == "-" {
         return Err(Failure::Usage("results are read from a file, not from stdin".into()));
@@ -82,14 +83,14 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// A plan that is read from its file.
+/// A plan that was read from its file and judged by the witnesses.
 pub struct Pictured {
-    /// The spec that the file holds, with its maneuver on the grid of the plan.
+    /// The spec that the file contains, with its maneuver on the grid of the plan.
     pub loaded: Loaded,
     pub plan: Plan,
-    /// The margins that chance constraints required.
+    /// The margins that the plan holds for its chance constraints.
     pub margins: Option<MarginsRecord>,
-    /// Solved, or refused by the witnesses.
+    /// The exit code: solved, or verification failed if the witnesses refute the file.
     pub exit: Exit,
 }
 
@@ -135,8 +136,8 @@ pub fn sequence(
     Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
 
-/// Returns the file of `path` with the verdict of the witnesses; if they refute its claims, the
-/// result states so.
+/// Returns the plan file of `path` with the verdict of the witnesses. If they refute the claims of
+/// the file, the returned file states this.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,

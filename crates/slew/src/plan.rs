@@ -1,4 +1,4 @@
-//! `slew plan`: solves, verifies, reports, writes.
+//! `slew plan`: plans a maneuver, verifies the plan, reports it and writes it.
 
 pub mod sequence;
 mod warm;
@@ -68,15 +68,15 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
-/// The start of a plan that was found from a guess.
+/// The name of the start from which a plan was found, if this start is the guess.
 const GUESS: &str = "guess";
-/// The note on such a plan.
+/// The note in the summary if the plan was found from the guess.
 const FROM_GUESS: &str = "found from the guess: the search without it found no plan that is as cheap";
-/// The note on such a plan if the guess replaced the search.
+/// The note in the summary if the plan was found with `--guess-alone`.
 const FROM_GUESS_ALONE: &str =
     "found from the guess alone, without a search: a plan without --guess-alone may be cheaper";
 
-/// Runs the command.
+/// Runs `slew plan` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut inputs: Vec<&Path> = vec![&args.spec.spec];
     inputs.extend(args.guess.as_deref().or(args.warm.as_deref()));
@@ -90,7 +90,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Spec::Sequence(loaded) => {
             return sequence::run(args, &loaded, (&destination, tables, page.as_ref()), console);
         }
-        // The reader refuses it.
+        // `read_planned` refuses a simulation, so this case does not occur.
         Spec::Simulation(_) => return Err(Failure::Internal("a simulation has no plan".into())),
     };
     let Loaded { problem, settings, mut identity, closed_loop, files, .. } = loaded;
@@ -98,7 +98,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(page) = &page {
         files.iter().try_for_each(|file| page.distinct_from(file))?;
     }
-    // The name is checked before the work, so that no plan is lost because its name is missing.
+    // The format is checked before the search, so that no plan is lost because data for its output
+    // are missing.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
@@ -164,7 +165,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Plans a maneuver; for chance constraints it also returns their margins.
+/// Plans a maneuver. If it has chance constraints, also returns the margins that the plan holds for
+/// them.
 fn planned(
     problem: &Problem,
     settings: &Settings,
@@ -194,7 +196,8 @@ fn planned(
     Ok((with, plan, Some(margins)))
 }
 
-/// Computes the quantities near a plan, if the spec requests them and a plan exists.
+/// Computes gains, covariances and chances along a plan; `None` if the spec does not request them,
+/// or if no plan exists.
 fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
     if !closed_loop.is_asked() || is_posed(problem) || plan.solution.outcome != Outcome::Converged {
         return None;
@@ -206,14 +209,15 @@ fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mu
     }
 }
 
-/// Designs gains along a plan without a covariance.
+/// Designs the gains along a plan, for a spec that states no uncertainty or a plan for which
+/// covariances cannot be computed.
 fn gains(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Gains> {
     let converged = Some(&plan.solution).filter(|solution| solution.outcome == Outcome::Converged)?;
     gains_alone(problem, &converged.trajectory, closed_loop)?
         .map_or_else(|error| unknown(&error, console), Some)
 }
 
-/// Reports why no quantities near a plan are known.
+/// Prints a warning that states why gains or covariances cannot be computed, and returns `None`.
 fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
     let reason = format!("no gains and no covariance for this plan: {error}");
     console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
@@ -260,7 +264,7 @@ pub fn refusal(error: PlanError) -> Failure {
     }
 }
 
-/// Builds the failure for a spec that is valid key by key but impossible as a whole.
+/// Builds the failure for a spec whose keys are valid but contradict each other.
 pub fn invalid(error: ProblemError) -> Failure {
     let (code, remedy) = match &error {
         ProblemError::StepTooLong { steps, .. } => {
@@ -274,7 +278,7 @@ pub fn invalid(error: ProblemError) -> Failure {
     Failure::Problem(Message::new(code, error.to_string(), remedy))
 }
 
-/// Shows progress and listens to Ctrl-C.
+/// The observer of a search: shows its progress, and stops it on Ctrl-C.
 pub struct Watcher<'a>(pub &'a mut Console);
 
 impl Observer for Watcher<'_> {

@@ -61,7 +61,7 @@ pub struct Args {
     pub quiet: bool,
 }
 
-/// The format of a file of pictures.
+/// The format of a file that holds pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Svg,
@@ -70,11 +70,11 @@ enum Format {
 }
 
 impl Format {
-    /// Returns the bytes of a file.
+    /// Converts SVG to the bytes of a file in this format.
     #[cfg(feature = "paper")]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         use slewkit_report::draw::paper::{PaperError, pdf, png};
-        /// Pixels of a PNG for each of the SVG: 192 an inch.
+        /// The number of PNG pixels per SVG pixel. 2 gives 192 pixels per inch.
         const SCALE: f32 = 2.0;
         let made = match self {
             Self::Svg => Ok(svg.into_bytes()),
@@ -92,14 +92,15 @@ impl Format {
         })
     }
 
-    /// Returns the bytes of a file: of SVG, others have been refused.
+    /// Returns the bytes of an SVG file. Without the feature `paper`, other formats have been
+    /// refused before.
     #[cfg(not(feature = "paper"))]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         Ok(svg.into_bytes())
     }
 }
 
-/// Returns the names of all pictures, each once.
+/// Returns the names of all pictures, without repetition.
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
     let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
@@ -111,16 +112,16 @@ fn keys() -> Vec<&'static str> {
     keys
 }
 
-/// Pictures of a panel where none are named.
+/// The number of pictures in one file if `--charts` is absent.
 const PANEL: usize = 4;
 
 impl Args {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
 
-    /// Returns the format of the one file into which all go; none for a folder.
+    /// Returns the format of the output if it is one file; `None` if it is a folder.
     fn one_file(&self) -> Result<Option<Format>, Failure> {
         let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let format = match ending.as_deref() {
@@ -172,7 +173,7 @@ impl Args {
     }
 }
 
-/// Runs the command.
+/// Runs `slew plot` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let one_file = args.one_file()?;
@@ -204,7 +205,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Writes the requested pictures.
+/// Writes the requested pictures into one file or into a folder.
 fn draw(
     args: &Args,
     target: Option<(Target, Format)>,
@@ -227,7 +228,7 @@ fn draw(
         let chosen = if chosen.is_empty() { shown.iter().collect() } else { chosen };
         folder(&args.output)?;
         let file = |shown: &&Shown| args.target(args.output.join(format!("{}.svg", shown.key)));
-        // All names are checked before the first file is written.
+        // All target files are checked before the first one is written.
         let targets = chosen.iter().map(file).collect::<Result<Vec<_>, _>>()?;
         for (shown, target) in chosen.iter().zip(&targets) {
             write(target, shown.picture.svg().as_bytes(), console)?;

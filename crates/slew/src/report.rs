@@ -1,4 +1,5 @@
-//! `slew report`: a plan or a simulation as one page for a browser.
+//! `slew report`: writes a plan, a simulation, a comparison or the results of a batch as one page
+//! for a browser.
 
 use super::pictured::{self, Drawing, Kind, Pictured};
 use super::{Common, Console, Exit, Failure, Reading, console, interrupt, summary};
@@ -50,13 +51,13 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
 }
 
-/// Runs the command.
+/// Runs `slew report` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let target = match args.output.as_os_str() == "-" {
@@ -95,8 +96,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Returns the file of a page, checked before any work: its name must have the ending of a page,
-/// and must not be one of `inputs`.
+/// Returns the target file of a page. Checks before any work that its name has an ending of HTML
+/// files, and that it is not one of `inputs`.
 pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
@@ -109,7 +110,7 @@ pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Fail
     Ok(target)
 }
 
-/// Writes a page and reports it.
+/// Writes the HTML text of a page, and prints the name of the file.
 pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
     target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
     summary::wrote(console, target);

@@ -1,4 +1,4 @@
-//! `slew sky`: the positions of the targets of a spec, and their accuracy.
+//! `slew sky`: prints the directions of the targets of a spec, and their accuracy.
 
 use super::console;
 use super::{Console, Exit, Failure, ReportArgs, SpecArgs};
@@ -32,48 +32,48 @@ pub struct Args {
 struct Line {
     target: String,
     used_by: String,
-    /// \[s\], start and end.
+    /// The times of the start and the end of the maneuver \[s\].
     time_s: [f64; 2],
     /// Right ascension and declination \[deg\].
     ra_dec_deg: [[f64; 2]; 2],
     /// The rate of the direction \[deg/s\].
     rate_deg_s: [f64; 2],
-    /// The distance; absent for a direction without one.
+    /// The distance at both times; `None` for a direction without a distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     range_km: Option<[f64; 2]>,
     /// The elevation of the spacecraft above the horizon of a station \[deg\].
     #[serde(skip_serializing_if = "Option::is_none")]
     elevation_deg: Option<[f64; 2]>,
-    /// The angle between the direction of the planner and the direction of the full theories
-    /// \[arcsec\].
+    /// The angle between the direction that the planner uses and the direction by the full
+    /// astronomical theories \[arcsec\].
     apart_arcsec: [f64; 2],
-    /// The displacement by light time and aberration \[arcsec\], which the directions include or
-    /// omit, as the spec states.
+    /// The displacement by light time and aberration \[arcsec\]. The spec determines whether
+    /// directions include it.
     by_light_arcsec: [f64; 2],
 }
 
 /// The report on the sky of a spec.
 #[derive(Debug, Serialize)]
 struct Told {
-    /// One revolution \[s\]; absent without an orbit.
+    /// The period of the orbit \[s\]; `None` without an orbit.
     #[serde(skip_serializing_if = "Option::is_none")]
     period_s: Option<f64>,
-    /// Age of the elements at the epoch \[s\]; absent of a table of positions.
+    /// The age of the orbital elements at the epoch \[s\]; `None` for a table of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
-    /// The times of the maneuver \[s\] at which the spacecraft is in the shadow of the Earth,
-    /// penumbra and umbra.
+    /// The intervals in which the spacecraft is in the penumbra or umbra of the Earth \[s from the
+    /// start\].
     eclipses_s: Vec<[f64; 2]>,
-    /// Whether directions have the effect of light time, and of aberration.
+    /// True if directions include light time.
     light_time: bool,
     aberration: bool,
     targets: Vec<Line>,
 }
 
-/// The time for which targets are computed if the duration is free \[s\].
+/// The duration for which targets are computed if the duration of the maneuver is free \[s\].
 const AHEAD: f64 = 600.0;
 
-/// Runs the command.
+/// Runs `slew sky` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let loaded = super::spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     let Some(heavens) = &loaded.heavens else {
@@ -153,7 +153,8 @@ fn table(told: &Told) -> String {
         let elements = told.age_s.map_or_else(
             || "a table of positions".into(),
             |age| {
-                // An age below a second is zero: the difference of two epochs has round-off.
+                // An age below one second counts as zero, because the difference of two epochs has
+                // round-off.
                 let days = if age.abs() < 1.0 { 0.0 } else { age.abs() / 86_400.0 };
                 let than = if age <= -1.0 { "newer than the epoch" } else { "old" };
                 format!("elements {} days {than}", significant(days, 2))
@@ -184,7 +185,7 @@ fn table(told: &Told) -> String {
         "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″", "light, ″"
     ));
     for (number, line) in told.targets.iter().enumerate() {
-        // Several constraints may be about one target.
+        // Several constraints may refer to the same target.
         let same = |other: &Line| other.target == line.target && other.ra_dec_deg == line.ra_dec_deg;
         if told.targets[..number].iter().any(same) {
             continue;

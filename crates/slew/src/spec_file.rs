@@ -1,4 +1,4 @@
-//! Reading the spec that a command names.
+//! Functions that read the spec or plan file that a command names.
 
 use super::{Console, Failure, Message, Notation, Reading};
 use slewkit_files::export::{PlanFile, SequenceFile};
@@ -59,7 +59,7 @@ pub fn read_held(
     Ok(loaded)
 }
 
-/// Builds the failure of a command that takes one maneuver and not a sequence.
+/// Builds the failure of a command that accepts a single maneuver and was given a sequence.
 pub fn refuse_stops() -> Failure {
     let reason = "the spec has stops, and this command takes one maneuver";
     Failure::Problem(Message::new("E0018", reason, "run `slew plan` on it; or remove the stops"))
@@ -91,7 +91,7 @@ fn tell(warnings: &[Diagnostic], console: &mut Console) {
     }
 }
 
-/// Returns the overrides and the notation.
+/// Returns the overrides of the command line, and the notation of the spec.
 pub fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
     let overrides = reading
         .set
@@ -115,17 +115,18 @@ pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(file))
 }
 
-/// A plan file, or attitudes of any program; the first character distinguishes the two.
+/// An open plan file, or an attitude file of any program. The first character of the file
+/// distinguishes the two.
 pub enum PlanOrAttitudes {
     /// A plan file.
     Plan(Box<dyn Read>),
     /// The plan of a sequence.
     Sequence(Box<dyn Read>),
-    /// An AEM or a table.
+    /// An AEM or a table of attitudes.
     Attitudes(Box<dyn Read>),
 }
 
-/// Opens either, or stdin for `-`.
+/// Opens a plan file or an attitude file, or stdin for `-`.
 pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     let mut input = BufReader::new(open_plan(path)?);
     let start = input.fill_buf().map_err(|error| Failure::unreadable(path, &error))?;
@@ -140,7 +141,7 @@ pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     })
 }
 
-/// Refuses to read two inputs from stdin.
+/// Returns an error if more than one input is stdin.
 pub fn one_stdin(inputs: &[&Path]) -> Result<(), Failure> {
     match inputs.iter().filter(|path| is_stdin(path)).count() {
         0 | 1 => Ok(()),

@@ -15,12 +15,12 @@ use slewkit_report::summary;
 pub use slewkit_report::summary::{Judged, Lines, line, scheme};
 use std::path::Path;
 
-/// Returns the first line: name to the left, verdict to the right.
+/// Returns the headline of a summary, with the name on the left and the verdict on the right.
 pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> String {
     summary::headline(console.colour, name, verdict, tone)
 }
 
-/// Prints the closing line of a summary.
+/// Prints the last line of a summary, which names the written file.
 pub fn wrote(console: &mut Console, target: &Target) {
     console.say(&line("wrote", &escape(&target.path().to_string_lossy())));
 }
@@ -31,23 +31,23 @@ pub struct Told<'a> {
     pub settings: &'a Settings,
     pub plan: &'a Plan,
     pub identity: &'a Identity,
-    /// Whether the details of the search are included.
+    /// True to include the details of the search.
     pub verbose: bool,
-    /// The plan file that will be written.
+    /// The path of the plan file that will be written; `None` if no plan file is written.
     pub file: Option<&'a Path>,
-    /// Gains, if no other quantities near the plan are known.
+    /// The gains, if covariances are not known.
     pub gains: Option<&'a Gains>,
-    /// The quantities near the plan, if the spec requests them.
+    /// The gains, covariances and chances along the plan, if the spec requests them.
     pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
-    /// The margins of chance constraints, if the spec has any; also for a plan that is not
-    /// solved.
+    /// The margins for chance constraints; `None` if the spec has none. Also present if no plan was
+    /// found.
     pub margins: Option<&'a MarginsRecord>,
-    /// A label and a text: the start from another plan, or the reason for which that plan was not
-    /// used.
+    /// A label and a text about `--guess` or `--warm`: how the given plan was used, or why it was
+    /// not used.
     pub begun: Option<(&'a str, &'a str)>,
 }
 
-/// Returns the summary of a plan, solved or not, with the next command.
+/// Returns the summary of a plan, whether solved or not, with the suggested next command.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, begun } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
@@ -98,8 +98,8 @@ pub fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool
     }
 }
 
-/// Returns a command to try. A long command, and its reason, continue on the next line in the
-/// notation of a shell.
+/// Formats a suggested command in lines. A long command, or its reason, continues on the next line
+/// as a shell allows it.
 fn tried(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     if text.chars().count() <= summary::TEXT {
@@ -113,7 +113,7 @@ fn tried(text: &str) -> Vec<String> {
     if command.chars().count() <= summary::TEXT {
         lines.line("try", command);
     } else {
-        // The line breaks before an option, so that its value stays on one line with it.
+        // Lines are broken before an option, so that the option and its value stay on one line.
         let mut parts: Vec<String> = Vec::new();
         for (index, part) in command.split(" --set ").enumerate() {
             let set = if index == 0 { part.to_string() } else { format!("--set {part}") };
@@ -136,7 +136,7 @@ fn tried(text: &str) -> Vec<String> {
     lines
 }
 
-/// Returns the limits and verdicts of the witnesses, and every check that fails.
+/// Returns the lines about margins and results of the witnesses, and about every check that fails.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
     summary::verified(console.colour, judged, verification)
 }

@@ -1,4 +1,4 @@
-//! `slew table`: the times, or efforts, of all turns of a spacecraft from rest to rest.
+//! `slew table`: tabulates the times, or efforts, of all turns of a spacecraft from rest to rest.
 
 use super::batch::{checked_threads, span};
 use super::{
@@ -51,10 +51,10 @@ pub struct Args {
     pub output: OutputArgs,
 }
 
-/// The formats of a table.
+/// The formats in which a table can be written.
 const FORMATS: [Format; 3] = [Format::Text, Format::Npz, Format::Parquet];
 
-/// Runs the command.
+/// Runs `slew table` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&FORMATS, &[&args.spec.spec])?;
     if args.output.output.is_none() && args.output.format.is_none() {
@@ -126,7 +126,7 @@ fn progress(making: &Making, seconds: f64) -> String {
     format!("  {done} of {total} turns{to_go}")
 }
 
-/// Returns the summary of a table.
+/// Returns the summary of a slew-time table that took `seconds` to compute.
 fn told(console: &Console, name: &str, table: &SlewTable, seconds: f64) -> Vec<String> {
     let nodes = table.nodes();
     let what = match nodes.quantity {

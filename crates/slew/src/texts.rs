@@ -1,4 +1,4 @@
-//! Texts: specs to start from, schemas, manual pages, explanations.
+//! The texts that the program prints: starter specs, schemas, manual pages, explanations of codes.
 
 use super::console;
 use super::{Console, Exit, Failure, summary};
@@ -68,31 +68,33 @@ pub fn schema(of: SchemaOf) -> String {
     }
 }
 
-/// The topics of `slew help` other than the commands: how a plan is replayed, words, and frames,
-/// directions, orders and units.
+/// The topics of `slew help` besides the commands, with their texts: how to replay a plan, the
+/// glossary, and the conventions.
 const TOPICS: [(&str, &str); 3] = [
     ("conventions", include_str!("conventions.md")),
     ("glossary", include_str!("glossary.md")),
     ("replay", include_str!("replay.md")),
 ];
 
-/// The explanation of each code: a line with code and title, then a paragraph, then a blank line.
+/// The explanations of all codes. Each has a line with code and title, then a paragraph, then a
+/// blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
 
-/// Returns the explanation of a code, with its title; upper and lower case are accepted.
+/// Returns the title and the explanation of a code; `None` for an unknown code. Upper and lower
+/// case are equivalent.
 pub fn explanation(code: &str) -> Option<String> {
     let code = code.trim().to_ascii_uppercase();
     let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;
     Some(format!("{}\n", found.trim_end()))
 }
 
-/// Returns all codes with their titles, a line each.
+/// Returns one line for each code, with its title.
 pub fn codes() -> String {
     let titles = EXPLANATIONS.split("\n\n").filter_map(|entry| entry.trim().lines().next());
     titles.map(|title| format!("{title}\n")).collect()
 }
 
-/// Returns the page of the manual of the program, or of one of its commands.
+/// Returns the manual page of the program or of one of its commands.
 pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, Failure> {
     let page = match command {
         None => program,
@@ -135,7 +137,7 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
     }
 }
 
-/// Returns a commented spec.
+/// Returns the starter spec that the arguments request.
 pub fn template(args: &InitArgs) -> String {
     match args.purpose {
         Some(Purpose::Wheels) => include_str!("templates/wheels.toml"),
@@ -147,7 +149,7 @@ pub fn template(args: &InitArgs) -> String {
     .into()
 }
 
-/// Writes `text` to the output of the arguments.
+/// Writes `text` to the file that the arguments name, or to stdout.
 pub fn run(args: &Args, text: &str, console: &mut Console) -> Result<Exit, Failure> {
     match &args.output {
         Some(path) if path.as_os_str() != "-" => {

@@ -1,4 +1,5 @@
-//! `slew timeline`: a pointing file, its attitudes, and the slews between its observations.
+//! `slew timeline`: reads a pointing file, prints its attitudes, and plans the slews between its
+//! observations.
 
 use super::args::ReportFormat;
 use super::pictured::EULER;
@@ -67,12 +68,13 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: self.format == ReportFormat::Json }
     }
 
-    /// Returns the file to write, checked before any work, and whether it is a PTR.
+    /// Returns the target file and whether it is a PTR; `None` if no file is written. Checks the
+    /// name before any work.
     fn target(&self) -> Result<Option<(Target, bool)>, Failure> {
         let Some(path) = &self.output else { return Ok(None) };
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -93,18 +95,18 @@ impl Args {
     }
 }
 
-/// The delay that counts \[s\]: a slew that lasts as long as it may ends within the rounding of
-/// sums.
+/// The delay above which a slew counts as late \[s\]. A slew that uses all its time may exceed it
+/// by round-off.
 const LATE: f64 = 1e-6;
 
 /// The slew to an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Slew {
-    /// The time that the file leaves for it \[s\].
+    /// The time between the two observations in the file \[s\].
     available_s: f64,
-    /// The time that its plan takes \[s\].
+    /// The duration of the planned slew \[s\]; `None` without a plan.
     planned_s: Option<f64>,
-    /// The status of its plan.
+    /// The status of the planned slew; `None` without a plan.
     status: Option<Status>,
 }
 
@@ -115,21 +117,22 @@ impl Slew {
     }
 }
 
-/// The contents of the report on a file.
+/// The contents of the report on a pointing file.
 struct Told {
-    /// The observations, with the times and attitudes of the plan if one was made.
+    /// The observations, with the planned times and attitudes if slews were planned.
     file: PointingFile,
-    /// The slew to each observation; `None` for the first one if it is the start.
+    /// The slew to each observation; `None` for the first observation if the spacecraft starts
+    /// there.
     slews: Vec<Option<Slew>>,
-    /// The questions that the file leaves open, a sentence each without its point.
+    /// What the file leaves open, one sentence for each question, without the final period.
     open: Vec<String>,
-    /// The status of the plan.
+    /// The status of the plan of all slews; `None` without a plan.
     status: Option<Status>,
-    /// The issuer of a PRM.
+    /// The originator that a PRM names.
     originator: String,
 }
 
-/// Runs the command.
+/// Runs `slew timeline` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.file).chain(&args.spec).map(PathBuf::as_path).collect();
     spec_file::one_stdin(&inputs)?;
@@ -172,7 +175,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Reports a file without a plan.
+/// Builds the report on a file if no slews are planned.
 fn unplanned(file: PointingFile) -> Told {
     let gaps = file.observations.windows(2).map(|pair| pair[1].begin.since(&pair[0].end));
     let slew = |available_s| Some(Slew { available_s, planned_s: None, status: None });
@@ -243,7 +246,7 @@ fn planned(
     Ok(told)
 }
 
-/// Returns the attitude of an observation, where the file gives it.
+/// Returns the attitude of an observation; `None` if the file does not determine it.
 fn attitude(observation: &Observation) -> Option<Matrix3> {
     match observation.target {
         pointing::Target::Inertial(target) => observation.attitude(&target),
@@ -251,25 +254,25 @@ fn attitude(observation: &Observation) -> Option<Matrix3> {
     }
 }
 
-/// Returns the date and the time of day to the millisecond.
+/// Formats date and time of day to the millisecond.
 fn milliseconds(moment: &Epoch) -> String {
     moment.calendar_text().chars().take("2032-12-26T10:15:31.000".len()).collect()
 }
 
-/// Characters of the name of an observation.
+/// The largest number of characters of an observation's name in the summary.
 const NAME: usize = 16;
-/// Observations that the summary shows.
+/// The largest number of observations in the summary.
 const SHOWN: usize = 30;
 
 impl Told {
-    /// Returns the observations, each with its number from 1, its attitude and the slew to it.
+    /// Returns the observations with their number (from 1), their attitude and the slew to them.
     fn rows(&self) -> impl Iterator<Item = (usize, &Observation, Option<Matrix3>, Option<Slew>)> {
         let slews = self.slews.iter().copied().chain(std::iter::repeat(None));
         let rows = self.file.observations.iter().zip(slews).enumerate();
         rows.map(|(index, (observation, slew))| (index + 1, observation, attitude(observation), slew))
     }
 
-    /// Returns the summary.
+    /// Returns the lines of the summary.
     fn lines(&self, console: &Console, name: &str) -> Vec<String> {
         let file = &self.file;
         let (verdict, tone) = match self.status {
@@ -332,7 +335,7 @@ impl Told {
         lines
     }
 
-    /// Returns the report as a document.
+    /// Returns the report as a JSON document.
     fn document(&self) -> impl Serialize {
         let observations: Vec<_> = self
             .rows()

@@ -1,4 +1,5 @@
-//! `slew verify`: a plan file against the spec that it holds, or another, by the witnesses alone.
+//! `slew verify`: checks a plan file against its own spec or another spec, with the witnesses
+//! alone.
 
 mod sequence;
 
@@ -31,7 +32,7 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// Runs the command.
+/// Runs `slew verify` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let inputs: Vec<&Path> = std::iter::once(&args.plan).chain(&args.spec).map(PathBuf::as_path).collect();
     spec_file::one_stdin(&inputs)?;
@@ -52,7 +53,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
-    // The plan must fulfil the given spec, else its own.
+    // The plan is checked against the given spec or, without one, against the spec in the file.
     let Loaded { problem, settings, identity, closed_loop, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
@@ -70,7 +71,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    // The witnesses determine the active limits themselves.
+    // The recorded active limits are not shown, because the witnesses determine them.
     let trajectory = &plan.trajectory.0;
     let judged = summary::Judged { problem: &problem, identity: &identity, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
@@ -88,16 +89,18 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         name: &problem.name,
         steps: problem.steps,
         verified: &verification,
-        // The keys in which the plan's spec differs from the spec of the judgement: plan first.
+        // The keys in which the spec in the file differs from the given spec. The value in the file
+        // comes first.
         differences: &differences,
-        // Recorded figures that differ from the results: the recorded value first.
+        // Recorded figures that differ from the results of the witnesses. The recorded value comes
+        // first.
         recorded: &recorded,
         not_judged: &not_judged,
     })?;
     Ok(exit)
 }
 
-/// Judges attitudes alone.
+/// Checks an attitude file, which has no torques.
 fn attitudes(
     args: &Args,
     given: Option<Loaded>,
@@ -155,7 +158,7 @@ fn attitudes(
     Ok(exit)
 }
 
-/// Returns a check in words, with its line in the file.
+/// Describes the result of a check, with the line of the file to which it refers.
 fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     let Check { name, value, limit, passed } = check;
     let unit = match name.as_str() {
@@ -181,7 +184,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     text
 }
 
-/// Returns a plan whose arrays do not fit the maneuver of the spec has failed.
+/// Builds the failure of a plan whose arrays do not fit the maneuver of the spec.
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, remedy }) => {

@@ -1,9 +1,9 @@
-//! Rows as keywords and values, as XML and as a table.
+//! Writes rows as keywords and values, as XML, or as a table.
 
 use super::{Kind, Notation, Row, Style, date, number, numbers};
 use std::fmt::Write as _;
 
-/// Returns the file.
+/// Returns the bytes of the file.
 pub fn file(style: &Style, rows: &[Row]) -> Vec<u8> {
     let text = match style.notation {
         Notation::Keywords => keywords(style, rows),
@@ -15,7 +15,7 @@ pub fn file(style: &Style, rows: &[Row]) -> Vec<u8> {
     format!("{mark}{text}").into_bytes()
 }
 
-/// Returns the first row of every block and its last.
+/// Returns the indices of the first and the last row of every block.
 fn blocks(style: &Style, rows: &[Row]) -> Vec<(usize, usize)> {
     let last = rows.len() - 1;
     let inner: Vec<usize> = style.blocks.iter().copied().filter(|at| *at > 0 && *at < last).collect();
@@ -29,7 +29,7 @@ fn sequence_name(axes: [usize; 3], first_version: bool) -> String {
         .collect()
 }
 
-/// Returns the keys of a block and their values, in the order of the standard.
+/// Returns the metadata keys of a block and their values, in the order of the standard.
 fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
     let (a, b) = if style.body_is_a { (style.body, style.reference) } else { (style.reference, style.body) };
     let mut keys: Vec<(&'static str, String)> =
@@ -140,7 +140,8 @@ fn keywords(style: &Style, rows: &[Row]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns the element of a state, and of each of its parts with the names of its numbers.
+/// Returns the name of the XML element of a state, and the names of its parts with the names of
+/// their numbers.
 fn elements(kind: Kind, first_version: bool) -> (&'static str, Vec<(&'static str, Vec<&'static str>)>) {
     let quaternion = ("quaternion", vec!["Q1", "Q2", "Q3", "QC"]);
     let velocity = ("angVel", vec!["ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z"]);
@@ -248,7 +249,8 @@ fn table(style: &Style, rows: &[Row]) -> String {
     if style.quoted {
         names = names.iter().map(|name| format!("\"{name}\"")).collect();
     }
-    // A column without a name needs a sign between columns.
+    // A column without a name is possible only if columns are separated by a character other than a
+    // space.
     let index = style.index && style.separator != ' ';
     let sign = style.separator.to_string();
     let mut lines = Vec::new();

@@ -1,13 +1,13 @@
-//! Maneuvers for which searches have missed the best plan, each compared with its best known cost,
-//! on grids of several sizes.
+//! Plans maneuvers for which a search once missed the best plan, and compares each cost with the
+//! best known cost, on grids of several sizes.
 //!
-//! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]` plans those whose file
-//! names contain WORD (all without one), on their own steps and on these. The first line of each
-//! file of `evidence/best_known` has the cost and its source: closed forms, published values,
-//! other programs, a symmetric maneuver.
+//! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]` plans the maneuvers whose file
+//! name contains WORD (all maneuvers by default), on the steps of their spec and on the given
+//! numbers of STEPS. The first line of each file of `evidence/best_known` states the best known
+//! cost and its source: a closed form, a published value, another program, or a symmetric maneuver.
 //!
-//! A line has the cost of the discrete optimum and its excess over the known cost. It ends with 1
-//! if an excess is more than 0.1 %, or a maneuver has no plan.
+//! Each printed line has the cost of the discrete optimum and its excess over the known cost. The
+//! command ends with 1 if an excess is more than 0.1 %, or if a maneuver has no plan.
 
 use evidence::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target};
@@ -18,7 +18,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// The relative excess over the best known cost that is accepted.
+/// The largest accepted excess over the best known cost, relative to it.
 const NEAR: f64 = 1e-3;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {

@@ -1,9 +1,10 @@
-//! Slews of bodies whose wheels hold momentum at the start, on the steps that the planner chooses.
+//! Plans slews of bodies whose wheels store momentum at the start, with the number of steps that
+//! the planner chooses.
 //!
 //! `cargo run --release -p evidence -- biased [COUNT]`: COUNT (200 by default) random bodies with
-//! moments in a ratio to 3 and three wheels. One wheel holds so much momentum that the body nutates
-//! at 0.05 to 0.5 rad/s, by 3 to 100 rad in the slew. Each slew turns by 0.3 to 2.8 rad about any
-//! axis, from rest to rest, with least effort.
+//! three wheels and moments in a ratio of up to 3. One wheel stores so much momentum that the body
+//! nutates at 0.05 to 0.5 rad/s, by 3 to 100 rad during the slew. Each slew turns by 0.3 to 2.8 rad
+//! about a random axis, from rest to rest, with minimum effort.
 //!
 //! The law: every plan is verified, and the motion under its held torques, integrated by
 //! independent equations (`evidence::held`), ends within 1e-6 rad of the target. The command ends

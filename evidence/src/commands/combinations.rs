@@ -1,12 +1,12 @@
-//! Combinations of ends, inputs, limits and objectives on 40 steps: which are planned, in what
-//! time, and which are refused.
+//! Plans all combinations of ends, inputs, limits and objectives on 40 steps: which are planned and
+//! how long that takes, and which are refused.
 //!
-//! `cargo run --release -p evidence -- combinations [SECONDS [WORD]]`, 10 s for each plan by
-//! default. It prints the tables of `docs/combinations.md`, and all differences from that page. A
-//! WORD limits the run to cells whose end or input contains it; the others are copied from the
-//! page.
+//! `cargo run --release -p evidence -- combinations [SECONDS [WORD]]` plans each combination within
+//! SECONDS (10 by default). It prints the tables of `docs/combinations.md`, and all differences
+//! from that page. A WORD limits the run to cells whose end or input contains it; the other cells
+//! are copied from the page.
 //!
-//! Ends with 1 where a cell of the page is wrong.
+//! The command ends with 1 if a cell of the page is wrong.
 
 use evidence::ROOT;
 use evidence::combinations::{Became, Combination, ENDS, INPUTS, LIMITS, OBJECTIVES, cell};
@@ -45,7 +45,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n").into()) }
 }
 
-/// Returns the word of the table for a result.
+/// Returns the text of the table's cell for a result.
 fn shown(of: &Became) -> String {
     match of {
         Became::Planned(time) if *time < 0.1 => "< 0.1 s".into(),
@@ -57,8 +57,8 @@ fn shown(of: &Became) -> String {
     }
 }
 
-/// Returns whether a result agrees with the page. A quicker plan agrees; on a slower machine a plan
-/// of the next slower kind agrees too.
+/// Returns whether a result agrees with the cell of the page. A quicker plan agrees. A plan in the
+/// next slower class of times agrees too, because the machine may be slower.
 fn agree(told: &str, found: &str) -> bool {
     const TIMES: [&str; 5] = ["< 0.1 s", "< 1 s", "< 10 s", "more steps", "slow"];
     let time = |text: &str| TIMES.iter().position(|time| text.starts_with(time));

@@ -1,24 +1,26 @@
-//! Compares the answers of the planner to one question in different forms.
+//! Compares the plans of one maneuver in different forms: mirrored, on other grids, and with the
+//! rotation as given.
 //!
 //! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default;
 //! the parts are `mirrors`, `F1`, `F2`, `F3`, `F5`, `F6` and `turns`, all by default.
 //!
-//! - Mirrors: a box turns by θ and by −θ about a principal axis, from rest to rest, one in ten
-//!   times by 180° less a millionth of a radian: equal costs to 1e-9, by symmetry.
+//! - Mirrors: a body turns by θ and by −θ about a principal axis, from rest to rest; in one of ten
+//!   cases θ is 180° minus a millionth of a radian. By symmetry, the costs must agree to 1e-9.
 //! - Grids: maneuvers of the families F1, F2, F3, F5 and F6 on 100, 200 and 400 steps. Costs of one
-//!   extremal converge at second order: the second difference is a quarter of the first. If it is
-//!   not within a third, and the costs differ by more than 1e-6, each answer is carried to the next
-//!   grid: by Newton from its costates, at once or over grids between, or by SCP along its path. It
-//!   is there if its nodes move by less than 0.2 rad. Either it is the answer of that grid, or it
-//!   costs more than that answer: then the costs of two extremals cross between the grids, and each
-//!   is the cheaper on its own. If it costs less, or neither can be carried, a search has missed
-//!   it: another answer.
-//! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is
-//!   reported as solved and verified ends on the lift of the requested turn (the double cover of
-//!   the rotations), which is counted here once more.
+//!   extremal converge at second order, so the second difference is a quarter of the first. If this
+//!   does not hold within a third, and the costs differ by more than 1e-6, each plan is continued
+//!   to the next grid: by Newton's method from its costates, directly or over intermediate grids,
+//!   or by SCP along its path. The continuation succeeds if the nodes move by less than 0.2 rad.
+//!   The continued plan is then the plan of that grid, or it costs more: the costs of two extremals
+//!   cross between the grids, and each is cheaper on its own grid. If the continued plan costs
+//!   less, or no continuation succeeds, a search has missed it. This counts as another answer.
+//! - Turns as given: prescribed rotations of 200° to 700° about a random axis, with rates of up to
+//!   2 rad/T at both ends. If a plan is reported as solved and verified, its rotation must be the
+//!   prescribed one, full turns included. This is checked here independently, on the double cover
+//!   of the rotations.
 //!
-//! Ends with 1 where a mirror image costs something else, or a turn is called solved that is
-//! another.
+//! The command ends with 1 if a mirror image has another cost, or if a plan with another rotation
+//! than the prescribed one is reported as solved.
 
 use evidence::families::{self, FAMILIES};
 use evidence::words::{Misuse, Words};
@@ -29,19 +31,19 @@ use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// Relative difference that costs of mirror images may have, and that other extremals have at
-/// least.
+/// The relative difference up to which costs of mirror images agree, and the relative difference
+/// above which costs belong to different extremals.
 const SAME: f64 = 1e-9;
 const OTHER: f64 = 1e-6;
-/// Nodes of one extremal on two grids are nearer than this \[rad\].
+/// The largest distance between the nodes of one extremal on two grids \[rad\].
 const NEAR: f64 = 0.2;
-/// The grids through which an extremal is continued if it does not converge on the last grid at
-/// once.
+/// The number of intermediate grids over which an extremal is continued if it does not converge on
+/// the next grid directly.
 const GRIDS_BETWEEN: i32 = 12;
-/// Families that are planned on several grids.
+/// The indices of the families that are planned on several grids.
 const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];
-/// The number of steps of the coarsest grid, and an even number of streams of random numbers in
-/// addition to the streams of the families.
+/// The number of steps of the coarsest grid, and the numbers of the random streams of mirrors and
+/// turns, which no family uses.
 const STEPS: usize = 100;
 const STREAMS: [usize; 2] = [100, 101];
 
@@ -104,7 +106,7 @@ fn planned(problem: &Problem) -> Option<Plan> {
     plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
-/// Returns the cost of a plan that is solved; NaN if it is not.
+/// Returns the cost of a maneuver's plan; NaN if it is not solved.
 fn cost(problem: &Problem) -> f64 {
     planned(problem).filter(|plan| plan.status == Status::Solved).map_or(f64::NAN, |plan| plan.solution.cost)
 }
@@ -119,7 +121,7 @@ fn mirrors(seed: u64, index: usize) -> bool {
         let start = State::at_rest(Matrix3::identity());
         cost(&Problem::attitude(body.clone(), start, end, 1.0).with_steps(STEPS))
     });
-    // Written so that a NaN is a complaint.
+    // The comparison is written so that a NaN counts as a difference.
     let same = (one / other - 1.0).abs() <= SAME;
     if !same {
         println!("mirrors, case {index}: {one} and {other}, {:.2}° about axis {axis}", angle.to_degrees());
@@ -127,7 +129,7 @@ fn mirrors(seed: u64, index: usize) -> bool {
     same
 }
 
-/// The agreement of the answers on several grids.
+/// The result of comparing the plans of one maneuver on several grids.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Agreement {
     OneExtremal,
@@ -137,7 +139,7 @@ enum Agreement {
 
 fn grids(problem: &Problem, name: &str, index: usize) -> Agreement {
     let grids = [1, 2, 4].map(|finer| problem.clone().with_steps(finer * STEPS));
-    // The verdict of the witness on so few steps is not considered.
+    // The verdict of the witnesses does not count, because the steps may be too long for them.
     let answers = grids.each_ref().map(|problem| planned(problem).map(|plan| plan.solution));
     let costs =
         answers.each_ref().map(|answer| answer.as_ref().filter(|a| is_found(a)).map_or(f64::NAN, |a| a.cost));
@@ -174,8 +176,8 @@ fn is_found(solution: &Solution) -> bool {
     solution.outcome == Outcome::Converged
 }
 
-/// Compares an answer, continued to another grid, with the answer there; `None` if it cannot be
-/// continued.
+/// Continues a plan to another grid and compares it with the plan of that grid; `None` if it cannot
+/// be continued.
 fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Problem) -> Option<Agreement> {
     if !is_found(answer) || !is_found(other) {
         return Some(Agreement::Other);
@@ -189,8 +191,8 @@ fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Proble
     })
 }
 
-/// Returns the extremal on another grid that follows the path of an answer: by Newton at once, by
-/// Newton grid by grid, or by SCP.
+/// Continues a plan to another grid along its path: by Newton's method directly or over
+/// intermediate grids, or by SCP. Returns `None` if this fails.
 fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     let settings = Settings::discrete();
     let newton = |steps: usize, costates: &[f64]| {
@@ -229,7 +231,7 @@ fn distance(a: &Solution, b: &Solution) -> f64 {
     few.iter().zip(many.iter().step_by(ratio)).map(angle).fold(0.0, f64::max)
 }
 
-/// The result of a turn that is planned as written.
+/// The result of planning a prescribed rotation.
 #[derive(Clone, Copy)]
 enum Turn {
     AsAsked,
@@ -251,7 +253,7 @@ fn turn(seed: u64, index: usize) -> Result<Turn, Box<dyn std::error::Error>> {
         println!("turn {index}, {:.0}°: {}", asked.norm().to_degrees(), plan.status.name());
         return Ok(Turn::NotSolved);
     }
-    // Neighbours on the lift are on one side of it.
+    // The sign of each quaternion is chosen so that it is near the quaternion before.
     let mut lift = [1.0, 0.0, 0.0, 0.0];
     for quaternion in &plan.solution.trajectory.quaternion {
         let along: f64 = lift.iter().zip(quaternion).map(|(a, b)| a * b).sum();
@@ -261,7 +263,7 @@ fn turn(seed: u64, index: usize) -> Result<Turn, Box<dyn std::error::Error>> {
     let axis = asked.normalize() * half.sin();
     let wanted = [half.cos(), axis.x, axis.y, axis.z];
     let along: f64 = lift.iter().zip(wanted).map(|(a, b)| a * b).sum();
-    // Written so that a NaN is a complaint.
+    // The comparison is written so that a NaN counts as a difference.
     let there = along > 1.0 - 1e-9;
     if !there {
         println!("turn {index}, {:.0}°: solved, but it goes another way", asked.norm().to_degrees());

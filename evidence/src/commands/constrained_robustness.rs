@@ -1,10 +1,10 @@
-//! How often a slew under a torque limit and keep-out cones is solved from a cold start.
+//! Counts how often a slew with torque limits and keep-out cones is solved from a cold start.
 //!
-//! `cargo run --release -p evidence -- constrained_robustness [CASES [FOLDER]]`, 2 000
-//! cases by default, counts over the law of `evidence::constrained`. A case that is neither
-//! solved nor proved infeasible is printed with all attempts, and with the result without its
-//! cones; with a folder, as one JSON plan file for each case. For these it counts how often a
-//! shortest duration is found, and how much longer it is.
+//! `cargo run --release -p evidence -- constrained_robustness [CASES [FOLDER]]` plans CASES (2 000
+//! by default) by the law of `evidence::constrained`. A case that is neither solved nor proved
+//! infeasible is printed with all attempts, and with the result without its cones. With a FOLDER,
+//! each of these cases is also written as a JSON plan file. For these cases the command counts how
+//! often a shortest duration is found, and how much longer it is than the given one.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Problem, Rung, Settings};

@@ -1,12 +1,13 @@
-//! Plan files damaged in one figure, and how many of them `slew verify`, `slew report` or
-//! `slew export` call verified.
+//! Counts how many plan files with one damaged figure `slew verify`, `slew report` or `slew export`
+//! report as verified.
 //!
 //! `cargo run --release -p evidence -- damaged [CASES [SEED]]`, 100 cases of each kind by default.
-//! The second column counts the same files marked as written by another program, so that their
-//! checksum is not judged. There the witnesses alone find the damage; they cannot judge figures
-//! that do not follow from the motion (costates, gains, claims of the search).
+//! The second column counts the same files if they are marked as written by another program, so
+//! that their checksum is not checked. Only the witnesses can then detect the damage. They cannot
+//! check figures that do not follow from the motion: costates, gains, and claims of the search.
 //!
-//! The command ends with 1 if a damaged file is called verified, or an undamaged one is not.
+//! The command ends with 1 if a damaged file is reported as verified, or if an undamaged one is
+//! not.
 
 use evidence::Random;
 use evidence::damaged::{Called, DAMAGES, Files, called};

@@ -1,16 +1,17 @@
-//! Whether a change of the search raises the cost of plans of least time and fuel, one by one.
+//! Compares costs of minimum-time and minimum-fuel plans before and after a change of the search,
+//! plan by plan.
 //!
-//! Changes of its constants are measured by this program.
+//! Use this command to measure changes of the search's constants.
 //!
-//! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers
-//! of each kind without cones, or of the named kinds, by the laws of `evidence::switching`. If
-//! FILE does not exist, it stores their costs. Otherwise it compares each plan with the stored
-//! one. It prints how many cost more or less by over 1e-5 and the reported gaps, the worst of
-//! each, how many are no longer or newly solved, the gaps beyond 1e-4 of the cost, and the ratio
-//! of the times.
+//! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers of each
+//! kind without cones, or of the named kinds, by the laws of `evidence::switching`. If FILE does
+//! not exist, the command stores the costs there. Otherwise it compares each plan with the stored
+//! one. It prints how many plans cost more or less by over 1e-5 and the reported gaps, the worst of
+//! them, how many are no longer or newly solved, the gaps above 1e-4 of the cost, and the ratio of
+//! the times.
 //!
-//! `… -- dearer thorough COUNT FILE [KIND ...]` uses the thorough search: FILE then shows
-//! which plans the default search misses.
+//! `… -- dearer thorough COUNT FILE [KIND ...]` uses the thorough search. A later comparison with
+//! FILE then shows which plans the default search misses.
 //!
 //! `cargo run --release -p evidence -- dearer spec KIND INDEX` writes one of the maneuvers as
 //! a spec in JSON.
@@ -27,11 +28,13 @@ use std::fmt::Write as _;
 use std::fs;
 use std::time::Instant;
 
-/// The relative difference of the costs of two plans; a gap of that many of them is large.
+/// The relative difference below which two costs count as equal, and the relative gap above which a
+/// gap counts as large.
 const SAME: f64 = 1e-5;
 const LARGE: f64 = 1e-4;
 
-/// A plan: its cost and its relative gap, infinite without a plan; and its time \[ms\].
+/// The result of a search: the cost and the relative gap of the plan, both infinite without a plan,
+/// and the computing time \[ms\].
 #[derive(Clone, Copy)]
 struct Found {
     cost: f64,

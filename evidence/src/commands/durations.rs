@@ -1,12 +1,13 @@
-//! The durations that are advised for infeasible slews, 200 random bodies and rotations. The slews
-//! are from rest to rest under a torque box, a norm, a box with a rate limit, limited torque rates,
-//! or four wheels that hold little. Their duration is a third of the one that is proved too short.
+//! Checks the durations that slewkit recommends for infeasible slews of random bodies. The slews
+//! are from rest to rest, with limits on each torque, on the norm of the torque, on torques and
+//! rates, on the rates of torques, or with four wheels that store little momentum. Their duration
+//! is a third of the proved lower bound.
 //!
-//! `cargo run --release -p evidence -- durations [CASES]`. Each slew is planned in the duration
-//! that the proof of its infeasibility advises; the law is that a plan exists. The duration is then
-//! reduced by 4 % as long as a plan is found, which shows by how much the advice exceeds the
-//! shortest duration. The command ends with 1 if no duration is named, or if more than one case of
-//! a hundred has no plan in it.
+//! `cargo run --release -p evidence -- durations [CASES]`, 200 cases by default. Each slew is
+//! planned in the duration that the proof of its infeasibility recommends. The law is that a plan
+//! exists. The duration is then reduced by 4 % as long as a plan is found, which shows by how much
+//! the recommendation exceeds the shortest duration. The command ends with 1 if no duration is
+//! recommended, or if more than one case in a hundred has no plan in it.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -18,7 +19,7 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::collections::BTreeMap;
 
 const KINDS: [&str; 5] = ["box", "norm", "box and rate", "torque rates", "wheels"];
-/// The factor by which a duration is reduced.
+/// The factor by which a duration is multiplied to reduce it.
 const SHORTER: f64 = 0.96;
 /// The largest number of reductions.
 const MOST: u32 = 25;
@@ -78,7 +79,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if 100 * wrong > cases { Err("a duration that is advised has no plan".into()) } else { Ok(()) }
 }
 
-/// Returns a slew in a third of the duration that its proof requires at least.
+/// Draws a slew whose duration is a third of the proved lower bound.
 fn case(kind: &str, random: &mut Random) -> Result<Problem, Box<dyn std::error::Error>> {
     let spread = Vector3::from_fn(|_, _| 10.0_f64.powf(0.8 * random.unit()));
     let moments = 50.0 * Vector3::new(spread.y + spread.z, spread.z + spread.x, spread.x + spread.y);

@@ -1,13 +1,14 @@
-//! Stops with a free roll, planned together and one by one: the saving of planning together.
+//! Measures how much is saved by planning stops with a free roll together instead of one by one.
 //!
 //! `cargo run --release -p evidence -- dwells [COUNT]`: COUNT (100 by default) random sequences of
 //! three stops at rest, at each of which a boresight points at a direction and the roll is free.
-//! Bodies with moments in ratios to 3 about any axes, boresight and directions uniform on the
-//! sphere, least effort in 12 s on 100 steps a leg, the split of the time free. One by one each leg
-//! has the roll at its end that costs it least, and the best split.
+//! The bodies have moments in a ratio of up to 3 about random axes; boresights and directions are
+//! uniform on the sphere. The plans minimise effort in 12 s on 100 steps for each leg, and the
+//! division of the time among the legs is free. One by one, each leg ends at the roll that
+//! minimises its own cost, with the best division of the time.
 //!
-//! It prints the part of the cost that is saved, by quarters of all cases, and the seconds of a plan.
-//! Ends with 1 if a case costs more together.
+//! The command prints the smallest and largest saving, its quartiles, and the time of a plan. It
+//! ends with 1 if a case costs more when planned together.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -19,7 +20,7 @@ use slewkit::{Body, Direction, Matrix3, Problem, State, lie};
 use std::error::Error;
 use std::time::Instant;
 
-/// Duration of a sequence [s].
+/// The duration of a sequence [s].
 const TOTAL: f64 = 12.0;
 /// The relative difference below which two costs count as equal.
 const NEAR: f64 = 1e-6;
@@ -36,7 +37,7 @@ fn sequence(index: usize) -> Sequence {
     Sequence { craft, stops: (1..=3).map(stop).collect(), order: Ordering::Given }
 }
 
-/// Returns the cost of the legs one by one, with the best split of the time.
+/// Returns the total cost of legs that are planned one by one, with the best division of the time.
 fn one_by_one(sequence: &Sequence) -> Result<f64, Box<dyn Error>> {
     let (mut from, mut roots) = (sequence.craft.start, 0.0);
     for stop in &sequence.stops {

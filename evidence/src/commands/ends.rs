@@ -1,16 +1,17 @@
-//! Plans to ends with a free roll or attitude, and between states of motion: how many are solved,
-//! in what time.
+//! Counts how many plans with a free roll or attitude at the end, or between states of motion, are
+//! solved, and measures their time.
 //!
 //! `cargo run --release -p evidence -- ends [COUNT] [--thorough MORE] [--rolls FEW] [--only WORD]`:
 //! COUNT (20) random maneuvers of each end with each of the inputs and limits, and of each motion,
-//! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. The
-//! first MORE (5) are also planned with `search = "thorough"`. The first FEW (1) to a free roll or
-//! a moving target in a given duration are also planned with 24 given rolls, of which the best
-//! counts. WORD keeps the rows whose name contains it. `--specs FOLDER` writes the maneuvers as
-//! specs there, for other programs, and plans nothing.
+//! by the law of `evidence::ends`, for minimum effort, time and fuel, with default settings. The
+//! first MORE (5) are also planned with `search = "thorough"`. The first FEW (1) with a free roll
+//! or a moving target in a given duration are also planned with 24 given rolls, of which the best
+//! one counts. WORD selects the rows whose name contains it. `--specs FOLDER` only writes the
+//! maneuvers to FOLDER as specs for other programs.
 //!
-//! It prints a row for each: how many are solved and verified, the wall time (median, worst), and
-//! how many of those compared cost more than the best known by more than 0.1 %, and by how much.
+//! The command prints one row for each combination: how many plans are solved and verified, the
+//! elapsed time (median and largest), and how many of the compared plans exceed the best known cost
+//! by more than 0.1 %, and by how much.
 
 use evidence::ends::{ENDS, INPUTS, MOTIONS, OBJECTIVES, between, to_end};
 use evidence::words::Words;
@@ -23,19 +24,19 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The number of given rolls that stand for a free roll.
+/// The number of given rolls with which a free roll is compared.
 const ROLLS: usize = 24;
-/// Part by which a cost may exceed the best known one.
+/// The largest accepted excess over the best known cost, relative to it.
 const NEAR: f64 = 1e-3;
-/// Longest wall time of a plan \[s\].
+/// The time limit of a plan \[s\].
 const LONGEST: f64 = 60.0;
-/// Wall time above which a plan is named \[s\].
+/// The elapsed time above which a plan is listed by name \[s\].
 const SLOW: f64 = 2.0;
 /// The distance in case numbers to the case that replaces one whose ends violate a limit.
 const APART: usize = 1000;
 
 /// Returns the discrete cost of a solved and verified plan, or the reason why none was found, and
-/// the wall time.
+/// the elapsed time \[s\].
 fn planned(problem: &Problem, settings: &Settings) -> (Result<f64, String>, f64) {
     let settings = Settings { time_limit: Some(Duration::from_secs_f64(LONGEST)), ..settings.clone() };
     let began = Instant::now();
@@ -67,8 +68,8 @@ fn of_rolls(problem: &Problem) -> Option<f64> {
     best.is_finite().then_some(best)
 }
 
-/// Returns the case with a number, or the next case whose ends keep all limits; `None` if this end,
-/// these inputs and this objective cannot be combined.
+/// Draws the case with this number, or the next case whose start and end keep all limits. Returns
+/// `None` if the end, the inputs and the objective cannot be combined.
 fn usable(draw: &dyn Fn(usize) -> Problem, number: usize) -> Option<Problem> {
     (0..50).map(|again| draw(number + again * APART)).find(|problem| problem.check().is_ok())
 }

@@ -1,9 +1,9 @@
-//! The spec of an everyday maneuver, for other programs, by the law of `evidence::everyday`.
+//! Prints the spec of an everyday maneuver for other programs, by the law of `evidence::everyday`.
 //!
-//! `cargo run -p evidence -- everyday KIND NUMBER [SEED]` prints the maneuver of a number (from 0),
-//! a kind (`time`, `rate`, `cone`, `effort`) and a seed (1) as a spec in JSON.
-//! `cargo bench -p benches --bench everyday` plans these maneuvers, and
-//! `tests/exchange/everyday.py` compares the plans with the results of CasADi and IPOPT.
+//! `cargo run -p evidence -- everyday KIND NUMBER [SEED]` prints a maneuver as a spec in JSON. KIND
+//! is `time`, `rate`, `cone` or `effort`; NUMBER counts from 0; SEED is 1 by default. `cargo bench
+//! -p benches --bench everyday` plans these maneuvers, and `tests/exchange/everyday.py` compares
+//! the plans with the results of CasADi and IPOPT.
 
 use evidence::everyday::{KINDS, maneuver};
 use evidence::words::Words;

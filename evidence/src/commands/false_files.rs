@@ -1,11 +1,11 @@
-//! False and right attitude files before `verify`: faults of every kind planted into right ones,
-//! and one attitude in every legal style.
+//! Checks the verdicts of `slew verify` on attitude files: correct files in every legal style, and
+//! files into which faults of every kind were planted.
 //!
 //! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default. A
-//! verdict is wrong if a false file agrees, unless the false part is listed under "not judged" for
-//! that file. It is also wrong if a right file is refused or does not agree.
+//! verdict is wrong if a faulty file agrees, unless the fault is listed under "not judged" for that
+//! file. It is also wrong if a correct file is refused or does not agree.
 //!
-//! Ends with 1 where anything was wrong.
+//! The command ends with 1 if a verdict was wrong.
 
 use evidence::Random;
 use evidence::attitude_files::{Frame, Kind, Motion, Notation, Row, Style, file, rows};
@@ -101,7 +101,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 || right < count { Err("see above".into()) } else { Ok(()) }
 }
 
-/// Returns the beginning of a case as text.
+/// Returns the first lines of a case's file, to be printed.
 fn shown(case: &Case) -> String {
     let text = String::from_utf8_lossy(&case.file);
     let head: Vec<&str> = text.lines().take(24).collect();
@@ -128,10 +128,10 @@ fn against(found: &FileReport) -> String {
     checks.chain(found.attitudes.violations.iter().cloned()).collect::<Vec<_>>().join("; ")
 }
 
-/// Returns the maneuver that a motion is of.
+/// Returns the spec of the maneuver to which a motion belongs.
 fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
     let orbital_rate = if frame == Frame::Orbit { 1.1e-3 } else { 0.0 };
-    // A body at rest in its frame turns with it; rates of a spec are inertial.
+    // A body at rest in the orbit frame rotates with it. Rates in a spec are inertial.
     let attitude = |time: f64| {
         let (attitude, _) = motion.at(time);
         let [w, x, y, z] = lie::quaternion_from_rotation(&attitude);
@@ -169,8 +169,8 @@ fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     )
 }
 
-/// Returns a direction in inertial axes, and its least angle to the boresight x over the whole
-/// motion \[rad\].
+/// Draws a direction in inertial axes, and returns it with its smallest angle to the boresight x
+/// over the whole motion \[rad\].
 fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     let away = |direction: &Vector3| {
         let angle = |k: usize| motion.at(motion.duration * k as f64 / 400.0).0.column(0).angle(direction);
@@ -180,7 +180,7 @@ fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     tried.fold((Vector3::x(), 0.0), |best, next| if next.1 > best.1 { next } else { best })
 }
 
-/// Returns a right file in any style.
+/// Draws a correct file in a random style.
 fn styled(random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let frame = if random.unit() < 0.2 { Frame::Orbit } else { Frame::Inertial };
@@ -195,7 +195,7 @@ fn styled(random: &mut Random) -> Case {
     Case { spec: spec_of(&motion, frame, random.unit() < 0.9, &more), file, open: &[] }
 }
 
-/// Returns a right file with a fault.
+/// Draws a correct file and plants a fault into it.
 fn planted(fault: Fault, random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let inertial = !matches!(fault, Fault::Frame | Fault::Direction | Fault::Sign) || random.unit() < 0.7;
@@ -214,7 +214,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
                 Frame::Orbit => &["ICRF", "EME2000", "ITRF97", "TEME", "PLANEFRAME", "RSW_INERTIAL", "SEZ"],
             };
             style.reference = random.pick(other);
-            // The axes of the orbit are turned by `rows` if the old name has such axes.
+            // If the old frame is an orbit frame, `rows` are its axes.
             let mut kept = style.clone();
             kept.reference = if inertial { "ICRF" } else { "VNC" };
             let all = rows(&motion, &kept);
@@ -251,7 +251,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
         }
         Fault::Offset => {
             if random.coin() && style.notation != Notation::Table {
-                // Beyond the digits of the dates.
+                // The change exceeds the resolution of the dates.
                 let digits = 10_f64.powi(-(style.decimals_of_time as i32)).max(0.01);
                 let late = digits * 10_f64.powf(random.within(0.5, 3.0));
                 all.iter_mut().for_each(|row| row.time += late);
@@ -280,7 +280,8 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
     Case { spec: spec_of(&motion, frame, named, &more), file: file(&style, &all), open }
 }
 
-/// Makes a message of a table, which has no frames, no dates and no blocks.
+/// Changes the style from a table to a message, because a table has no frames, no dates and no
+/// blocks.
 fn to_message(style: &mut Style, random: &mut Random) {
     if style.notation == Notation::Table {
         style.notation = random.pick(&[Notation::Keywords, Notation::Xml]);
@@ -288,7 +289,8 @@ fn to_message(style: &mut Style, random: &mut Random) {
     }
 }
 
-/// Returns a kind of message with components of the angular velocity.
+/// Changes the style to a message, and returns a kind that contains the components of the angular
+/// velocity.
 fn velocity(style: &mut Style, random: &mut Random) -> Kind {
     (style.first_version, style.a_to_b, style.scalar_first) = (false, true, false);
     random.pick(&[Kind::QuaternionAngvel, Kind::EulerAngvel([2, 1, 0]), Kind::EulerAngvel([0, 2, 0])])
@@ -303,7 +305,7 @@ fn renamed(text: &str, from: &str, to: &str, lower: bool) -> String {
         .fold(text.to_string(), |text, key| text.replace(&format!("{key}{from}"), &format!("{key}{to}")))
 }
 
-/// Returns how many numbers of the attitude a row has, and their kind.
+/// Returns the number of attitude values in a row.
 fn attitude_numbers(kind: Kind) -> usize {
     match kind {
         Kind::Quaternion | Kind::QuaternionAngvel | Kind::QuaternionDerivative => 4,
@@ -311,7 +313,7 @@ fn attitude_numbers(kind: Kind) -> usize {
     }
 }
 
-/// Changes the sign of one number of the attitude, or of all rates.
+/// Changes the sign of one attitude value, or of all rates.
 fn sign(style: &Style, all: &mut [Row], random: &mut Random) {
     if style.has_rates() && random.unit() < 0.3 {
         all.iter_mut().for_each(|row| row.rate = -row.rate);
@@ -323,7 +325,8 @@ fn sign(style: &Style, all: &mut [Row], random: &mut Random) {
     all.iter_mut().for_each(|row| row.tampered = Some(which));
 }
 
-/// Swaps two numbers of the attitude, or moves the scalar to the other end, or swaps two rates.
+/// Exchanges two attitude values or two rates, or moves the scalar of the quaternion to the other
+/// end.
 fn swap(style: &Style, all: &mut [Row], random: &mut Random) {
     let count = attitude_numbers(style.kind);
     let rates = matches!(style.kind, Kind::QuaternionAngvel | Kind::QuaternionDerivative);
@@ -346,7 +349,7 @@ fn swap(style: &Style, all: &mut [Row], random: &mut Random) {
     all.iter_mut().for_each(|row| row.tampered = Some(which));
 }
 
-/// Leaves some time without rows between two blocks, or at an end.
+/// Removes the rows of a time interval between two blocks, or at one end of the motion.
 fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     let count = all.len();
     let missing = 1 + random.below(count / 3);
@@ -362,10 +365,10 @@ fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     }
 }
 
-/// Returns a cone that the boresight enters only between two rows, for every motion from the one
-/// row to the other.
+/// Returns the text of a cone that the boresight enters only between two rows, whatever the motion
+/// between them is.
 fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: &mut Random) -> String {
-    // Rows at least a degree of the boresight apart: some of them.
+    // Keeps only some rows, so that the boresight moves by at least a degree between two of them.
     let keep = 1 + random.below(4);
     let last = all.len() - 1;
     let mut index = 0;

@@ -1,9 +1,10 @@
-//! How often the default answer is the best known, counted over families of maneuvers.
+//! Counts how often the default search finds the best known plan, over families of random
+//! maneuvers.
 //!
-//! `cargo run --release -p evidence -- families [FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]`
-//! draws random maneuvers of every family, plans them by default, and compares the cost with the
-//! lowest of a thorough search of two hundred starts and more. A hit is within 1e-6. Every case
-//! depends on the seed and its number alone.
+//! `cargo run --release -p evidence -- families [FAMILY … [--cases COUNT] [--seed SEED] [--search
+//! quick] [--case N]]` draws random maneuvers of each family, plans them with default settings, and
+//! compares the cost with the lowest cost of a thorough search from at least two hundred starts. A
+//! cost within 1e-6 of it counts as a hit. Every case depends only on the seed and its number.
 
 use evidence::families::{self, FAMILIES};
 use evidence::words::{Misuse, Words};
@@ -18,13 +19,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 const STEPS: usize = 100;
-/// A default answer within this of the best known, relative, is a hit.
+/// The relative excess over the best known cost up to which a default plan counts as a hit.
 const HIT: f64 = 1e-6;
 
 /// The result of a case.
 struct Case {
     index: usize,
-    /// Cost of the default answer over the best known.
+    /// The relative excess of the default plan's cost over the best known cost.
     excess: Option<f64>,
     saddle: bool,
     seconds: f64,
@@ -36,8 +37,8 @@ fn cost(solution: &Solution) -> f64 {
     if solution.outcome == Outcome::Converged { solution.cost } else { f64::INFINITY }
 }
 
-/// Returns the result of the thorough search; for limited maneuvers also of SCP, which starts
-/// from other paths than the shooting.
+/// Returns the best result of the thorough search. For limited maneuvers, the search also includes
+/// SCP, which starts from other paths than shooting.
 fn best_known(problem: &Problem) -> Solution {
     let by = |method| {
         let settings = Settings { search: Thoroughness::Thorough, method, ..Settings::discrete() };

@@ -1,4 +1,4 @@
-//! The page of the figures, `docs/figures.md`, made from `evidence/figures.toml`.
+//! Writes the page of the figures, `docs/figures.md`, from `evidence/figures.toml`.
 //!
 //! `cargo run --release -p evidence -- figures` writes the page. The data have one table for each
 //! figure: its name, the law by which it is counted or measured in one sentence, the command that

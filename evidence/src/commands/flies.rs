@@ -1,24 +1,25 @@
-//! Plans that are flown: gains, covariances and chances against flights of the true motion.
+//! Compares gains, covariances and chances with simulated flights of the true motion.
 //!
 //! `cargo run --release -p evidence -- flies [COUNT [CASES]]`: COUNT (20 by default) random
 //! maneuvers, CASES (20 000) flights each.
 //!
-//! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from
-//! rest to rest in 60 s, torques of least effort on default steps, neighbouring gains. The free
-//! slew would carry one body axis 4° into a cone. The errors: 0.3° and 0.005 deg/s at the start,
-//! 2 % of the moments of inertia and of the scale of the torques, actuators turned by 0.3°, sensors
-//! turned by 0.02° with a noise of 0.003° and 1e-4 deg/s.
+//! The law: the bodies have moments in a ratio of up to 5 about random axes. Attitudes are uniform
+//! on SO(3), and minimum-effort slews go from rest to rest in 60 s, on the default number of steps
+//! and with neighbouring gains. Without the cone, the slew would carry one body axis 4° into it.
+//! The errors are 0.3° and 0.005 deg/s at the start, 2 % of the moments of inertia and of the scale
+//! of the torques, an actuator misalignment of 0.3°, and a sensor misalignment of 0.02° with a
+//! noise of 0.003° and 1e-4 deg/s.
 //!
 //! It prints these figures:
-//! - For the chance of 1e-2 at the worst instant of the cone: the proportion of flights at that
-//!   instant.
-//! - For a fifth of the maneuvers also for the torque of each input and each component of the
-//!   rate, limited to a part of the free slew, and for a joint chance of 5e-2 at any time: the
-//!   proportion in other flights.
-//! - Sampled deviations over linear ones.
-//! - The time of gains, covariances and a flight, next to the solve alone.
-//! - A table of a published CubeSat and of an effort slew of it with an error of 2 % in the
-//!   inertia, in open and closed loop.
+//! - For a chance of 1e-2 at the worst instant of the cone: the proportion of flights inside the
+//!   cone at that instant.
+//! - For a fifth of the maneuvers, the same proportions for limits on each torque and on each
+//!   component of the rate, and for a joint chance of 5e-2 at any time. These limits are a part of
+//!   the peaks of the free slew.
+//! - The ratio of sampled deviations to those of linear theory.
+//! - The time of gains, covariances and a flight, compared with the time of the plan.
+//! - A table of terminal deviations in open and closed loop for a published CubeSat, with an error
+//!   of 2 % in its inertia: for its minimum-time slew and for a minimum-effort slew.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -41,7 +42,7 @@ use std::time::Instant;
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
 /// The requested chance.
 const ASKED: f64 = 1e-2;
-/// The factor by which the flown chance may differ.
+/// The factor by which the proportion of flights may differ from the requested chance.
 const FACTOR: f64 = 1.5;
 
 fn unit(axis: usize) -> Vector3 {
@@ -54,7 +55,7 @@ fn variances(attitude: f64, rate: f64) -> Matrix6 {
     Matrix6::from_diagonal(&Vector6::new(attitude, attitude, attitude, rate, rate, rate))
 }
 
-/// Returns the moments of an inertia, off by a part.
+/// Returns the three uncertain moments of inertia, with a relative standard deviation of `part`.
 fn moments(problem: &Problem, part: f64) -> Vec<(String, Parameter, f64)> {
     let of = |axis: usize| {
         let delta = unit(axis) * unit(axis).transpose();
@@ -112,7 +113,8 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     Ok(clear.then(|| problem.with_constraint(constraint)))
 }
 
-/// Returns the ends of all cases, and how many of them are within the cone at the node `node`.
+/// Simulates flights. Returns the terminal deviations of all cases, and the proportion of cases
+/// inside the cone at the node `node`.
 fn flown(
     campaign: &Campaign<'_>,
     problem: &Problem,
@@ -203,8 +205,8 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == count)
 }
 
-/// Returns the maneuver with the largest torques of the free slew as limits, or the largest rates;
-/// a reserve then acts.
+/// Returns the maneuver with limits that equal the largest torques or rates of the free slew, so
+/// that a reserve makes them active.
 fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?.solution.trajectory;
     let most = |of: &dyn Fn(usize) -> f64| (0..free.torque.len()).map(of).fold(0.0, f64::max);
@@ -219,10 +221,11 @@ fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Er
     Ok(problem.with_actuation(Actuation::torques(torques)))
 }
 
-/// The names of the limit of the torques and of the limit of the rates.
+/// The names of the torque limit and of the rate limit.
 const LIMITS: [&str; 2] = ["torque limit", "rates"];
 
-/// Returns for each part of each chance whether a flight exceeds it at its worst instant.
+/// Returns for each input or component of each limit whether a flight exceeds the limit at its
+/// worst instant.
 fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     let rates = craft.constraints.first().map(|constraint| &constraint.rule);
     let sizes = craft.actuation.torque.limits().size.as_deref();
@@ -239,11 +242,13 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     beside.chances.iter().flat_map(of).collect()
 }
 
-/// Returns the chances of limits: at their worst instants, and one of all of them over the motion.
+/// Compares the chances of limits with flights: the chance of each limit at its worst instant, and
+/// the joint chance of all limits over the motion. Returns whether they agree.
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
-    /// The chance that all limits share.
+    /// The requested joint chance of all limits.
     const SHARED: f64 = 5e-2;
-    /// The part of the deviation by which an active margin may differ from the required one.
+    /// The largest difference between an active margin and the required one, relative to the
+    /// standard deviation.
     const ACTS: f64 = 0.02;
     let (mut index, mut done, mut parts, mut kept, mut refused) = (0, 0, 0, 0, 0);
     let (mut factors, mut shared, mut dearer) = (Vec::new(), Vec::new(), Vec::new());
@@ -270,7 +275,8 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         dearer.push(found.solution.cost / margins.cost_without - 1.0);
         let on_grid = found.solution.on_grid(&with);
         let beside = Beside::along(&on_grid, &found.solution.trajectory, kind, Some(&uncertainty))?;
-        // Nothing is saturated, so that commands show the requests.
+        // The authority is so large that no command saturates, so that the commands show what the
+        // gains request.
         let plant = Plant { authority: 1e3, ..Plant::default() };
         let campaign = Campaign::new(&on_grid, &beside.linear, beside.gains.as_ref(), &uncertainty, plant, 3);
         let told = |_, moments: Vec<Moment>| exceeded(&problem, &beside, &moments);
@@ -310,8 +316,7 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == parts && done == count)
 }
 
-/// Prints the time of gains and covariance next to the solve of a slew without limits: medians of
-/// 200 random ones.
+/// Prints the median time of gains, covariances and the plan, over 200 random slews without limits.
 fn speed() -> Result<(), Box<dyn Error>> {
     let mut times: [Vec<f64>; 3] = Default::default();
     for index in 0..200 {
@@ -338,8 +343,8 @@ fn speed() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Flies a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine
-/// tenths of its torque, and in least effort.
+/// Simulates flights of a published CubeSat (Miller, Akella: inertia, MRP, torque norm), for the
+/// minimum-time plan with nine tenths of its torque and for a minimum-effort plan.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
         "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst \

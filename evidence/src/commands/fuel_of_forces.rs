@@ -1,24 +1,25 @@
-//! Random maneuvers of least fuel and of least time with a body that translates or is in a field:
-//! how many are solved and verified, the saving, and the time.
+//! Counts how many minimum-fuel and minimum-time maneuvers of a body that translates or is in a
+//! force field are solved and verified, and measures what they save and their computing time.
 //!
 //! `cargo run --release -p evidence -- fuel_of_forces [COUNT [FAMILY]]`, 100 cases of each
 //! family by default.
 //!
-//! The law: principal moments of a random triangle in [1, 10] about random axes; a turn of uniform
-//! direction and an angle up to π, from rest to rest. Every maneuver has a plan by construction:
-//! each torque and force is limited to 1 to 3 times its largest value in the plan of least effort
-//! without limits, which is therefore feasible. The fuel and the duration of that plan must not be
-//! below the least ones. Least time is sought if the spec may request it: not on an orbit. The
-//! kinds are:
+//! The law: the principal moments are the sides of a random triangle in [1, 10], about random axes.
+//! The turn has a uniform direction and an angle of up to π, from rest to rest. Every maneuver has
+//! a plan by construction: each torque and force is limited to 1 to 3 times its largest value in
+//! the minimum-effort plan without limits, which is therefore feasible. The found fuel and duration
+//! must not exceed those of this plan. Minimum time is planned for all kinds except on an orbit,
+//! where a spec cannot request it. The kinds are:
 //!
-//! - `flight`: forces along reference axes, a shift by up to 3 m;
-//! - `thrust`: such a shift by forces along body axes;
-//! - `thrusters`: such a shift by twelve thrusters, whose couples of 1 m turn the body, and each of
-//!   which does its share of the plan of least effort;
+//! - `flight`: a displacement by up to 3 m by forces along reference axes;
+//! - `thrust`: a displacement by up to 3 m by forces along body axes;
+//! - `thrusters`: a displacement by up to 3 m by twelve thrusters, whose pairs at a distance of 1 m
+//!   also turn the body, and which share the forces and torques of the minimum-effort plan;
 //! - `gravity gradient`: a turn on a circular orbit, up to a quarter of it;
-//! - `orbit`: a transfer in central gravity up to a tenth off a circle, up to a quarter of it;
-//! - `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a
-//!   swing.
+//! - `orbit`: a transfer in central gravity, over up to a quarter of a circular orbit, to an end up
+//!   to a tenth off the circle;
+//! - `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to the
+//!   duration of a swing.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
@@ -75,7 +76,7 @@ type Drawn = Result<Problem, Box<dyn Error>>;
 type Family = fn(&mut Random) -> Drawn;
 
 fn direction(random: &mut Random) -> Vector3 {
-    // Uniform in the ball.
+    // Draws a point uniform in the ball.
     loop {
         let vector = Vector3::from_fn(|_, _| random.uniform());
         if (0.01..1.0).contains(&vector.norm()) {
@@ -108,7 +109,7 @@ fn flight(random: &mut Random, frame: AxisFrame) -> Drawn {
     Ok(problem)
 }
 
-/// Builds a maneuver that is at rest relative to the orbit at both ends.
+/// Draws a maneuver that is at rest relative to the orbit frame at both ends.
 fn on_orbit(random: &mut Random) -> Drawn {
     let body = Body { mass: None, ..body(random)? };
     let rate = 1e-3;
@@ -121,7 +122,7 @@ fn on_orbit(random: &mut Random) -> Drawn {
 
 fn transfer(random: &mut Random) -> Drawn {
     let mut body = body(random)?;
-    // A radius of gyration of some tenths of the orbit's.
+    // The radius of gyration becomes some tenths of the radius of the orbit.
     body.inertia = Inertia::new(body.inertia.j() * 0.1)?;
     let field = SecondOrderGravity::new(1.0, body.mass.unwrap_or(1.0), &body.inertia)?;
     let angle = random.within(0.2, 1.0) * FRAC_PI_2;
@@ -147,15 +148,14 @@ fn pendulum(random: &mut Random) -> Drawn {
     Ok(Problem::attitude(body, start, end, swing * random.within(0.2, 1.0)).with_environment(field))
 }
 
-/// Half the distance of the two thrusters that push along one axis the same way \[m\].
+/// Half the distance between the two thrusters that push in the same direction \[m\].
 const ARM: f64 = 0.5;
 
-/// Returns the outputs of twelve thrusters for a force and a torque, body axes: for each axis two
-/// push along it and two against it, side by side along the next axis.
+/// Returns the outputs of twelve thrusters that together produce a force and a torque in body axes.
+/// For each axis two thrusters push along it and two against it, side by side along the next axis.
 fn shared(force: &Vector3, torque: &Vector3) -> Vec<f64> {
     let of_axis = |axis: usize| {
-        // About the third axis those at the one side turn one way, those at the other side the
-        // other way.
+        // The thrusters at the two sides produce torques of opposite sign about the third axis.
         let (push, couple) = (0.5 * force[axis], 0.5 * torque[(axis + 2) % 3] / ARM);
         [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
             .map(|(way, beside)| (way * push).max(0.0) + (-way * beside * couple).max(0.0))
@@ -173,8 +173,8 @@ fn thrusters(limits: Limits) -> Result<Actuation, Box<dyn Error>> {
     Ok(Actuation::of_thrusters(positions.collect(), directions.collect(), limits)?)
 }
 
-/// Returns a maneuver of least fuel under limits that its plan of least effort keeps, and the fuel
-/// of that plan.
+/// Returns a minimum-fuel maneuver with limits that its minimum-effort plan keeps, and the fuel of
+/// that plan.
 fn limited(
     problem: Problem,
     by_thrusters: bool,
@@ -231,7 +231,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Plans one maneuver, and compares with the fuel or duration of a known plan.
+    /// Plans one maneuver, and compares the result with the fuel or duration of the known plan.
     fn take(&mut self, index: usize, problem: &Problem, known: f64) -> Result<(), Box<dyn Error>> {
         self.cases += 1;
         let found = plan(problem, &Settings::default(), None, &mut Silent)?;

@@ -1,14 +1,15 @@
-//! The order of neighbouring gains in a field, against plans from displaced starts.
+//! Checks the order of convergence of neighbouring gains in a force field, by plans from displaced
+//! starts.
 //!
 //! `cargo run --release -p evidence -- gains [COUNT]`: COUNT (200 by default) random pendulums with
-//! rates at both ends, least effort in 3 to 6 s on 60 and on 120 steps. The gain of the first step
-//! is compared with central differences of the mean torque over that step, between plans whose
-//! starts differ by 1e-4 in all six directions. Errors are parts of the largest gain.
+//! rates at both ends, minimum effort in 3 to 6 s on 60 and on 120 steps. The gain of the first
+//! step is compared with central differences of the mean torque over that step, between plans whose
+//! starts differ by 1e-4 in all six directions. Errors are relative to the largest gain.
 //!
-//! Gains belong to the motion under held torques, so they differ from the gains of the discrete
-//! plans by the error of the steps, of second order. The law is that the difference falls at least
-//! by 2^1.7 from 60 to 120 steps, or is below 1e-5. The command ends with 1 if fewer than 99.5 %
-//! obey it.
+//! The gains belong to the motion under held torques, so they differ from the gains of the discrete
+//! plans by the discretisation error, of second order in the step. The law is that the difference
+//! decreases by a factor of at least 2^1.7 from 60 to 120 steps, or is below 1e-5. The command ends
+//! with 1 if fewer than 99.5 % of the cases satisfy it.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -37,14 +38,14 @@ fn planned(problem: &Problem) -> Result<Option<Plan>, Box<dyn Error>> {
     Ok((found.status == Status::Solved).then_some(found))
 }
 
-/// Returns the mean torque of the first step.
+/// Returns the mean torque over the first step.
 fn first(found: &Plan) -> Vector3 {
     let torque = &found.solution.trajectory.torque;
     0.5 * (torque[0] + torque[1])
 }
 
-/// Returns by how much the gain of the first step differs; `None` if a neighbouring plan is on
-/// another path.
+/// Returns the relative difference between the gain of the first step and the central differences;
+/// `None` if a neighbouring plan is on another path.
 fn apart(problem: &Problem) -> Result<Option<f64>, Box<dyn Error>> {
     let Some(found) = planned(problem)? else { return Ok(None) };
     let gains =

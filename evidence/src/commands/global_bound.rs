@@ -1,5 +1,5 @@
-//! The gaps between plans on coarse grids and proved lower bounds of the cost of every maneuver, in
-//! any homotopy class.
+//! Prints the gaps between the costs of plans on coarse grids and proved global lower bounds, which
+//! hold for all homotopy classes.
 //!
 //! `cargo run --release -p evidence --features sdp -- global_bound [STEPS]`: slews of a tilted body
 //! from rest to rest on grids of at most STEPS (4), up to 16. The bounds need the feature `sdp`,

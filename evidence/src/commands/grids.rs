@@ -1,15 +1,16 @@
-//! Whether the answer of time and fuel within limits depends on the grid: each maneuver on 50, 100,
-//! 200, 400 and 800 steps.
+//! Checks whether minimum-time and minimum-fuel plans within limits depend on the grid, for 50,
+//! 100, 200, 400 and 800 steps.
 //!
 //! `cargo run --release -p evidence -- grids [COUNT [KIND [FIRST]]]`, 75 of each kind by
 //! default (`all`), each grid planned afresh. The law is printed before the figures.
 //!
-//! A grid of `N` equal steps has a cost that differs from continuous time by `O(1/N²)`: inputs jump
-//! at nodes, and limits hold there. An answer depends on its grid if its cost exceeds the cost on
-//! another grid by more than both errors. The program prints a line for each of these, and for each
-//! that is not solved on every grid: all costs, the remaining effort term, and a cheaper rival of
-//! the plan. The summary counts them, and gives the median error of each grid next to the finest,
-//! which determines the constants of that rule. Times are CPU times.
+//! On a uniform grid of `N` steps the cost differs from that in continuous time by `O(1/N²)`,
+//! because inputs jump at nodes and limits hold there. A plan depends on its grid if its cost
+//! exceeds the cost on another grid by more than the errors of both grids. The command prints one
+//! line for each such maneuver, and for each maneuver that is not solved on every grid, with all
+//! costs, times, and a cheaper rival of the plan. The summary counts them, and states the median
+//! error of each grid relative to the finest grid, from which the constants of this rule were
+//! chosen. Times are CPU times.
 
 use evidence::process::own_cpu_seconds;
 use evidence::words::{Misuse, Words};
@@ -32,13 +33,14 @@ law: moments in a ratio up to 5 that bodies have, along the axes of three torque
 
 const GRIDS: [usize; 5] = [50, 100, 200, 400, 800];
 
-/// An answer on N steps may be off by this part, and by the square of the number below over N.
+/// The accepted relative error of the cost on N steps is the first number plus the square of the
+/// second number over N.
 const ERROR: (f64, f64) = (5e-4, 4.0);
 
-/// The longest processor time of a plan \[s\].
+/// The limit on the CPU time of a plan \[s\].
 const LONGEST: f64 = 300.0;
 
-/// Stops a plan that takes longer.
+/// An observer that stops a plan after `LONGEST`.
 struct Patience {
     began: f64,
 }
@@ -69,17 +71,18 @@ pub(super) const KINDS: [(&str, Limited, bool); 8] = [
     ("fuel-wheels", Limited::Wheels, true),
 ];
 
-/// The results of the grids of one maneuver.
+/// The results of one maneuver on all grids.
 struct Compared {
     index: usize,
     costs: [Option<f64>; GRIDS.len()],
-    /// The remaining effort terms, and the cheapest rival of a plan.
+    /// The cost of the cheapest rival on each grid.
     rivals: [f64; GRIDS.len()],
     seconds: [f64; GRIDS.len()],
 }
 
 impl Compared {
-    /// Returns the largest excess of an answer over another, beyond the errors of both grids.
+    /// Returns the largest relative excess of one grid's cost over another's, minus the errors of
+    /// both grids; 0 if none exceeds them.
     fn beyond(&self) -> f64 {
         let error = |steps: usize| ERROR.0 + (ERROR.1 / steps as f64).powi(2);
         let solved =
@@ -195,8 +198,8 @@ pub(super) fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Pro
     let (axis, angle) = (random.direction(), random.within(30.0, 180.0).to_radians());
     let turn = axis * angle;
     let end = start * lie::exp(&turn);
-    // The turn about its axis: the acceleration that every torque can give, the torques that hold
-    // the axis left out.
+    // The angular acceleration of the turn about its axis that every torque allows. The torques
+    // that hold the axis are ignored.
     let momentum = moments.component_mul(&axis);
     let acceleration = sizes.component_div(&momentum.abs()).min();
     let (mut lasts, peak) = (2.0 * (angle / acceleration).sqrt(), (angle * acceleration).sqrt());
@@ -242,7 +245,7 @@ pub(super) fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Pro
     Some(constraints.into_iter().fold(problem, Problem::with_constraint))
 }
 
-/// Returns a cone that contains neither end: on the path of the turn, or near it.
+/// Draws a cone on the path of the turn or near it that contains neither end.
 fn cone(start: &Matrix3, turn: &Vector3, number: usize, random: &mut Random) -> Pointing {
     let beside = number > 0 && random.coin();
     loop {

@@ -1,10 +1,11 @@
-//! Comparison of answers, verdicts and times with the committed table `evidence/guard.toml`:
-//! better, worse, new and lost ones.
+//! Compares results, verdicts and times of many searches with the committed table
+//! `evidence/guard.toml`, and lists which results are better, worse, new or lost.
 //!
-//! `cargo run --release -p evidence -- guard [--part PART] [--write] [--within TOLERANCE]`: a short
-//! count of every kind that searches are judged by, each case a default plan in a process of its
-//! own, two at a time. PART is a section of the table, or `quick`: some of each section, three
-//! minutes of a processor at most. `--write` writes the table anew, of a part its rows alone.
+//! `cargo run --release -p evidence -- guard [--part PART] [--write] [--within TOLERANCE]` runs a
+//! few cases of every count by which searches are judged. Each case is a default plan in its own
+//! process; two processes run at a time. PART is a section of the table, or `quick`, which selects
+//! some cases of each section and takes at most three minutes of CPU time. `--write` rewrites the
+//! table, or only the rows of the part.
 //!
 //! - `problems`: the shipped maneuvers, including the published ones. `best_known`: the maneuvers
 //!   of `evidence/best_known`.
@@ -12,14 +13,15 @@
 //!   `public_set`: the first cases of these commands, planned as they plan them (`pulses` belong to
 //!   `minimum_fuel`, `public_set` to `minimum_time`).
 //!
-//! A case is a row: cost, verdict, seconds of the processor. A case that exceeds the budget is
-//! stopped: `no answer in 60 s`. An answer is a plan that is solved and verified, or a proof that
-//! no plan exists. `new` has an answer and the table does not. `lost` has no answer and the table
-//! does, or its answer is another. `better` and `worse` cost less and more by more than TOLERANCE
-//! (1e-7), relative. Times depend on the machine and on its other work: they are reported for each
-//! section, and for cases that take over twice as long and half a second more.
+//! Each case is a row of the table, with cost, verdict and CPU time [s]. A case that exceeds its
+//! time budget is stopped: `no answer in 60 s`. An answer is a plan that is solved and verified, or
+//! a proof that no plan exists. A case is `new` if it has an answer and the table has none. It is
+//! `lost` if it has no answer and the table has one, or if the answer is of another kind. It is
+//! `better` or `worse` if it costs less or more by over TOLERANCE (1e-7), relative to the cost.
+//! Times depend on the machine and its load. They are reported for each section, and for cases that
+//! take more than twice as long and over half a second longer.
 //!
-//! Ends with 1 where anything is worse or lost.
+//! The command ends with 1 if a case is worse or lost.
 
 use super::{grids, limited_arcs, minimum_fuel, minimum_time};
 use evidence::metamorphic::images;
@@ -40,25 +42,26 @@ use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 use toml::de::DeTable;
 
-/// The processor time that a case may take [s].
+/// The limit on the CPU time of a case [s].
 const BUDGET: f64 = 60.0;
 
-/// Cases that are planned at a time.
+/// The number of cases that are planned at a time.
 const WORKERS: usize = 2;
 
-/// The factor and the additional time [s] above which a case is reported to take longer.
+/// A case is reported as slower if its time exceeds this factor times the old time, and also the
+/// old time plus this number of seconds.
 const LONGER: (f64, f64) = (2.0, 0.5);
 
-/// Cases that stand in no table, each with the reason; by section and the beginning of the name.
+/// Cases that are not part of the table: section, beginning of the name, and the reason.
 const LEFT_OUT: [(&str, &str, &str); 0] = [];
 
-/// A case: its problem and its settings.
+/// The problem and the settings of a case.
 type Case = Result<(Problem, Settings), Box<dyn Error>>;
 
-/// A part of the table.
+/// A section of the table.
 struct Section {
     name: &'static str,
-    /// The first of each run of so many cases is in the quick part.
+    /// Every `quick`-th case belongs to the quick part.
     quick: usize,
     names: fn() -> Result<Vec<String>, Box<dyn Error>>,
     case: fn(&[&str]) -> Case,
@@ -86,10 +89,10 @@ const SECTIONS: [Section; 9] = [
     Section { name: "public_set", quick: 20, names: || Ok(each(&PUBLIC, 200)), case: public },
 ];
 
-/// Steps of the maneuvers of `grids`.
+/// The number of steps of the maneuvers of `grids`.
 const GRIDS: [usize; 1] = [100];
 
-/// Maneuvers of each kind of `grids`, and of `images`.
+/// The number of maneuvers of each kind of `grids`, and of each kind of `images`.
 const OF_GRIDS: usize = 3;
 const OF_IMAGES: usize = 10;
 
@@ -105,13 +108,12 @@ fn numbers(count: usize) -> Vec<String> {
     (0..count).map(|index| index.to_string()).collect()
 }
 
-/// Returns so many numbers of each name.
+/// Returns the case names: `count` numbered cases for each of `names`.
 fn each(names: &[&str], count: usize) -> Vec<String> {
     names.iter().flat_map(|name| (0..count).map(move |index| format!("{name} {index}"))).collect()
 }
 
-/// Returns the maneuvers among the files of a folder, including one folder within it, without
-/// simulations.
+/// Returns the names of the maneuvers in a folder and its direct subfolders, without simulations.
 fn shipped(folder: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let top = Path::new(ROOT).join(folder);
     let mut names = Vec::new();
@@ -135,7 +137,7 @@ fn of_file(folder: &str, name: &[&str]) -> Case {
     Ok((loaded.problem, Settings { target, ..loaded.settings }))
 }
 
-/// Returns a name and a number.
+/// Returns the name and the number in the words of a case name.
 fn numbered<'a>(words: &[&'a str]) -> Result<(&'a str, usize), Box<dyn Error>> {
     let [name, index, ..] = words else { return Err("a name and a number".into()) };
     Ok((name, index.parse()?))
@@ -214,17 +216,17 @@ fn public(words: &[&str]) -> Case {
     Ok((problem, Settings::default()))
 }
 
-/// Why there is nothing to plan.
+/// The reason of a case that the random law does not produce.
 const NOT_DRAWN: &str = "not drawn";
 
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
-    /// The cost of a plan that is solved and verified: seconds, N²·m²·s, or the unit of the
-    /// maneuver's objective.
+    /// The cost of a plan that is solved and verified, in the unit of the maneuver's objective,
+    /// such as s or N²·m²·s; `None` for other results.
     cost: Option<f64>,
     verdict: String,
-    /// The processor time; the wall time if the system does not report it.
+    /// The CPU time [s], or the elapsed time if the system does not report CPU time.
     seconds: f64,
 }
 
@@ -236,7 +238,7 @@ impl Row {
     }
 }
 
-/// Rows by section and name.
+/// The rows of the table, by section and name.
 type Table = BTreeMap<String, BTreeMap<String, Row>>;
 
 fn table_path() -> PathBuf {
@@ -275,7 +277,7 @@ fn written(table: &Table) -> Result<(), Box<dyn Error>> {
     for section in SECTIONS {
         let Some(rows) = table.get(section.name) else { continue };
         writeln!(text, "\n[{}]", section.name)?;
-        // The names have the order in which they are planned.
+        // The names are in the order in which the cases are planned.
         for name in (section.names)()? {
             let Some(Row { cost, verdict, seconds }) = rows.get(&name) else { continue };
             let cost = cost.map_or(String::new(), |cost| format!("cost = {cost:?}, "));
@@ -305,10 +307,10 @@ fn one(section: &str, name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the row of a case, which a process of its own plans.
+/// Plans a case in its own process and returns its row.
 fn row(section: &str, name: &str) -> Result<Row, Box<dyn Error>> {
     let mut command = Command::new(env::current_exe()?);
-    // Others are at work.
+    // Each process uses one thread, because another process runs at the same time.
     command.args(["guard", "--case", section, name]).env("RAYON_NUM_THREADS", "1");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?;
     let (clock, id) = (Instant::now(), child.id().to_string());
@@ -335,13 +337,13 @@ fn row(section: &str, name: &str) -> Result<Row, Box<dyn Error>> {
     let cells: Vec<&str> = told.trim().split(';').collect();
     let [verdict, cost, seconds] = cells[..] else { return Ok(without(told.trim().into(), 0.0)) };
     let cost = (verdict == Status::Solved.name()).then(|| cost.parse()).transpose()?;
-    // Milliseconds, and three digits of what takes less.
+    // Times are rounded to milliseconds; shorter times to three digits.
     let seconds: f64 = seconds.parse()?;
     let seconds = format!("{seconds:.*}", if seconds < 0.1 { 5 } else { 3 }).parse()?;
     Ok(Row { cost, verdict: verdict.into(), seconds })
 }
 
-/// The change of a row.
+/// The change of a row relative to the table.
 #[derive(Clone, Copy, PartialEq)]
 enum Change {
     Better,
@@ -350,7 +352,7 @@ enum Change {
     Lost,
 }
 
-/// Compares a case with its row.
+/// Compares a case with its row in the table; `None` if nothing changed.
 fn change(before: &Row, now: &Row, within: f64) -> Option<Change> {
     if !before.is_answer() {
         return now.is_answer().then_some(Change::New);
@@ -360,7 +362,7 @@ fn change(before: &Row, now: &Row, within: f64) -> Option<Change> {
     }
     let (before, now) = before.cost.zip(now.cost)?;
     let apart = now - before;
-    // Written so that a NaN is worse.
+    // The comparison is written so that a NaN counts as worse.
     if apart.abs() <= within * before.abs() {
         None
     } else if apart < 0.0 {
@@ -377,7 +379,7 @@ fn told(row: &Row) -> String {
     }
 }
 
-/// Plans all cases, some at a time, and prints the progress now and then.
+/// Plans all cases, several at a time, and prints the progress occasionally.
 fn planned(cases: &[(&'static str, String)]) -> Result<Vec<Row>, Box<dyn Error>> {
     let (next, rows) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     thread::scope(|scope| {
@@ -480,7 +482,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     if worse + lost + gone > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// Returns the rows of the table, of the sections that were planned, that are no cases.
+/// Returns the rows of the planned sections in the table that no longer belong to a case.
 fn missing(table: &Table, cases: &[(&'static str, String)]) -> Vec<(String, String)> {
     let mut missing = Vec::new();
     for (section, rows) in table {
@@ -491,7 +493,8 @@ fn missing(table: &Table, cases: &[(&'static str, String)]) -> Vec<(String, Stri
     missing
 }
 
-/// Prints the times of sections beside the times of the table, and the cases that take much longer.
+/// Prints the time of each section next to the time in the table, and the cases that take much
+/// longer.
 fn times(table: &Table, cases: &[(&'static str, String)], rows: &[Row]) {
     println!("{:<24}{:>7}{:>9}{:>9}{:>9}{:>9}", "seconds", "cases", "all", "was", "median", "was");
     for section in SECTIONS {

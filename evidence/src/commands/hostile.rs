@@ -1,12 +1,12 @@
-//! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files,
-//! surfaces, cases, attitudes.
+//! Feeds hostile inputs to all readers: specs in TOML and JSON, overrides, plan files, surfaces,
+//! tables of cases, attitude files.
 //!
-//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every input is
-//! a good one with up to three changes: of bytes, numbers, words, or lines, from the same or
-//! another input. Counted as wrong: a panic; a refusal without a place, a reason or a remedy; more
-//! than a second of CPU time, on Linux.
+//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]` reads COUNT inputs (100,000 by
+//! default). Every input is a valid one with up to three changes of bytes, numbers, words or lines,
+//! which may come from another input. These results count as wrong: a panic; a refusal without a
+//! place, a reason or a remedy; and, on Linux, more than a second of CPU time.
 //!
-//! Ends with 1 where anything was wrong.
+//! The command ends with 1 if a result was wrong.
 
 use evidence::Random;
 use evidence::hostile::{Answer, Corpus, READERS};
@@ -14,21 +14,21 @@ use evidence::process::own_cpu_seconds;
 use evidence::words::Words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// The longest CPU time of an input \[s\].
+/// The largest accepted CPU time for an input \[s\].
 const LONGEST: f64 = 1.0;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let (count, seed) = (words.number("number of inputs", 100_000)?, words.number::<u64>("seed", 1)?);
     words.end()?;
     let corpus = Corpus::new()?;
-    // Errors are printed below, with their input.
+    // Panics are printed below, together with their input.
     std::panic::set_hook(Box::new(|_| {}));
     let mut counts = [[0_u64; 2]; READERS.len()];
     let (mut panics, mut hangs, mut silent) = (0, 0, 0);
     for index in 0..count {
         let turn = (index % READERS.len() as u64) as usize;
         let reader = READERS[turn];
-        // An input depends on seed and index alone.
+        // An input depends only on the seed and its index.
         let bytes = corpus.input(reader, &mut Random::new(seed << 40 | index));
         let complain = |what: &str| {
             println!("input {index}, {reader:?}: {what}\n{}\n", String::from_utf8_lossy(&bytes));

@@ -1,11 +1,12 @@
-//! Compares the answers of a maneuver and its symmetric maneuvers: time-reversed, in three mirrors,
-//! in permuted body axes.
+//! Compares the plans of a maneuver with the plans of its symmetric maneuvers: time-reversed, three
+//! mirror images, permuted body axes.
 //!
-//! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by
-//! default. Symmetric maneuvers differ only in their description, so their costs should be equal.
-//! Each line gives the number of maneuvers whose costs agree to 1e-4 (or the gaps), for how many
-//! the first is the best, the largest excess over a symmetric maneuver, how often some are solved
-//! and others are not, and the time of plans. `evidence::switching` has the laws.
+//! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by default.
+//! Symmetric maneuvers differ only in their description, so their costs should be equal. Each line
+//! states the number of maneuvers whose costs agree to 1e-4 (or up to the gaps), the number of
+//! maneuvers whose original has the lowest cost, the largest excess over a symmetric maneuver, how
+//! often only some of them are solved, and the computing time. `evidence::switching` has the laws
+//! of the random maneuvers.
 
 use evidence::metamorphic::images;
 use evidence::switching::{KINDS, cost_and_gap, maneuver};
@@ -18,10 +19,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Instant;
 
-/// The relative difference of the costs of two answers.
+/// The relative difference up to which two costs agree.
 const SAME: f64 = 1e-4;
 
-/// The results of the symmetric maneuvers of one maneuver.
+/// The results of one maneuver and its symmetric maneuvers.
 struct Compared {
     index: u64,
     costs: Vec<(&'static str, Option<f64>)>,

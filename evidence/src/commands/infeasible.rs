@@ -1,12 +1,13 @@
-//! The slews that are reported as infeasible: 200 random bodies and rotations with a limit on the
-//! norm of the torque.
+//! Checks which slews are reported as infeasible, for random bodies and rotations with a norm limit
+//! on the torque.
 //!
-//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ takes
-//! less than `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in
-//! `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`. Each pair is planned at 0.3, 0.9 and 0.999 T₁, where all
-//! must be infeasible, and the shortest duration named between T₁ and T_e: bounds on the motion of
-//! the body's own axes make it sharper than T₁. A plan at three durations in between may be
-//! infeasible only if that bound requires it; at 1.3 T_e none may be.
+//! `cargo run --release -p evidence -- infeasible [CASES]`, 200 cases by default. With the torque
+//! limit ū, no rest-to-rest slew by the angle θ takes less than `T₁ = 2 √(θ J_min/ū)`. About its
+//! eigenaxis e the body can make it in `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`. Each slew is planned
+//! in 0.3, 0.9 and 0.999 T₁. All of these must be reported as infeasible, with a lower bound on the
+//! duration between T₁ and T_e. This bound is sharper than T₁, because it uses bounds on the motion
+//! of the body axes. At three durations in between, a slew may be reported as infeasible only if
+//! this bound requires it, and at 1.3 T_e never.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, State};
@@ -29,7 +30,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             (random_body(&mut random)?, 3.1 * random.unit().max(0.01) * random.direction());
         let (theta, axis) = (rotation.norm(), rotation.normalize());
         let (j, smallest) = (body.inertia.j(), body.inertia.principal()[0]);
-        // The units make the torque one.
+        // The units are chosen so that the torque limit is 1.
         let least = 2.0 * (theta * smallest).sqrt();
         let along = j * axis;
         let eigenaxis = 2.0 * (theta * along.norm().hypot(theta * axis.cross(&along).norm())).sqrt();
@@ -75,7 +76,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("infeasible where it must not be, or the reverse".into()) } else { Ok(()) }
 }
 
-/// Returns the principal moments up to a factor of twenty apart, axes askew.
+/// Draws a body whose principal moments have a ratio of up to 20, about tilted axes.
 fn random_body(random: &mut Random) -> Result<Body, Box<dyn std::error::Error>> {
     let spread = Vector3::from_fn(|_, _| 10.0_f64.powf(1.5 * random.unit()));
     let moments = Vector3::new(spread.y + spread.z, spread.z + spread.x, spread.x + spread.y);

@@ -1,11 +1,11 @@
-//! Compares a long Monte Carlo run with the same run that is killed at random times and continued:
-//! equal bytes, and its memory.
+//! Compares the bytes of a long Monte Carlo run with those of the same run when it is killed at
+//! random times and continued, and prints its memory.
 //!
 //! `cargo build --release && cargo run --release -p evidence -- killed_runs [CASES [KILLS
-//! [SEED]]]`, 20,000 cases and three kills by default, on Linux. Attitude slews of 50 steps with
-//! uncertain inertia, end and duration, by the quick search, since the test concerns files. The
-//! process cannot react to SIGKILL. The command ends with 1 if the results differ, or if a run
-//! ended before it could be killed.
+//! [SEED]]]`, 20,000 cases and three kills by default, on Linux. The cases are attitude slews on 50
+//! steps with uncertain inertia, end and duration. They use the quick search, because the test
+//! concerns files. The kills are by SIGKILL, to which a process cannot react. The command ends with
+//! 1 if the results differ, or if a run ended before it could be killed.
 
 use evidence::Random;
 use evidence::process::{beside_this, peak_memory};
@@ -74,7 +74,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let mut most = 0.0_f64;
     loop {
         let mut run = start(&slew, &folder, "killed.jsonl")?;
-        // So early that there is work left for the kills after it.
+        // The kill comes early enough to leave work for the kills after it.
         let share = (killed < kills).then(|| took.mul_f64(random.unit() / kills as f64));
         if let Some(peak) = watched(&mut run, share)? {
             most = most.max(peak);
@@ -100,7 +100,8 @@ fn start(slew: &Path, folder: &Path, output: &str) -> std::io::Result<Child> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).spawn()
 }
 
-/// Waits for the end, or kills after some time. Peak memory \[bytes\], `None` if it was killed.
+/// Waits for the end of the run, or kills it after `patience`. Returns the peak memory \[bytes\];
+/// `None` if the run was killed.
 fn watched(run: &mut Child, patience: Option<Duration>) -> Result<Option<f64>, Box<dyn std::error::Error>> {
     let (began, mut peak) = (Instant::now(), 0.0_f64);
     loop {

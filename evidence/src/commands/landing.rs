@@ -1,13 +1,15 @@
-//! The number of plans that land, among random maneuvers of every kind whose specs have no number
-//! of steps.
+//! Counts how many plans of random maneuvers land, with the number of steps that the planner
+//! chooses.
 //!
-//! `cargo run --release -p evidence -- landing [CASES [FIRST]]`, 1,000 of each of seven
-//! kinds by default. Each plan is flown by plain equations of motion (`evidence::held`), which
-//! share only the field of the maneuver with planner and witnesses. A plan lands if its attitude
-//! and its rate, over a radian in the duration, meet the end to 1e-6. It keeps its constraints if
-//! it exceeds none by 1e-6 of the limit, or rad.
+//! `cargo run --release -p evidence -- landing [CASES [FIRST]]` plans CASES (1,000 by default) of
+//! each of seven kinds. Each plan is propagated by independent equations of motion
+//! (`evidence::held`), which share only the force field of the maneuver with planner and witnesses.
+//! A plan lands if its true motion ends within 1e-6 rad of the target attitude, with a rate error
+//! below 1e-6 rad per duration. It keeps its constraints if it exceeds none by more than 1e-6 rad,
+//! or 1e-6 of the limit.
 //!
-//! The command ends with 1 if a plan that is called solved does not land, or exceeds a constraint.
+//! The command ends with 1 if a plan that is reported as solved does not land, or exceeds a
+//! constraint.
 
 use evidence::held::{Flown, flown};
 use evidence::random_specs::{RandomSpec, random_spec, random_switching_spec};
@@ -16,10 +18,11 @@ use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::time::Instant;
 
-/// The largest miss of a plan that lands.
+/// The largest terminal error of a plan that lands.
 const MISSED: f64 = 1e-6;
 
-/// A kind of maneuvers: its name, who draws, and the kinds of specs.
+/// A kind of maneuvers: its name, the function that draws specs, and the kinds of specs that belong
+/// to it.
 type Kind = (&'static str, fn(u64) -> RandomSpec, &'static [&'static str]);
 
 const KINDS: [Kind; 7] = [
@@ -63,7 +66,7 @@ const KINDS: [Kind; 7] = [
     ),
 ];
 
-/// The keys that a new user does not write.
+/// The keys that are removed from the specs, so that their defaults apply.
 const LEFT_OUT: [&str; 5] =
     ["steps ", "step_s ", "tolerance ", "continuous_tolerance_deg ", "max_iterations "];
 
@@ -90,7 +93,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             }
             let given = |line: &&str| !LEFT_OUT.iter().any(|key| line.starts_with(key));
             let text = text.lines().filter(given).collect::<Vec<_>>().join("\n");
-            // Now and then a draw puts an end into a cone.
+            // A random draw may put an end into a cone, which the reader refuses.
             let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
             let problem = loaded.problem;
             let began = Instant::now();
@@ -98,8 +101,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             let took = began.elapsed().as_secs_f64();
             let has_plan = matches!(found.status, Status::Solved | Status::VerificationFailed);
             if !has_plan {
-                // A maneuver without a plan cannot land; `robustness`, `infeasible` and others
-                // count them.
+                // A maneuver without a plan cannot land. Other commands, such as `robustness`,
+                // count these maneuvers.
                 continue;
             }
             plans += 1;

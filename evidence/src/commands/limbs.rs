@@ -1,14 +1,14 @@
-//! Slews past the limb of the Earth on eccentric orbits, where the disc grows or shrinks within
-//! every step.
+//! Plans slews past the limb of the Earth on eccentric orbits, on which the disc of the Earth grows
+//! or shrinks during every step.
 //!
 //! `cargo run --release -p evidence -- limbs [COUNT]`: COUNT (200 by default) random orbits of
 //! eccentricity 0.02 to 0.2, whose perigee is 400 to 1,200 km high, at any anomaly. The slew is the
 //! maneuver of `problems/earth_limb_tracker.toml` without its Sun. The cone about the limb is
-//! active at some heights. It is planned on 100 and on 200 steps. Orbits on which an end stands in
-//! the cone give way to others.
+//! active at some heights. It is planned on 100 and on 200 steps. Orbits on which an end of the
+//! slew lies in the cone are replaced by others.
 //!
-//! The law is that both plans are verified and cost the same within 0.4 %. The command ends with 1
-//! if fewer than 99.5 % do.
+//! The law is that both plans are verified and their costs agree within 0.4 %. The command ends
+//! with 1 if fewer than 99.5 % of the cases satisfy it.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -17,7 +17,7 @@ use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::error::Error;
 
-/// The part by which two grids may differ.
+/// The largest relative difference between the costs on both grids.
 const NEAR: f64 = 4e-3;
 /// The relative increase of the cost above which the cone counts as active.
 const ACTS: f64 = 1e-6;
@@ -51,7 +51,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     while cases < count {
         let text = spec(&mut Random::of_case(69, index));
         index += 1;
-        // An end in the cone is refused here.
+        // The reader refuses a spec with an end in the cone.
         let Ok(loaded) = from_str(&text, "limb", Format::Toml, &[]) else { continue };
         let costs = [100, 200].map(|steps| {
             let problem = loaded.problem.clone().with_steps(steps);

@@ -1,17 +1,17 @@
-//! Plans of least time and fuel with more limits than torque limits: how many end as arcs, and
-//! whether the arcs depend on the grid.
+//! Counts how many minimum-time and minimum-fuel plans with further limits than torque limits have
+//! arcs, and checks whether the arcs depend on the grid.
 //!
 //! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by default.
 //! Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`,
-//! `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel, and
-//! `torque-rates` of least time alone. Without a KIND all kinds are planned in turn. The law is
+//! `moving-cone`, `wheels`, `orbit` and `flight`, each for minimum time and for minimum fuel, and
+//! `torque-rates` for minimum time only. Without a KIND all kinds are planned in turn. The law is
 //! printed before the figures.
 //!
-//! The first-order gap of each plan in continuous time is printed as a part of its cost, with or
-//! without arcs. A plan on 100 steps is also made to land. `excess` is the part by which the landed
-//! plan costs more than in continuous time. The cost in continuous time is the cost of arcs, or
-//! else extrapolated from both grids. It compares with the gap, and with the price of the
-//! constraints that landing draws in.
+//! The first-order gap of each plan in continuous time is printed relative to its cost, with or
+//! without arcs. The plan on 100 steps also lands. `excess` is the relative excess of the landed
+//! plan's cost over the cost in continuous time, which is the cost of the arcs or, without arcs,
+//! extrapolated from both grids. The excess is compared with the gap and with the cost of the
+//! constraints that landing tightens.
 //!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
@@ -46,7 +46,8 @@ const SAME: f64 = 1e-6;
 const KINDS: [&str; 8] =
     ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight", "torque-rates"];
 
-/// Returns a maneuver of a kind, by its number.
+/// Draws the maneuver of a kind with this number; `None` if the draw has no plan without the
+/// further limits.
 pub(super) fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     let mut random = Random::of_case(39, seed);
     let moments = loop {
@@ -135,8 +136,7 @@ pub(super) fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     Some(limited.with_objective(Objective::Fuel(fuel)).with_duration(duration))
 }
 
-/// Adds a cone about a direction that turns at `rate`, in the way of the turn if it is the first
-/// cone.
+/// Adds a cone about a direction that turns at `rate`. The first cone lies on the path of the turn.
 fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random, rate: Vector3) -> Problem {
     let (start, end) = (problem.start.attitude, problem.end.attitude);
     loop {
@@ -157,20 +157,21 @@ fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random
     }
 }
 
-/// A gap of first order below which a plan without arcs counts, as a part of its cost.
+/// The first-order gap, relative to the cost, below which a plan without arcs counts as near the
+/// optimum.
 const SMALL: f64 = 1e-3;
 
-/// Steps of both grids.
+/// The numbers of steps of both grids.
 const STEPS: [usize; 2] = [100, 400];
 
-/// The figures of a plan.
+/// The figures of a plan that are printed.
 struct Told {
     solved: bool,
     cost: f64,
-    /// Cost of the continuous extremal, and its gap, if the plan has arcs.
+    /// The cost of the continuous extremal and its gap; `None` if the plan has no arcs.
     arcs: Option<[f64; 2]>,
-    /// The first-order gap in continuous time, and the price of the constraints that landing
-    /// tightens, as parts of the cost.
+    /// The first-order gap in continuous time, and the first-order cost of the constraints that
+    /// landing tightens, both relative to the cost.
     gap: Option<[f64; 2]>,
 }
 
@@ -200,7 +201,8 @@ impl Told {
     }
 }
 
-/// Returns the kind of a case, among all of them or of one alone, and whether it is of least fuel.
+/// Returns the kind of a case, and whether it minimises fuel. With `only`, all cases are of this
+/// kind.
 pub(super) fn kind_of(seed: usize, only: Option<&str>) -> (&str, bool) {
     let kind = only.unwrap_or(KINDS[seed / 2 % KINDS.len()]);
     (kind, seed % 2 == 1 && kind != "torque-rates")

@@ -1,9 +1,9 @@
-//! Compares the estimate of `slew check` with the memory of plans.
+//! Compares the memory estimate of `slew check` with the memory that plans need.
 //!
 //! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on Linux. A
-//! separate process makes each plan of the table and reports its peak. `likely` is compared with a
-//! plan of the user, and `most` of SCP with the convex iteration to its own end on the requested
-//! grid, which `slew compare` runs.
+//! separate process makes each plan of the table and reports its peak memory. The estimate `likely`
+//! is compared with a default plan. For SCP, the estimate `most` is compared with the convex
+//! iteration until convergence on the requested grid, as `slew compare` runs it.
 //!
 //! The command ends with 1 if a plan needs more than the larger figure, or less than a third of the
 //! smaller figure.
@@ -17,7 +17,7 @@ use slewkit_report::studies::methods::compare;
 use std::env;
 use std::process::Command;
 
-/// Maneuvers of `problems/`, and the values that are set in them.
+/// Maneuvers of `problems/`, with the overrides for each.
 const CASES: [(&str, &[&str]); 14] = [
     ("xte_20s", &[]),
     ("moving_ends", &[]),
@@ -36,7 +36,7 @@ const CASES: [(&str, &[&str]); 14] = [
 ];
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
-    // A separate process, which is started below.
+    // This part runs in the separate process, which is started below.
     for road in ["plan", "compare"] {
         if words.next_is(road) {
             let (case, steps) = (words.required("number of a case")?, words.required("number of steps")?);
@@ -61,7 +61,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
                 Ok(String::from_utf8(output.stdout)?.trim().parse()?)
             };
             let planned = peak("plan")?;
-            // Beyond some thousand steps it takes minutes.
+            // On more than some thousand steps the comparison takes minutes.
             let scp = settings.method == Method::Scp;
             let convex = if scp && steps <= 2_000 { Some(peak("compare")?) } else { None };
             let shown = |bytes: f64| format!("{:.1}", bytes / 1e6);
@@ -92,7 +92,7 @@ fn maneuver(
     Ok((loaded.problem.with_steps(steps), loaded.settings))
 }
 
-/// Plans, or compares, and prints the peak of this process in bytes.
+/// Plans the case, or compares its methods, and prints the peak memory of this process \[bytes\].
 fn taken(comparing: bool, case: usize, steps: usize) -> Result<(), Box<dyn std::error::Error>> {
     let (problem, settings) = maneuver(case, steps)?;
     if comparing {

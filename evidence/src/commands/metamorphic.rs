@@ -1,13 +1,13 @@
-//! Laws that hold between plans, over thousands of random maneuvers: other units, other axes,
-//! backwards in time, …
+//! Checks laws that relate the plans of two maneuvers (other units, other axes, backwards in time,
+//! …) over thousands of random maneuvers.
 //!
-//! `cargo run --release -p evidence -- metamorphic [COUNT [FIRST [switching]]]`, 1,000 by
-//! default. Every case takes one of 26 kinds of random maneuvers, or of 8 of minimum time and
-//! fuel, and draws one of the laws of `evidence::metamorphic` that apply. It plans the maneuver
-//! and the one that the law makes of it, and compares: equal status, and costs equal to 1e-9, or
-//! not above.
+//! `cargo run --release -p evidence -- metamorphic [COUNT [FIRST [switching]]]`, 1,000 by default.
+//! Every case draws a maneuver of one of 26 kinds (or of 8 minimum-time and minimum-fuel kinds),
+//! and one of the laws of `evidence::metamorphic` that apply to it. Both the maneuver and the
+//! maneuver that the law derives are planned. Their status must be equal, and their costs must
+//! agree to 1e-9 or, for some laws, must not increase.
 //!
-//! Ends with 1 where a law is broken.
+//! The command ends with 1 if a law is broken.
 
 use evidence::Random;
 use evidence::metamorphic::{LAWS, Planned, complaint};
@@ -25,11 +25,11 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let mut kept = [[0; 2]; LAWS.len()];
     for index in first..first + count {
         let evidence::random_specs::RandomSpec { kind, text } = drawn(index);
-        // Now and then a draw puts an end into a cone.
+        // A random draw may put an end into a cone, which the reader refuses.
         let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
         let Some(planned) = Planned::new(loaded.problem, loaded.settings) else { continue };
         let mut random = Random::new(index);
-        // Laws that do not apply are skipped, in an order without preference.
+        // Laws that do not apply are skipped. The order is random, so that no law is preferred.
         let (start, stride) = (random.below(LAWS.len()), random.pick(&[1, 5, 7, 11]));
         for turn in 0..LAWS.len() {
             let law = (start + stride * turn) % LAWS.len();

@@ -1,20 +1,20 @@
-//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how
-//! often the default search finds what the thorough one finds, and how long it takes.
+//! Counts how many random minimum-fuel maneuvers are solved and verified, how large their gaps are,
+//! how often the default search finds the plan of the thorough search, and how long it takes.
 //!
-//! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`; `alone` leaves
-//! out the thorough search, which takes most of the time.
+//! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`. `alone` omits the
+//! thorough search, which takes most of the time.
 //!
-//! The law: principal moments of a random triangle in [1, 10] about random axes, and a rotation
-//! vector of uniform direction and an angle up to π. Even cases are from rest to rest; odd ones
-//! have rates up to 0.3 rad in the unit of time. Limits are from 1 to 5, and the duration is 1.3 to
-//! 4 times the shortest that is found. `box`: three torques of both signs along the body axes;
-//! `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that
-//! points anywhere. `box-sought` and `thruster-sought`: the same inputs in the best duration, where
-//! a second costs from 2 to 50 % of all inputs at their limits, uniform in its logarithm; every
-//! fourth maneuver has no such price but the duration for a bound. `box-pulses` and
-//! `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of
-//! the duration, uniform in its logarithm; how much more they cost than the same maneuvers without
-//! a shortest pulse.
+//! The law: the principal moments are the sides of a random triangle in [1, 10], about random axes.
+//! The rotation vector has a uniform direction and an angle of up to π. Even cases are from rest to
+//! rest; odd cases have rates of up to 0.3 rad in the unit of time. Limits are from 1 to 5, and the
+//! duration is 1.3 to 4 times the shortest duration that is found. The families are `box` (three
+//! torques of both signs along the body axes), `thrusters` (eight one-sided torques in random
+//! directions, one in each octant) and `norm` (one torque of any direction and limited norm).
+//! `box-sought` and `thruster-sought` have the same inputs and the best duration, where a second
+//! costs 2 to 50 % of all inputs at their limits, log-uniform; every fourth maneuver has a bound on
+//! the duration instead. `box-pulses` and `thruster-pulses` have the same inputs, off or at a
+//! limit, with a minimum pulse width of 1 to 10 % of the duration, log-uniform; their additional
+//! cost relative to plans without a minimum pulse width is printed.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
@@ -27,13 +27,13 @@ use std::time::Instant;
 
 use evidence::Random;
 
-/// The part of the cost above which a gap counts, or a difference of costs.
+/// The relative gap, and the relative difference of costs, above which they count.
 const SMALL: f64 = 1e-4;
 
-/// The number of maneuvers with a shortest pulse that the thorough search plans too.
+/// The number of maneuvers with a minimum pulse width that the thorough search also plans.
 const COMPARED: usize = 20;
 
-/// The limited and counted quantity.
+/// The family of maneuvers, which determines the inputs and their limits.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Family {
     Box,
@@ -113,7 +113,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
 }
 
 fn direction(random: &mut Random) -> Vector3 {
-    // Uniform in the ball.
+    // Draws a point uniform in the ball.
     loop {
         let vector = Vector3::from_fn(|_, _| random.uniform());
         if (0.01..1.0).contains(&vector.norm()) {
@@ -122,7 +122,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// Returns a maneuver and its duration \[s\]; `None` if no shortest one is found.
+/// Draws a maneuver and its duration \[s\]; `None` if no shortest duration is found.
 fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -162,8 +162,8 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Pro
     Ok(duration.is_finite().then_some((problem, duration)))
 }
 
-/// Returns the maneuver in the best duration: up to the longest \[s\], or where a second has a
-/// price.
+/// Returns the maneuver with a free duration, which is bounded by `longest` \[s\] if given, or has
+/// a price.
 fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Problem {
     let price = 0.02 * 25.0_f64.powf(random.unit());
     if let Some(longest) = longest {
@@ -174,14 +174,14 @@ fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Proble
     problem.with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
-/// Returns the maneuver with a shortest pulse \[s\].
+/// Returns the maneuver with the minimum pulse width `shortest` \[s\].
 fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// Returns the next maneuver of a family with a shortest pulse; `None` if no shortest duration
+/// Draws the next maneuver of a family with a minimum pulse width; `None` if no shortest duration
 /// is found.
 pub(super) fn pulses_case(
     random: &mut Random,
@@ -193,7 +193,7 @@ pub(super) fn pulses_case(
     case.map(|(problem, duration)| pulsed(&problem, part * duration)).transpose()
 }
 
-/// Prints how many maneuvers with a shortest pulse are solved and verified, their additional
+/// Prints how many maneuvers with a minimum pulse width are solved and verified, their additional
 /// cost, and their time.
 fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<dyn Error>> {
     let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
@@ -247,7 +247,7 @@ fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<d
 
 #[derive(Default)]
 struct Tally {
-    /// Whether the thorough search is omitted.
+    /// True if the thorough search is omitted.
     alone: bool,
     cases: usize,
     solved: usize,
@@ -259,7 +259,7 @@ struct Tally {
     whole_ms: Vec<f64>,
 }
 
-/// Returns the cost of the continuous extremal.
+/// Returns the cost of the continuous extremal; `None` without one.
 fn cost(plan: &Plan) -> Option<f64> {
     let solved = plan.status == Status::Solved;
     plan.solution.switching.as_ref().filter(|_| solved).map(|switching| switching.continuous_cost)

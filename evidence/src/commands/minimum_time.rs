@@ -1,19 +1,20 @@
-//! Minimum time on a published set: how many are solved and verified, their durations compared
-//! with the best published ones, their structure, and their time.
+//! Plans a published set of minimum-time maneuvers: counts how many are solved and verified,
+//! compares durations with the best published ones, and prints structures and computing times.
 //!
-//! `cargo run --release -p evidence -- minimum_time [COUNT [FILE]]`; a FILE has the columns
-//! of `evidence/public_set/*.csv` and is taken with the inertia diag(1, 2, 3) if its name starts
-//! with "asymmetric", with the identity otherwise.
+//! `cargo run --release -p evidence -- minimum_time [COUNT [FILE]]`. A FILE has the columns of
+//! `evidence/public_set/*.csv`. The inertia is diag(1, 2, 3) if the name of the file starts with
+//! "asymmetric", and the identity otherwise.
 //!
-//! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that people try
-//! first, from rest to rest about the axes of boxes by 60 to 180°, with limits alike and not. The
-//! default answer is compared with the best of a thorough search. The search plans the maneuver in
-//! these axes of the body and in others.
+//! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that users try first,
+//! rest-to-rest turns of boxes about their axes by 60 to 180°, with equal and unequal limits. The
+//! default plan is compared with the best plan of a thorough search, which plans the maneuver in
+//! these body axes and in others.
 //!
-//! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: full inertias of
-//! random triangles, ratio at most 10, about random axes; limits within a factor of 5; uniform
-//! attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan, if one was
-//! found, has passed the witnesses.
+//! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: COUNT (2000 by
+//! default) maneuvers of bodies whose principal moments are the sides of a random triangle with a
+//! ratio of at most 10, about random axes. The limits are within a factor of 5, attitudes are
+//! uniform, and rates at both ends are up to 1 in the unit of time. A plan counts only if it passed
+//! the witnesses.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -25,7 +26,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The published durations have three digits after the point.
+/// The rounding error of the published durations, which have three decimals.
 const ROUNDING: f64 = 5e-4;
 
 #[derive(Default)]
@@ -39,7 +40,7 @@ struct Tally {
     exact: usize,
     chattering: usize,
     singular: usize,
-    /// The gaps of plans with singular arcs [s].
+    /// The gaps of the plans with singular arcs [s].
     gaps: Vec<f64>,
     solve_ms: Vec<f64>,
     whole_ms: Vec<f64>,
@@ -75,7 +76,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the maneuver of a line of the set.
+/// Returns the maneuver in a line of the published set.
 pub(super) fn maneuver(line: &str, inertia: [f64; 3]) -> Result<Problem, Box<dyn Error>> {
     let cells = line.split(',');
     let numbers: Vec<f64> = cells.take(14).map(str::parse).collect::<Result<_, _>>()?;
@@ -84,7 +85,7 @@ pub(super) fn maneuver(line: &str, inertia: [f64; 3]) -> Result<Problem, Box<dyn
     }
     let [start, end] = [0, 7].map(|at| {
         let quaternion = [numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]];
-        // Six digits: no rotation before it is made one.
+        // The quaternion has six digits, so its matrix must be projected onto the rotations.
         let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion));
         State::attitude(attitude, Vector3::from_row_slice(&numbers[at + 4..at + 7]))
     });
@@ -107,7 +108,7 @@ fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Resul
         return Ok(());
     }
     tally.solved += 1;
-    // A plan on equal steps has no arcs.
+    // A plan on a uniform grid has no arcs.
     let arcs = plan.solution.switching.as_ref();
     match arcs.map(|switching| switching.structure) {
         Some(Structure::BangBang) => tally.exact += 1,
@@ -153,8 +154,8 @@ fn report(name: &str, tally: Tally) {
     }
 }
 
-/// Plans all combinations of simple boxes, limits, axes and angles; `every` selects every n-th of
-/// them.
+/// Plans all combinations of simple boxes, limits, axes and angles. `every` = n selects every n-th
+/// combination.
 fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     const BODIES: [[f64; 3]; 5] =
         [[1.0, 1.0, 1.0], [1.0, 2.0, 2.5], [5.0, 5.0, 2.0], [120.0, 100.0, 80.0], [1.0, 1.6, 2.3]];
@@ -225,7 +226,8 @@ fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Plans any body, limits, attitudes and rates; cases before the first are drawn and skipped.
+/// Plans maneuvers with random bodies, limits, attitudes and rates. Cases before `first` are drawn
+/// and skipped.
 fn any(count: usize, first: usize) -> Result<(), Box<dyn Error>> {
     let mut random = Random::new(2026);
     let (mut solve_ms, mut solved) = (Vec::new(), 0);
@@ -249,14 +251,15 @@ fn any(count: usize, first: usize) -> Result<(), Box<dyn Error>> {
 }
 
 fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
-    // Uniform in a ball.
+    // Draws a point uniform in the ball.
     let ball = |random: &mut Random| loop {
         let vector = Vector3::from_fn(|_, _| random.uniform());
         if vector.norm() < 1.0 {
             return vector;
         }
     };
-    // A uniform quaternion: four uniform numbers within the ball, made one.
+    // Draws a uniform rotation: a quaternion of four uniform numbers within the unit ball,
+    // normalised.
     let rotation = |random: &mut Random| loop {
         let q: [f64; 4] = std::array::from_fn(|_| random.uniform());
         let norm = q.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -277,7 +280,8 @@ fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
     Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
 }
 
-/// Returns the median, the quantiles of 90 % and 99 %, and the largest; NaN of nothing.
+/// Returns the median, the quantiles of 90 % and 99 %, and the largest value; NaN if there are no
+/// values.
 fn parts(mut values: Vec<f64>) -> [f64; 4] {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);

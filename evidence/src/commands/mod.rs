@@ -1,4 +1,5 @@
-//! All commands. Each file of this folder is one command, and the comment at its top is its page.
+//! The index of all commands. Each file of this folder is one command. The comment at the top of
+//! the file is printed by `evidence help`.
 
 mod best_known;
 mod biased;
@@ -51,7 +52,7 @@ mod validation;
 use evidence::words::Words;
 use std::error::Error;
 
-/// A command and its name.
+/// A command of `evidence`.
 pub struct Command {
     pub name: &'static str,
     source: &'static str,
@@ -84,7 +85,7 @@ macro_rules! commands {
     };
 }
 
-/// The index.
+/// All commands, in alphabetical order.
 pub const COMMANDS: &[Command] = commands! {
     best_known
     biased

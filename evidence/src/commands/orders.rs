@@ -1,13 +1,15 @@
-//! The best order of stops, against all orders of all legs, or with its proved gap.
+//! Compares the order of stops that the planner finds with all orders of the legs, or with a proved
+//! bound.
 //!
 //! `cargo run --release -p evidence -- orders [COUNT [STOPS]]`: COUNT (200 by default) random sets
-//! of STOPS attitudes (8 by default), uniform over all rotations, for a body with moments in ratios
-//! to 3 about any axes and limited torques about its own axes, from rest to rest in least time.
+//! of STOPS attitudes (8 by default), uniform on SO(3). The body has moments in a ratio of up to 3
+//! about random axes, and limited torques about its body axes. It turns from rest to rest in
+//! minimum time.
 //!
-//! Up to 8 stops every leg is planned both ways by the default search, and the order that is found
-//! counts as missed if an order of these legs is shorter by more than 1e-6, relative. Beyond 8 the gap
-//! to the proved bound is printed. The table ends with the plans that an order takes, and its seconds.
-//! Ends with 1 if an order is missed.
+//! Up to 8 stops, every leg is planned in both directions by the default search. The best order
+//! counts as missed if another order of these legs is shorter by more than 1e-6, relative. For more
+//! than 8 stops, the gap to the proved bound is printed. The table ends with the number of plans
+//! that an order needs, and its computing time. The command ends with 1 if an order is missed.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -20,7 +22,7 @@ use slewkit::{Actuation, ActuatorSet, AxisFrame, Body, Limits, Matrix3, Problem,
 use std::error::Error;
 use std::time::Instant;
 
-/// The most stops whose orders are all tried.
+/// The largest number of stops for which all orders are tried.
 const ALL: usize = 8;
 /// The relative difference below which two sums of legs count as equal.
 const NEAR: f64 = 1e-6;
@@ -39,7 +41,7 @@ fn sequence(index: usize, count: usize) -> Result<Sequence, Box<dyn Error>> {
     Ok(Sequence { craft, stops: (1..=count).map(stop).collect(), order: Ordering::Free })
 }
 
-/// Returns the shortest time of all orders of legs that are planned both ways.
+/// Plans all legs in both directions, and returns the shortest total time of all orders.
 fn shortest(sequence: &Sequence) -> Result<f64, Box<dyn Error>> {
     let attitude = |stop: &Stop| match &stop.place {
         Place::Attitude(attitude) => Ok(State::at_rest(*attitude)),
@@ -67,7 +69,7 @@ fn shortest(sequence: &Sequence) -> Result<f64, Box<dyn Error>> {
     Ok(least(&legs, 0, &mut (1..states.len()).collect()))
 }
 
-/// Returns the least sum of legs from a stop through all remaining stops.
+/// Returns the smallest total time of the legs from a stop through all remaining stops.
 fn least(legs: &[Vec<f64>], from: usize, left: &mut Vec<usize>) -> f64 {
     if left.is_empty() {
         return 0.0;

@@ -1,21 +1,23 @@
-//! Passes over a station on the ground: plans from nadir to a station that is in view, and then
-//! followed at its rate.
+//! Plans passes over a ground station: from nadir to a station in view, which the boresight then
+//! follows at its rate.
 //!
 //! `cargo run --release -p evidence -- passes [COUNT [FIRST]]`: COUNT (100 by default) random
-//! passes from the one of index FIRST (0) on, each planned with least effort in a given duration
-//! and in least time, on 100 steps. The law of the random numbers (`Random::of_case(43, index)`, in
-//! this order). Circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
-//! argument of latitude uniform, cosine of the inclination uniform in −1 … 1, from 2026-11-21T07:00
-//! UTC. A body with moments in ratios to 10 and of mean 100 kg·m² about any axes. A duration
-//! uniform in 60 … 150 s. A station at 0 m on a sphere, in any azimuth: its distance from the point
-//! below the satellite at the end of that duration is uniform, up to where it sees the satellite
-//! 20° high. The start points z to nadir and x along the track and turns with the orbit; z ends on
-//! the station, the roll is free. Least time is under one limit of the torques about the body axes,
-//! by which the largest moment turns by 90° from rest to rest in 40 s.
+//! passes, beginning with index FIRST (0). Each is planned with minimum effort in a given duration,
+//! and in minimum time, on 100 steps. The law, with random numbers of `Random::of_case(43, index)`
+//! in this order: circular orbits about a point mass, with the altitude uniform in 450 … 900 km,
+//! node and argument of latitude uniform, and the cosine of the inclination uniform in −1 … 1, from
+//! 2026-11-21T07:00 UTC. The body has moments in a ratio of up to 10 and of mean 100 kg·m², about
+//! random axes. The duration is uniform in 60 … 150 s. The station is at 0 m on a sphere, in any
+//! azimuth; its distance from the point below the satellite at the end of the duration is uniform,
+//! up to the distance at which the satellite is 20° above its horizon. At the start, z points to
+//! nadir and x along the track, and the body turns with the orbit. At the end, z points at the
+//! station, and the roll is free. For minimum time, the limit of each torque about the body axes is
+//! the one with which the largest moment turns by 90° from rest to rest in 40 s.
 //!
-//! It prints how many are solved, the distance of the end of the plan from the model of the sky
-//! that the planner does not use (full theories, not fitted, rates by differences), and the time
-//! of a plan. It ends with 1 if a plan is not solved, or misses by more than 1″.
+//! The command prints how many passes are solved, the pointing error at the end relative to a model
+//! of the sky that the planner does not use (full theories without fits, rates by differences), and
+//! the time of a plan. It ends with 1 if a plan is not solved, or has a pointing error of more than
+//! 1″.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -30,13 +32,13 @@ use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::time::Instant;
 
-/// The least elevation of the satellite at the station, on a sphere \[deg\].
+/// The smallest elevation of the satellite above the horizon of the station, on a sphere \[deg\].
 const LOWEST: f64 = 20.0;
 /// The time for which targets are computed \[s\].
 const AHEAD: f64 = 600.0;
-/// Intervals of a plan.
+/// The number of steps of a plan.
 const STEPS: usize = 100;
-/// A plan whose boresight is off by more is not on the station \[″\].
+/// The largest accepted pointing error \[″\].
 const NEAR: f64 = 1.0;
 
 /// A satellite, its station, and a body.
@@ -69,8 +71,8 @@ impl Pass {
         let duration = random.within(60.0, 150.0);
         let rotation = EarthRotation::default();
         let below = earth_to_gcrs(&clock, duration, &rotation).tr_mul(&orbit.position(duration)?);
-        // Seen under an elevation e the satellite is acos(R/r cos e) − e from the zenith of the
-        // station, from the centre.
+        // If the satellite has the elevation e at the station, the angle between both at the centre
+        // of the Earth is acos(R/r cos e) − e.
         let least = LOWEST.to_radians();
         let farthest = (EARTH_RADIUS_M / below.norm() * least.cos()).acos() - least;
         let (apart, azimuth) = (farthest * random.unit(), random.within(0.0, TAU));
@@ -83,13 +85,13 @@ impl Pass {
             longitude_deg: there.y.atan2(there.x).to_degrees(),
             height_m: 0.0,
         };
-        // The turn is from rest to rest by a quarter of a turn in 40 s: θ = u T² / 4 J.
+        // A quarter turn from rest to rest in 40 s: θ = u T² / 4 J.
         let torque = 4.0 * FRAC_PI_2 * moments.max() / 40.0_f64.powi(2);
         let body = Body { inertia, mass: None };
         Ok(Self { sky: Sky::new(clock, Some(orbit), rotation), station, body, duration, torque })
     }
 
-    /// Returns the maneuvers of least effort in the given duration, and of least time.
+    /// Returns the minimum-effort maneuver in the given duration, and the minimum-time maneuver.
     fn maneuvers(&self) -> Result<[Problem; 2], Box<dyn Error>> {
         let direction = |target: &Target| self.sky.direction(target, 0.0, AHEAD);
         let nadir = Aim::new(Vector3::z(), direction(&Target::Nadir)?);
@@ -106,8 +108,8 @@ impl Pass {
         Ok([effort, time].map(|problem| problem.with_aim_at_end(aim.clone()).with_steps(STEPS)))
     }
 
-    /// Returns the distance of the boresight from the station \[rad\], and the difference of
-    /// their transverse rates [rad/s].
+    /// Returns the angle between boresight and station \[rad\], and the difference of their
+    /// transverse rates [rad/s].
     fn off(&self, found: &Plan) -> Result<[f64; 2], Box<dyn Error>> {
         const H: f64 = 0.5;
         let rows = &found.solution.trajectory;
@@ -123,7 +125,7 @@ impl Pass {
     }
 }
 
-/// Returns the checks of the witnesses that do not hold, each with its value and its limit.
+/// Describes the checks of the witnesses that fail, each with its value and its limit.
 fn failed(found: &Plan) -> String {
     let checks = found.verification.iter().flat_map(|verification| &verification.checks);
     let failed = checks.filter(|check| !check.passed);

@@ -1,9 +1,9 @@
-//! How often a cold start with default settings is solved, counted over random maneuvers.
+//! Counts how often random maneuvers are solved from a cold start with default settings.
 //!
 //! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws of the random
-//! maneuvers and the results: 10 000 of each kind by default, and a tenth of that under torque
-//! limits, by the shooting alone and by the default method. Every case depends on the seed and its
-//! number alone.
+//! maneuvers and the results. CASES is the number of maneuvers of each kind (10 000 by default). A
+//! tenth of that number is planned with torque limits, by shooting alone and by the default method.
+//! Every case depends only on the seed and its number.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -21,7 +21,7 @@ use std::time::Instant;
 const STEPS: usize = 200;
 const TERMINAL_LIMIT: f64 = 1e-12;
 
-/// Returns a body whose principal moments have a ratio of up to 20, about any axes.
+/// Draws an inertia whose principal moments have a ratio of up to 20, about random axes.
 fn inertia(random: &mut Random) -> Inertia {
     let moments = random.moments(20.0);
     random.about_any_axes(&moments)
@@ -69,8 +69,8 @@ fn problem(kind: Kind, seed: u64, index: usize) -> Problem {
     within_limits(kind, problem.with_scheme(scheme), random.within(0.6, 0.95))
 }
 
-/// Returns the same with every torque, or their norm, limited to a part of the largest that the
-/// maneuver takes without limits.
+/// Limits every torque, or the norm of the torques, to a fraction of its peak in the plan without
+/// limits.
 fn within_limits(kind: Kind, mut problem: Problem, part: f64) -> Problem {
     let free = solve(&problem, &Settings::discrete(), None, &mut Silent).expect("a valid problem");
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, f64::max);
@@ -103,7 +103,7 @@ fn case(kind: Kind, method: Method, seed: u64, index: usize) -> Case {
     let settings = Settings { method, ..Settings::default() };
     let Plan { solution, verification, status, .. } =
         plan(&problem, &settings, None, &mut Silent).expect("a valid problem");
-    // The strategy that found the winner: the last coarse one before its refinement.
+    // The strategy that found the best plan is the last one on a coarse grid before the refinement.
     let rung = solution
         .ladder
         .iter()

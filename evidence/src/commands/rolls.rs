@@ -1,14 +1,16 @@
-//! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both
-//! ways round.
+//! Compares plans with a free roll about the boresight with the cheapest of 24 given rolls, each
+//! the short and the long way.
 //!
-//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers each
-//! with a boresight that ends at rest on a fixed direction, and on one that moves, with its rate.
-//! Bodies with moments in ratios to 10 about any axes, starts at rest or turning, boresights and
-//! directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2
-//! to 8 s. Plans have least effort on 100 steps.
+//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers of
+//! each of two kinds. In the first the boresight ends at rest at a fixed direction, in the second
+//! at a moving direction and at its rate. The bodies have moments in a ratio of up to 10 about
+//! random axes, and start at rest or with a rate. Boresights and directions are uniform on the
+//! sphere, moving directions turn at up to 0.3 rad/s about each axis, and the duration is 2 to 8 s.
+//! The plans minimise effort on 100 steps.
 //!
-//! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
-//! the time of a plan with the given end. It ends with 1 if fewer than 99.5 % do.
+//! The command prints how many plans cost no more than the best of the given rolls, and the time of
+//! a plan relative to the time of a plan with a given end attitude. It ends with 1 if fewer than
+//! 99.5 % of the plans cost no more.
 
 use evidence::Random;
 use evidence::words::Words;
@@ -19,12 +21,12 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-/// Given rolls.
+/// The number of given rolls.
 const ROLLS: usize = 24;
-/// The relative excess of a cost over the cost of the best roll that counts as a miss.
+/// The relative excess over the cost of the best given roll above which a plan counts as a miss.
 const NEAR: f64 = 1e-6;
 
-/// Returns a direction that turns about an axis at one rate.
+/// Returns a direction that turns at a constant rate.
 fn moving(from: &Vector3, rate: &Vector3, duration: f64) -> Direction {
     let along = |time: f64| lie::exp(&(rate * time)) * from;
     Direction::along(0.0, duration, duration, 20, along).expect("a unit vector does not vanish")
@@ -46,7 +48,7 @@ fn maneuver(index: usize, moves: bool) -> Problem {
     Problem::attitude(body, start, start, duration).with_aim_at_end(if moves { aim } else { aim.at_rest() })
 }
 
-/// Returns the cheapest of given rolls.
+/// Plans the maneuver with each of the given rolls, and returns the lowest cost.
 fn best_of_rolls(problem: &Problem, settings: &Settings) -> Result<f64, Box<dyn Error>> {
     let aim = problem.aim().ok_or("no target")?;
     let ends = aim.ends(problem.seconds(), &problem.start.attitude, &Vector3::zeros())?;

@@ -1,10 +1,10 @@
-//! Whether two builds of `slew` give the same answers, number by number.
+//! Compares the results of two builds of `slew`, number by number.
 //!
 //! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans every
 //! maneuver of `problems/` and COUNT random specs (200 by default) with both binaries. The JSON of
-//! NEW must have the status, the exit code and every value of the JSON of OLD, bit for bit; NEW may
-//! have more. A folder keeps the specs and the answers of OLD for the next run. It ends with 1 if
-//! something differs.
+//! NEW must have the status, the exit code and every value of the JSON of OLD, bit for bit. It may
+//! have additional keys. FOLDER keeps the specs and the results of OLD for the next run. The
+//! command ends with 1 if something differs.
 
 use evidence::words::{Misuse, Words, parsed};
 use serde_json::Value;
@@ -13,8 +13,8 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, io, process, thread};
 
-/// The intended differences: the key in OLD, with `*` for any place in a list, its change, and
-/// the reason.
+/// The intended differences: the key in OLD, with `*` for any index of a list, the change, and its
+/// reason.
 const CHANGED: &[(&str, Change, &str)] = &[
     ("solve_time_s", Change::Free, "a time of the machine"),
     ("generator", Change::Free, "the version of the program"),
@@ -57,9 +57,9 @@ const CHANGED: &[(&str, Change, &str)] = &[
 
 /// The change of a key.
 enum Change {
-    /// Its value is not compared.
+    /// The value is not compared.
     Free,
-    /// The same value stands under another key.
+    /// The value is now under another key.
     Moved(&'static str),
     /// One word of the text differs.
     Renamed(&'static str, &'static str),
@@ -70,7 +70,7 @@ type Differences = (usize, Vec<String>);
 
 /// Number of differences printed for one spec.
 const SHOWN: usize = 5;
-/// Plans made at a time.
+/// The number of plans that are made at a time.
 const WORKERS: usize = 2;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
@@ -158,7 +158,7 @@ fn cases(count: u64) -> io::Result<Vec<(String, String)>> {
     Ok(cases)
 }
 
-/// Returns the answer of a binary to a spec: its exit code, a line feed, its JSON.
+/// Plans a spec with a binary. Returns the exit code, a line feed, and the JSON.
 fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     let mut command = Command::new(slew);
     command.arg("plan").arg(spec).args(["--format", "json", "--quiet"]);
@@ -167,7 +167,7 @@ fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     Ok(format!("{code}\n{}", String::from_utf8_lossy(&output.stdout)))
 }
 
-/// Returns all differences of two answers.
+/// Describes all differences between two results.
 fn compare(old: &str, new: &str) -> Vec<String> {
     let parts = |answer: &str| {
         let (code, json) = answer.split_once('\n').unwrap_or((answer, ""));
@@ -187,7 +187,8 @@ fn compare(old: &str, new: &str) -> Vec<String> {
     differences
 }
 
-/// Walks along `old`, whose key is `path`; `root` is the whole new answer.
+/// Compares `old` with `new` recursively. `path` is the key of `old`, and `root` is the whole new
+/// result.
 fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut Vec<String>) {
     match (old, new) {
         (Value::Object(old), Value::Object(_)) => {
@@ -217,7 +218,7 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
                 descend(&format!("{path}.{index}"), old, new, root, differences);
             }
         }
-        // Bits, since −0 is not 0.
+        // The bits are compared, because −0 must differ from 0.
         (Value::Number(old), Value::Number(new))
             if old.as_f64().map(f64::to_bits) == new.as_f64().map(f64::to_bits) => {}
         _ if old == new && !old.is_number() => {}
@@ -225,7 +226,7 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
     }
 }
 
-/// Returns the entry of the table for a key.
+/// Returns the intended change of a key; `None` if it must not change.
 fn change(path: &str) -> Option<&'static Change> {
     let matches = |pattern: &str| {
         let (pattern, path): (Vec<_>, Vec<_>) = (pattern.split('.').collect(), path.split('.').collect());
@@ -235,7 +236,7 @@ fn change(path: &str) -> Option<&'static Change> {
     CHANGED.iter().find(|(pattern, ..)| matches(pattern)).map(|(_, change, _)| change)
 }
 
-/// Returns a value on a line.
+/// Formats a value in one line.
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() > 120 { text.chars().take(120).chain("…".chars()).collect() } else { text }

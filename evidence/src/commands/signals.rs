@@ -1,12 +1,12 @@
-//! The delay between a signal and the end of `slew`: Ctrl-C and SIGTERM at random times, in every
-//! long command, on a thousand to a million steps.
+//! Measures the delay between a signal (Ctrl-C or SIGTERM) at a random time and the end of `slew`,
+//! for every long command, on a thousand to a million steps.
 //!
 //! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200
-//! by default, on Linux; NAME selects the commands whose name contains it. Each run works in its
-//! own folder, and receives one signal after a random part of its undisturbed time. The run must
-//! end within 0.2 s of CPU time, or print its result before it writes the file: the best iterate of
-//! a million steps is a file of 400 MB. It must end with a documented exit code, and leave no
-//! truncated and no temporary file. The command ends with 1 if a run did not.
+//! runs by default, on Linux. NAME selects the commands whose name contains it. Each run works in
+//! its own folder, and receives one signal after a random part of its undisturbed time. Within 0.2
+//! s of CPU time, the run must end, or print its result before it writes the file, because the best
+//! iterate of a million steps is a file of 400 MB. The run must end with a documented exit code,
+//! and leave neither truncated nor temporary files. The command ends with 1 if a run violates this.
 
 use evidence::Random;
 use evidence::process::{beside_this, cpu_seconds};
@@ -18,7 +18,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-/// The time that a signal may take [s of CPU].
+/// The largest accepted CPU time between the signal and the end or the message [s].
 const LATEST: f64 = 0.2;
 
 const SPEC: &str = r#"
@@ -31,7 +31,7 @@ attitude = { axis = [0, 0, 1], angle_deg = 0 }
 attitude = { euler_zyx_deg = [80, -25, 40] }
 "#;
 
-/// The changes that turn a maneuver into others, by the name of the file.
+/// The text that is added to a maneuver to derive other maneuvers, by the name of the file.
 const ENDINGS: [(&str, &str); 6] = [
     ("free", "[maneuver]\nduration_s = 60\n"),
     ("limited", "[maneuver]\nduration_s = 60\n[actuators]\ntorque_limit_n_m = [0.14, 0.068, 0.17]\n"),
@@ -52,7 +52,8 @@ const ENDINGS: [(&str, &str); 6] = [
     ),
 ];
 
-/// The commands, word by word. `plan.json` exists: a plan of the first maneuver on 100,000 steps.
+/// The names and the words of the commands. The file `plan.json` is a plan of the first maneuver on
+/// 100,000 steps.
 const COMMANDS: [(&str, &str); 17] = [
     ("plan, 1e3", "plan free.toml -o out.json --set maneuver.steps=1000"),
     ("plan, 1e5", "plan free.toml -o out.json --set maneuver.steps=100000"),
@@ -109,7 +110,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             if answer > LATEST {
                 complaints.push(format!("{answer:.2} s of CPU"));
             }
-            // The signal itself ends the program before the handler is installed.
+            // Before its handler is installed, the signal itself ends the program.
             if let Some(code) = ended.code().filter(|code| ![0, 130].contains(code)) {
                 complaints.push(format!("exit code {code}"));
             }
@@ -131,12 +132,12 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// The answer of a run to its signal.
+/// How a run reacted to its signal.
 struct Signalled {
     signal: &'static str,
-    /// The CPU time until the message or the end [s].
+    /// The CPU time from the signal to the message or the end [s].
     answer: f64,
-    /// The time until the end [s].
+    /// The elapsed time from the signal to the end [s].
     ending: f64,
     ended: ExitStatus,
 }
@@ -166,13 +167,13 @@ fn signalled(
     };
     let since = |at: Option<f64>| at.zip(before).map_or(0.0, |(at, before)| at - before);
     let ending = since(last);
-    // Output before the signal is not an answer to it.
+    // Output before the signal is not a reaction to the signal.
     let printed = printed.join().map_err(|_| "the reader of what is printed failed")?;
     let answer = printed.map(|at| since(Some(at))).filter(|at| *at >= 0.0).unwrap_or(ending).min(ending);
     Ok(Signalled { signal, answer, ending, ended })
 }
 
-/// Removes the files that a run wrote, and returns their faults.
+/// Removes the files that a run wrote, and describes truncated or temporary ones.
 fn sweep(folder: &Path) -> Result<Vec<String>, Box<dyn std::error::Error>> {
     let mut wrong = Vec::new();
     for entry in fs::read_dir(folder)?.flatten() {
@@ -193,7 +194,7 @@ fn sweep(folder: &Path) -> Result<Vec<String>, Box<dyn std::error::Error>> {
 
 fn start(slew: &Path, folder: &Path, line: &str) -> std::io::Result<Child> {
     let mut command = Command::new(slew);
-    // The one value with a blank stands last.
+    // The only value that contains a space is the last one.
     let (words, value) =
         line.split_once(" --set epoch=").map_or((line, None), |(words, value)| (words, Some(value)));
     command.args(words.split(' ')).current_dir(folder).stdin(Stdio::null());

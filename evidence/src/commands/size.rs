@@ -1,14 +1,15 @@
-//! Lines of code and numeric constants of the planner and of all crates.
+//! Counts the lines of code and the numeric constants of the planner and of all crates.
 //!
 //! `cargo run --release -p evidence -- size [FOLDER]` counts the sources of a checkout, this one if
 //! no folder is given. Another commit is counted in its own worktree.
 //!
-//! - A line of code is not blank and no comment. Tests do not count: items under `#[cfg(test)]`, and
-//!   files that are called `tests.rs`, end with `_tests.rs` or `testing.rs`, or are in a folder
+//! - A line of code is neither blank nor a comment. Tests do not count: items under `#[cfg(test)]`,
+//!   files whose name is `tests.rs` or ends with `_tests.rs` or `testing.rs`, and files in a folder
 //!   `tests`.
 //! - A constant of `src/optimize` is a named constant of numbers (an array counts once), a default
-//!   of settings, or a number with a fraction or an exponent in a function; 0, 1, 2 and ½ do not
-//!   count. Whole numbers in functions are mostly dimensions, and do not count either.
+//!   of settings, or a number with a decimal point or an exponent in a function. The numbers 0, 1,
+//!   2 and ½ do not count. Whole numbers in functions are mostly dimensions, and do not count
+//!   either.
 
 use evidence::ROOT;
 use evidence::words::Words;
@@ -31,7 +32,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The contents of a folder.
+/// The counts of a folder.
 #[derive(Clone, Copy, Default)]
 struct Size {
     lines: usize,
@@ -40,7 +41,7 @@ struct Size {
 }
 
 impl Size {
-    /// Counts a folder with all folders in it.
+    /// Counts the sources in a folder and its subfolders.
     fn of(folder: &Path) -> Result<Self, Box<dyn Error>> {
         let mut size = Self::default();
         for entry in fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))? {
@@ -60,10 +61,11 @@ impl Size {
         Ok(size)
     }
 
-    /// Counts a file.
+    /// Counts the text of a source file.
     fn of_text(text: &str) -> Self {
         let (mut size, mut lines) = (Self::default(), text.lines().peekable());
-        // Whether the line belongs to a named constant that is counted, or to defaults.
+        // These variables are true if the line belongs to a named constant that is counted, or to
+        // defaults of settings.
         let (mut within_named, mut defaults) = (false, false);
         while let Some(line) = lines.next() {
             let code = code_of(line);
@@ -99,7 +101,8 @@ impl Size {
     }
 }
 
-/// Returns whether a line begins with a named constant; a parameter of a generic item is none.
+/// Returns whether a line begins with a named constant. A const parameter of a generic item does
+/// not count.
 fn names_constant(code: &str) -> bool {
     let Some((before, after)) = code.split_once("const ") else { return false };
     let visibility = before.trim();
@@ -109,7 +112,7 @@ fn names_constant(code: &str) -> bool {
         && !after.starts_with("fn ")
 }
 
-/// Passes over the item behind an attribute.
+/// Skips the item after an attribute.
 fn skip_item<'a>(lines: &mut impl Iterator<Item = &'a str>) {
     let mut depth = 0_usize;
     for line in lines {
@@ -123,7 +126,7 @@ fn skip_item<'a>(lines: &mut impl Iterator<Item = &'a str>) {
     }
 }
 
-/// Returns a line without its comment and its texts.
+/// Returns a line without comments and string contents.
 fn code_of(line: &str) -> String {
     let (mut code, mut in_text, mut before) = (String::new(), false, ' ');
     for at in line.chars() {
@@ -141,7 +144,8 @@ fn code_of(line: &str) -> String {
     code
 }
 
-/// Returns how many numbers a line has, other than 0, 1, 2 and ½; whole ones only if they count.
+/// Returns the number of numeric literals in a line, except 0, 1, 2 and ½. Whole numbers count only
+/// if `whole` is true.
 fn numbers(code: &str, whole: bool) -> usize {
     let of_number = |at: char| at.is_ascii_alphanumeric() || at == '.' || at == '_' || at == '-';
     let is_counted = |word: &&str| {

@@ -2,15 +2,16 @@
 //! end: the best path must not cost more.
 //!
 //! `cargo run --release -p evidence -- spins [COUNT [OBJECTIVE]]`: COUNT (200 by default) random
-//! maneuvers, of least effort, time and fuel in turn. A body with moments in a ratio to 3 spins
-//! about a principal axis at the start, at the end, or at both, so fast that it makes 1 to 5 turns
-//! in the duration; the other end rests. Fuel is spent by three torques, or by six thrusters that
-//! push to one side each; either can stop the spin in a third of the duration. Plans have 60 steps,
-//! or 120 from three turns on.
+//! maneuvers, for minimum effort, minimum time and minimum fuel in turn. A body with moments in a
+//! ratio of up to 3 spins about a principal axis at the start, at the end, or at both, so fast that
+//! it makes 1 to 5 turns in the duration. At an end without a spin it is at rest. Minimum-fuel
+//! maneuvers have three torques, or six one-sided thrusters, which can stop the spin in a third of
+//! the duration. Plans have 60 steps, or 120 steps for three turns or more.
 //!
-//! The best path is compared with the short way, the long way, and the windings as given that are
-//! nearest to the natural motion. The command ends with 1 if fewer than 99.5 % of the best paths
-//! cost as little as the cheapest of these, within 0.2 % and the gap of the plan.
+//! The plan with the best path is compared with plans for the short way, the long way, and the
+//! prescribed rotations whose numbers of turns are nearest to the natural motion. The command ends
+//! with 1 if fewer than 99.5 % of the best paths cost no more than the cheapest of these plans,
+//! within 0.2 % and the gap of the plan.
 
 use evidence::switching::cost_and_gap;
 use evidence::words::Words;
@@ -24,13 +25,14 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 const OBJECTIVES: [&str; 3] = ["effort", "time", "fuel"];
-/// The part by which the best path may cost more than a requested path.
+/// The largest accepted excess of the best path over a requested path, relative to the cost.
 const NEAR: f64 = 2e-3;
 const DURATION: f64 = 10.0;
 
 struct Case {
     problem: Problem,
-    /// The mean spin at both ends, as a rotation vector over the duration.
+    /// The rotation vector of the natural motion: the mean of the spins at both ends times the
+    /// duration.
     natural: Vector3,
 }
 
@@ -71,8 +73,8 @@ fn case(index: usize) -> Result<Case, Box<dyn Error>> {
     })
 }
 
-/// Returns rotation vectors of the end attitude about its own axis, by the numbers of turns next to
-/// the natural motion.
+/// Returns rotation vectors that lead to the end attitude, with the numbers of turns nearest to the
+/// natural motion.
 fn windings(problem: &Problem, natural: &Vector3) -> Vec<Vector3> {
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     let angle = short.norm();

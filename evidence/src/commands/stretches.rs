@@ -1,15 +1,15 @@
-//! Whether fuel times duration ever rises with the duration, from rest to rest: a plan that is
-//! slowed down by a factor s takes torques that are smaller by s² and fuel that is smaller by s, so
-//! it never does.
+//! Checks that fuel times duration does not increase with the duration of rest-to-rest maneuvers. A
+//! plan that is slowed down by a factor s needs 1/s² of the torques and 1/s of the fuel, so the
+//! minimum of this product cannot increase.
 //!
 //! `cargo run --release -p evidence -- stretches [COUNT [KIND]]`: COUNT (200 by default) random
-//! maneuvers of least fuel of each kind, by the laws of `evidence::switching`: one-sided thrusters,
+//! minimum-fuel maneuvers of each kind, by the laws of `evidence::switching`: one-sided thrusters,
 //! three torques, and three torques past cones. Each is planned in four durations, and each plan is
 //! compared with the slowed-down plans of all shorter durations. Costs may differ by 0.2 % and by
 //! the gap of the plan.
 //!
-//! It ends with 1 if more than 0.5 % of the maneuvers of a kind break the law, or have no plan in a
-//! duration longer than one in which they have.
+//! The command ends with 1 if more than 0.5 % of the maneuvers of a kind break the law, or have no
+//! plan in a duration although they have one in a shorter duration.
 
 use evidence::switching::{Kind, cost_and_gap, maneuver};
 use evidence::words::Words;
@@ -19,9 +19,9 @@ use std::error::Error;
 
 const KINDS: [(&str, Kind); 3] =
     [("thrusters", Kind::ThrusterFuel), ("torques", Kind::Fuel), ("cones", Kind::ConeFuel)];
-/// Durations over the first one.
+/// The four durations, relative to the first one.
 const STRETCHES: [f64; 4] = [1.0, 1.13, 1.6, 3.0];
-/// The part by which a plan may cost more than one that is slowed down.
+/// The largest accepted excess of a plan over a slowed-down plan, relative to the cost.
 const NEAR: f64 = 2e-3;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
@@ -33,7 +33,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     for (name, kind) in KINDS.into_iter().filter(|(name, _)| asked.as_ref().is_none_or(|asked| asked == name))
     {
         let (mut cases, mut wrong, mut worst, mut unsolved) = (0, 0, 0.0_f64, 0);
-        // Moving maneuvers do not scale; others take their place.
+        // Maneuvers with rates at an end do not scale with time, and are replaced by others.
         let rests = |index: &u64| {
             maneuver(kind, *index).is_some_and(|problem| {
                 problem.start.angular_velocity.norm() + problem.end.angular_velocity.norm() == 0.0
@@ -42,7 +42,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         for index in (0..).filter(rests).take(count as usize) {
             let problem = maneuver(kind, index).ok_or("no maneuver")?;
             cases += 1;
-            // The least product of fuel and duration so far.
+            // The smallest product of fuel and duration so far.
             let (mut least, mut excess, mut lost) = (f64::INFINITY, 0.0_f64, false);
             let mut told = Vec::new();
             for stretch in STRETCHES {

@@ -1,4 +1,5 @@
-//! Slew-time tables against fresh plans of random turns: errors, lower bounds, time, size, look-up.
+//! Compares slew-time tables with new plans of random turns: interpolation errors, lower bounds,
+//! computing time, file size, look-up time.
 //!
 //! `cargo run --release -p evidence -- table [CRAFT [TURNS [DIVISIONS [STEPS]]]]` makes the table
 //! of a craft, with DIVISIONS (0: the divisions that suit the symmetry) and STEPS (100). The craft
@@ -20,7 +21,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The names of the craft.
+/// The names of the spacecraft.
 const CRAFT: [&str; 6] = ["wheels", "slow", "cube", "xte", "thrusters", "effort"];
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
@@ -95,8 +96,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns a rotation vector, uniform on SO(3). It differs from the rotation vectors at which the
-/// errors in a table file were measured.
+/// Draws the rotation vector of a turn that is uniform on SO(3). It differs from the turns with
+/// which the errors in a table file were measured.
 fn random_turn(number: usize) -> Vector3 {
     let mut stream = Stream::new(72, number as u64, 0);
     lie::log(&lie::rotation_from_quaternion(&[(); 4].map(|()| stream.normal())))

@@ -1,14 +1,14 @@
-//! The number of maneuvers per second, bare and with all features, on one thread and on two, and
-//! the memory of a long Monte Carlo run.
+//! Measures the number of maneuvers per second, bare and with all features, on one thread and on
+//! two, and the memory of a long Monte Carlo run.
 //!
 //! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free
 //! asymmetric body between states of rest, end attitudes drawn within a ball of rotation vectors of
 //! 1.5 rad. `bare` solves the shortest way to 1e-12 without the test of second order, and replays
-//! it by the discrete witness, from library calls. The others go through the batch with a file of
-//! results and all witnesses, as `slew monte-carlo` runs them. One thread and two take turns, and
-//! the best round of each counts, so that other work of the machine disturbs both alike. If there
-//! is much other work, the processor time of Linux is more reliable. NAME selects one of the
-//! measurements, such as `bare`.
+//! it by the discrete witness, from library calls. The other measurements run as a batch with a
+//! file of results and all witnesses, as in `slew monte-carlo`. Rounds on one thread and on two
+//! threads alternate, and the best round of each counts, so that other work of the machine affects
+//! both in the same way. On a busy machine, the CPU time of Linux is more reliable. NAME selects
+//! one of the measurements, such as `bare`.
 
 use evidence::process::{own_cpu_seconds, peak_memory};
 use evidence::words::{Misuse, Words};
@@ -40,7 +40,7 @@ kind = "ellipsoid"
 semi_axes = [1.5, 1.5, 1.5]
 "#;
 
-/// Settings of the quickest whole plan, and of a bare one.
+/// The overrides for the quickest complete plan, and for a bare plan.
 const QUICK: [&str; 2] = ["solver.search=quick", "maneuver.path=shortest"];
 const BARE: [&str; 3] = [QUICK[0], QUICK[1], "solver.second_order=skipped"];
 /// The largest terminal error of the discrete witness, scaled.
@@ -72,15 +72,15 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         told(name, rounds, cases, &mut |threads| verified(&batch, threads, &path).expect("a batch"));
     }
     std::fs::remove_dir_all(&folder)?;
-    // Linux reports the peak of the resident memory.
+    // Only Linux reports the peak of the resident memory.
     if let Some(peak) = peak_memory("self") {
         println!("  peak memory {:.0} MB", peak / 1e6);
     }
     Ok(())
 }
 
-/// Runs `solved`, which returns the number of solved cases, on one thread and on two by turns,
-/// and prints the rates.
+/// Runs `solved` alternately on one thread and on two threads, and prints the cases per second.
+/// `solved` returns the number of solved cases.
 fn told(name: &str, rounds: usize, cases: u64, solved: &mut dyn FnMut(usize) -> u64) {
     let (mut best, mut count, mut least) = ([0.0_f64; 2], [0; 2], f64::INFINITY);
     for _ in 0..rounds {
@@ -112,7 +112,7 @@ fn batch(cases: u64, steps: usize, settings: &[&str]) -> Result<Batch, Box<dyn E
     Ok(Batch::of_dispersion(base)?)
 }
 
-/// Returns the maneuvers of a batch, read beforehand.
+/// Reads all maneuvers of a batch, so that the measurement does not include reading.
 fn problems(batch: &Batch, cases: u64) -> Result<Vec<(Problem, Settings)>, Box<dyn Error>> {
     let read = |number| {
         let loaded = batch.read(&batch.case(number)?)?.maneuver().ok_or("the spec is of one maneuver")?;
@@ -121,7 +121,8 @@ fn problems(batch: &Batch, cases: u64) -> Result<Vec<(Problem, Settings)>, Box<d
     (1..=cases).map(read).collect()
 }
 
-/// Solves and replays all, each thread every other one.
+/// Solves and replays all maneuvers. The threads share them in alternation. Returns the number of
+/// solved ones.
 fn bare(problems: &[(Problem, Settings)], threads: usize) -> u64 {
     let one = |(problem, settings): &(Problem, Settings)| {
         let solution = search::solve(problem, settings, None, &mut Silent).expect("a usable problem");

@@ -1,5 +1,5 @@
-//! Plans and simulations on 2 to 50 steps, which are too long for almost all maneuvers: the faults
-//! are counted.
+//! Counts faults of plans and simulations on 2 to 50 steps, which are too long for almost all
+//! maneuvers.
 //!
 //! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every case
 //! draws one of 26 kinds of random maneuvers, a number of steps and a method, and plans the
@@ -7,15 +7,15 @@
 //! count as wrong:
 //!
 //! - a panic;
-//! - a number of a solved plan or of a row that is not finite;
+//! - a number that is not finite in a solved plan or in a row of a simulation;
 //! - a plan that is reported as solved for a maneuver that is proved impossible on a thousand
 //!   steps;
-//! - a plan whose inputs, followed by the plain equations of motion of `evidence::held`, miss the
-//!   end by more than a plan may (a quarter of the angle turned, at least 5° and at most 45°), or
-//!   elsewhere than its continuous witness reports;
-//! - more than thirty seconds, on an idle machine.
+//! - a plan whose motion, by the independent equations of `evidence::held`, misses the end by more
+//!   than is accepted for a plan (a quarter of the slew angle, clamped to 5°–45°), or by another
+//!   amount than the continuous witness reports;
+//! - more than thirty seconds of computing, on an idle machine.
 //!
-//! Ends with 1 where anything was wrong.
+//! The command ends with 1 if a result was wrong.
 
 use evidence::random_specs::{RandomSpec, random_spec};
 use evidence::words::Words;
@@ -30,9 +30,9 @@ use std::ops::ControlFlow;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-/// Largest difference of the misses by either integration \[rad\].
+/// The largest accepted difference between the terminal errors of the two integrations \[rad\].
 const APART: f64 = 1e-5;
-/// Longest wait \[s\].
+/// The largest accepted computing time of a case \[s\].
 const LONGEST: f64 = 30.0;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
@@ -40,7 +40,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let first = words.number("number of the first case", 0)?;
     words.end()?;
     let (mut tally, mut wrong) = (BTreeMap::<String, u64>::new(), 0);
-    // Errors are printed below, with their case.
+    // Panics are printed below, together with their case.
     std::panic::set_hook(Box::new(|_| {}));
     for index in first..first + count {
         let began = Instant::now();
@@ -60,7 +60,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// The end of a case, and its faults.
+/// The outcomes of a case, and its faults.
 #[derive(Default)]
 struct Told {
     ends: Vec<String>,
@@ -85,7 +85,7 @@ fn case(index: u64) -> Told {
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("an override")).collect();
     let mut told = Told::default();
     let Ok(loaded) = from_str(&text, "case", Format::Toml, &set) else {
-        // Some kinds refuse a grid, or the method, by themselves.
+        // The reader refuses some combinations of a kind with a grid or a method.
         told.ends.push("plan: refused by the spec".into());
         return told;
     };
@@ -120,7 +120,7 @@ fn case(index: u64) -> Told {
     told
 }
 
-/// Returns the errors of a plan that is called solved.
+/// Returns the faults of a plan that is reported as solved.
 fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
     let mut complaints = Vec::new();
     let Trajectory { time, angular_velocity, quaternion, input, .. } = &plan.solution.trajectory;
@@ -138,7 +138,7 @@ fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
         None => complaints.push("cannot be followed".into()),
         Some(missed) => {
             let (degrees, allowed) = (missed.to_degrees(), allowed_deg(quaternion));
-            // Written so that a NaN is a complaint.
+            // The comparison is written so that a NaN counts as a fault.
             let near = degrees <= allowed * (1.0 + 1e-6);
             let as_told = (missed - told).abs() <= APART;
             if !near {
@@ -153,8 +153,8 @@ fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
     complaints
 }
 
-/// Returns the largest miss of a plan on such coarse steps \[deg\], by the angle turned from node
-/// to node.
+/// Returns the largest accepted attitude error of a plan on such long steps \[deg\]. It depends on
+/// the total angle from node to node.
 fn allowed_deg(quaternion: &[[f64; 4]]) -> f64 {
     let angle = |pair: &[[f64; 4]]| {
         let dot: f64 = pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum();

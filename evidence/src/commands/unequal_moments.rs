@@ -1,6 +1,6 @@
-//! Least effort between given rates for bodies with unequal moments. Each maneuver is compared with
-//! its symmetric maneuvers: time-reversed, mirrored in three planes, with permuted axes. All have
-//! one cost.
+//! Compares minimum-effort plans between given rates, for bodies with unequal moments, with the
+//! plans of symmetric maneuvers: time-reversed, mirrored in three planes, with permuted axes. All
+//! have the same optimal cost.
 //!
 //! `cargo run --release -p evidence -- unequal_moments [COUNT [RATIO]]`: COUNT (200 by default)
 //! random maneuvers; with a RATIO only its maneuvers are planned. Moments are 1, r and r within 10
@@ -8,8 +8,9 @@
 //! 0.5 rad/s, and durations are 3 to 12 s, on 200 steps. A rod turns by up to four turns about its
 //! axis.
 //!
-//! It prints for each ratio how many plans cost as little as the cheapest symmetric maneuver,
-//! within 0.2 %, and the largest excess. It ends with 1 if fewer than 99.5 % of all do.
+//! For each ratio, the command prints how many plans cost no more than the cheapest symmetric
+//! maneuver, within 0.2 %, and the largest excess. It ends with 1 if fewer than 99.5 % of all plans
+//! cost no more.
 
 use evidence::metamorphic::images;
 use evidence::words::Words;
@@ -22,13 +23,14 @@ use std::error::Error;
 use std::time::Instant;
 
 const RATIOS: [f64; 4] = [3.0, 5.0, 10.0, 30.0];
-/// The part by which a plan may cost more than its cheapest symmetric maneuver.
+/// The largest accepted excess of a plan over its cheapest symmetric maneuver, relative to the
+/// cost.
 const NEAR: f64 = 2e-3;
 
 fn maneuver(index: usize) -> Result<Problem, Box<dyn Error>> {
     let mut random = Random::of_case(57, index);
     let ratio = RATIOS[index % RATIOS.len()];
-    // Two moments differ by at most the third.
+    // The difference of two moments is at most the third moment.
     let least = (0.9 * ratio).max(ratio - 0.5);
     let mut moments = [1.0, random.within(least, ratio), random.within(least, ratio)];
     moments.rotate_left(random.below(3));

@@ -1,4 +1,4 @@
-//! The page of the claims, `docs/validation.md`, made from `evidence/validation.toml`.
+//! Writes the page of the claims, `docs/validation.md`, from `evidence/validation.toml`.
 //!
 //! `cargo run --release -p evidence -- validation` writes the page. The data have one table for
 //! each claim: the claim in one sentence, the reference of the comparison, and either the test that

@@ -1,4 +1,4 @@
-//! A spec that is being written, and its small random parts.
+//! The draft of a random spec, and functions that draw its parts.
 
 use super::turns::{Quaternion, Vector, conjugate, dot, list, matrix, product, rotated, scaled, turn};
 use crate::Random;
@@ -7,11 +7,11 @@ use std::fmt::Write;
 /// A spec that is being written.
 pub struct Draft {
     pub random: Random,
-    /// Headers of tables and their lines, in the order of the text.
+    /// The headers of tables and their lines, in the order of the text.
     pub tables: Vec<(&'static str, Vec<String>)>,
-    /// Mean principal moment of inertia [kg·m²].
+    /// The mean principal moment of inertia [kg·m²].
     pub inertia: f64,
-    /// [s]
+    /// The duration of the maneuver [s].
     pub duration: f64,
     pub start: Quaternion,
     pub end: Quaternion,
@@ -74,7 +74,7 @@ impl Draft {
         }
     }
 
-    /// Draws any rotation in any notation: the rotation, and its text.
+    /// Draws a rotation, and returns it with its text in a random notation.
     pub fn rotation(&mut self) -> (Quaternion, String) {
         const SEQUENCES: [&str; 12] =
             ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
@@ -108,7 +108,7 @@ impl Draft {
         }
     }
 
-    /// Writes an angular velocity of `rate` [rad/s] in either unit.
+    /// Writes the angular velocity `rate` [rad/s] in one of the two units.
     pub fn rate(&mut self, header: &'static str, rate: Vector) {
         let line = if self.chance(0.5) {
             format!("angular_velocity_rad_s = {}", list(&rate))
@@ -120,14 +120,15 @@ impl Draft {
 
     // The pieces of every spec.
 
-    /// Ratios of principal moments that a body of positive density can have, of mean 1.
+    /// Draws principal moments that a body of positive density can have, relative to their mean.
     pub fn moments(&mut self) -> Vector {
         let d: Vector = std::array::from_fn(|_| self.random.within(0.15, 1.0));
         let sum = 2.0 * (d[0] + d[1] + d[2]) / 3.0;
         [d[1] + d[2], d[2] + d[0], d[0] + d[1]].map(|moment| moment / sum)
     }
 
-    /// Writes the inertia, of mean `self.inertia`: three principal moments or a whole matrix.
+    /// Writes an inertia with the mean moment `self.inertia`, as three principal moments or as a
+    /// matrix.
     pub fn body(&mut self) {
         let moments = self.moments();
         let diagonal = scaled(moments, self.inertia);
@@ -136,7 +137,7 @@ impl Draft {
         } else {
             let axes = matrix(turn(self.direction(), self.random.within(0.0, 3.0)));
             let entry = |row: usize, column: usize| -> f64 {
-                // The order is equal for both sides of the diagonal.
+                // Both sides of the diagonal use the same entry.
                 let (a, b) = (row.min(column), row.max(column));
                 (0..3).map(|k| axes[a][k] * diagonal[k] * axes[b][k]).sum()
             };
@@ -147,7 +148,7 @@ impl Draft {
         self.line("[body]", format!("inertia_kg_m2 = {line}"));
     }
 
-    /// Writes two attitudes.
+    /// Writes the attitudes of start and end.
     pub fn ends(&mut self) {
         let (start, text) = self.rotation();
         self.line("[start]", format!("attitude = {text}"));
@@ -156,7 +157,7 @@ impl Draft {
         (self.start, self.end) = (start, end);
     }
 
-    /// Writes duration, grid and path.
+    /// Writes the duration, the grid and the path.
     pub fn maneuver(&mut self) {
         let steps = 20 + self.random.below(131);
         self.line("[maneuver]", format!("duration_s = {}", self.duration));
@@ -174,15 +175,15 @@ impl Draft {
         }
     }
 
-    /// Writes a free body from rest to rest.
+    /// Writes a rest-to-rest slew of a free body.
     pub fn slew(&mut self) {
         self.body();
         self.ends();
         self.maneuver();
     }
 
-    /// Writes some of the settings at random, without a limit of time, because then the answer
-    /// would depend on the machine.
+    /// Writes some random settings. A time limit is not among them, because the answer would then
+    /// depend on the machine.
     pub fn solver(&mut self) {
         if self.chance(0.4) {
             let scheme = self.pick(&["lie_euler", "lie_euler", "lie_verlet"]);
@@ -210,18 +211,19 @@ impl Draft {
         2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs())
     }
 
-    /// Returns the largest torque of the rotation about a fixed axis from rest to rest, mean
-    /// inertia: 6 J θ/T² [N·m].
+    /// Returns the largest torque of a minimum-effort rest-to-rest turn about a fixed axis, with
+    /// the mean inertia J: 6 J θ/T² [N·m].
     pub fn peak_torque(&self) -> f64 {
         6.0 * self.inertia * self.angle() / self.duration.powi(2)
     }
 
-    /// Returns the largest rate of that rotation: 3/2 θ/T [rad/s].
+    /// Returns the largest rate of a minimum-effort rest-to-rest turn about a fixed axis: 3/2 θ/T
+    /// [rad/s].
     pub fn peak_rate(&self) -> f64 {
         1.5 * self.angle() / self.duration
     }
 
-    /// Returns a weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
+    /// Draws the weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
     pub fn weight(&mut self, count: usize) -> String {
         let diagonal: Vec<f64> = (0..count).map(|_| self.random.within(0.5, 3.0)).collect();
         if self.chance(0.5) {
@@ -233,7 +235,7 @@ impl Draft {
         format!("[{}]", (0..count).map(row).collect::<Vec<_>>().join(", "))
     }
 
-    /// Returns one limit for all inputs, or one for each.
+    /// Draws one limit for all inputs, or one limit for each input.
     pub fn limits(&mut self, limit: f64) -> String {
         if self.chance(0.5) {
             return format!("{limit}");
@@ -241,13 +243,14 @@ impl Draft {
         list(&std::array::from_fn::<f64, 3, _>(|_| limit * self.random.within(0.9, 1.3)))
     }
 
-    /// Writes a position or another vector of the whole body, at both ends.
+    /// Writes position and velocity under one of the two headers, start or end.
     pub fn travel(&mut self, header: &'static str, position: Vector, velocity: Vector) {
         self.line(header, format!("position_m = {}", list(&position)));
         self.line(header, format!("velocity_m_s = {}", list(&velocity)));
     }
 
-    /// Writes positions of a free body, `size` apart, at rest or not.
+    /// Writes positions of a free body at start and end, at the distance `size`, with or without
+    /// velocities.
     pub fn travels(&mut self, size: f64) {
         let mass = self.inertia * self.random.within(1.0, 4.0);
         self.line("[body]", format!("mass_kg = {mass}"));
@@ -259,14 +262,14 @@ impl Draft {
         }
     }
 
-    /// Writes a method that can hold limits of inputs alone.
+    /// Writes a method that supports limits on the inputs only.
     pub fn method(&mut self) {
         let method = self.pick(&["auto", "shooting", "scp"]);
         self.line("[solver]", format!("method = \"{method}\""));
     }
 
-    /// Adds a cone that the boresight crosses half way from start to end, or that contains the
-    /// boresight all the way.
+    /// Adds a cone of the given kind. The boresight crosses a keep-out cone half way from start to
+    /// end; a keep-in cone contains the boresight on the whole path.
     pub fn cone(&mut self, kind: &str) {
         let boresight = self.direction();
         let (start, end) = (rotated(self.start, boresight), rotated(self.end, boresight));
@@ -309,7 +312,7 @@ impl Draft {
         }
     }
 
-    /// Writes a limit of the rate, of its norm or about each axis [rad/s].
+    /// Writes a limit on the norm of the angular rate or on the rate about each axis [rad/s].
     pub fn rate_constraint(&mut self, limit: f64) {
         let unit = self.pick(&["rad", "deg"]);
         let limit = if unit == "deg" { limit.to_degrees() } else { limit };

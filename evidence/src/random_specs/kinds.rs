@@ -1,4 +1,4 @@
-//! The kinds of maneuvers.
+//! The functions that draft the kinds of random maneuvers.
 
 use super::draft::Draft;
 use super::turns::{Vector, conjugate, dot, list, rotated, scaled};
@@ -45,8 +45,8 @@ pub fn winding(draft: &mut Draft) {
     }
 }
 
-/// Drafts a body on a pivot, whose mass center is a fifth of the radius of gyration away, for about
-/// the time of a swing.
+/// Drafts a pendulum whose mass center is a fifth of the radius of gyration from the pivot, for
+/// about the duration of a swing.
 pub fn pendulum(draft: &mut Draft) {
     let mass = draft.random.within(0.5, 20.0);
     let arm = scaled(draft.direction(), draft.random.within(0.02, 0.3));
@@ -78,8 +78,8 @@ pub fn limited_pendulum(draft: &mut Draft) {
     draft.line("[actuators]", limit);
 }
 
-/// Drafts a maneuver on a tenth to a whole radian of an orbit of any rate, from rest relative to
-/// the turning frame or not.
+/// Drafts a maneuver over 0.1 to 1 rad of an orbit of any rate, which starts at rest relative to
+/// the orbit frame or with a rate.
 pub fn gravity_gradient(draft: &mut Draft) {
     draft.slew();
     let rate = draft.random.within(0.1, 1.0) / draft.duration;
@@ -110,7 +110,8 @@ pub fn free_flyer(draft: &mut Draft) {
     }
 }
 
-/// Builds forces along body axes with a costly rotation, so that both parts affect each other.
+/// Drafts a body with forces along body axes and costly torques, so that translation and rotation
+/// affect each other.
 pub fn body_thrusters(draft: &mut Draft) {
     draft.slew();
     draft.travels(2.0);
@@ -138,8 +139,8 @@ pub fn force_limits(draft: &mut Draft) {
     draft.line("[actuators]", line);
 }
 
-/// Builds central gravity in units of the orbit: radius, rate and gravitational parameter near 1,
-/// or as in a low Earth orbit.
+/// Drafts a maneuver in central gravity, with radius, rate and gravitational parameter near 1, or
+/// as in a low Earth orbit.
 pub fn central_gravity(draft: &mut Draft, points: bool) {
     let (radius, parameter) = if draft.chance(0.7) { (1.0, 1.0) } else { (7.0e6, 3.986_004_418e14) };
     let rate = (parameter / f64::powi(radius, 3)).sqrt();
@@ -149,7 +150,7 @@ pub fn central_gravity(draft: &mut Draft, points: bool) {
     draft.line("[environment]", "kind = \"central_gravity\"".into());
     draft.line("[environment]", format!("gravitational_parameter_m3_s2 = {parameter}"));
     if points {
-        // Two pairs of points on two axes, and their inertia.
+        // The body consists of two pairs of point masses on two axes.
         let (a, b) = (size, 0.7 * size);
         let m = 0.25 * mass;
         let inertia = [2.0 * m * b * b, 2.0 * m * a * a, 2.0 * m * (a * a + b * b)];
@@ -166,7 +167,7 @@ pub fn central_gravity(draft: &mut Draft, points: bool) {
     draft.line("[body]", format!("mass_kg = {mass}"));
     draft.ends();
     draft.maneuver();
-    // The ends are along a circle, with a small offset of the end.
+    // Both ends lie on a circular orbit, the end with a small offset.
     for (header, anomaly) in [("[start]", 0.0), ("[end]", rate * draft.duration)] {
         let (sin, cos) = f64::sin_cos(anomaly);
         let aside = draft.vector(if header == "[end]" { 0.1 } else { 0.0 });
@@ -234,7 +235,8 @@ pub fn torque_norm_limit(draft: &mut Draft) {
     draft.method();
 }
 
-/// Drafts a limit of the torque rate: the unlimited rotation has 12 J θ/T³.
+/// Drafts a limit on the rate of torque, relative to 12 J θ/T³, the rate of torque of the rotation
+/// without a limit.
 pub fn torque_rate_limit(draft: &mut Draft) {
     draft.slew();
     let part = draft.random.within(2.0, 6.0);
@@ -309,7 +311,7 @@ pub fn everything(draft: &mut Draft) {
     draft.cone("keep_out");
 }
 
-/// Drafts too little torque, or too low a rate, for the time.
+/// Drafts a maneuver whose torque or rate limit is too low for its duration.
 pub fn infeasible(draft: &mut Draft) {
     draft.slew();
     let part = draft.random.within(0.1, 0.5);
@@ -322,7 +324,7 @@ pub fn infeasible(draft: &mut Draft) {
     }
 }
 
-/// The inputs of a maneuver of minimum time or fuel.
+/// The inputs of a minimum-time or minimum-fuel maneuver.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Inputs {
     Axes,
@@ -331,15 +333,15 @@ pub enum Inputs {
     Thrusters,
 }
 
-/// Builds a maneuver from rest to rest or between rates, with torques that allow the turn about
-/// the eigenaxis in a part of the duration.
+/// Drafts a minimum-time or minimum-fuel maneuver, from rest to rest or between rates. The torques
+/// suffice for the turn about the eigenaxis in a part of the duration.
 pub fn switching(draft: &mut Draft, minimized: &'static str, inputs: Inputs) {
     draft.body();
     draft.ends();
     let steps = 40 + draft.random.below(80);
     draft.line("[maneuver]", format!("steps = {steps}"));
     draft.line("[maneuver]", format!("minimize = \"{}\"", &minimized[..4]));
-    // About the eigenaxis from rest to rest a torque τ takes 2 √(J θ/τ).
+    // A rest-to-rest turn about the eigenaxis with the torque τ takes 2 √(J θ/τ).
     let torque = 4.0 * draft.inertia * draft.angle().max(0.2) / draft.duration.powi(2);
     let spare = draft.random.within(2.0, 8.0);
     match minimized {

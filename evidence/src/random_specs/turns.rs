@@ -2,7 +2,7 @@
 //! the library.
 
 pub type Vector = [f64; 3];
-/// Scalar first.
+/// A quaternion, scalar first.
 pub type Quaternion = [f64; 4];
 
 pub fn dot(a: Vector, b: Vector) -> f64 {
@@ -13,7 +13,7 @@ pub fn scaled(v: Vector, factor: f64) -> Vector {
     v.map(|part| factor * part)
 }
 
-/// Returns a turn about a unit axis.
+/// Returns the quaternion of a turn by `angle` \[rad\] about a unit axis.
 pub fn turn(axis: Vector, angle: f64) -> Quaternion {
     let [x, y, z] = scaled(axis, (0.5 * angle).sin());
     [(0.5 * angle).cos(), x, y, z]

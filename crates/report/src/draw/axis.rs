@@ -3,47 +3,47 @@
 /// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences are equally long.
+    /// Equal differences have equal lengths on the axis.
     Linear,
-    /// Equal ratios have equal lengths; a value that is not positive has no position.
+    /// Equal ratios have equal lengths on the axis. Zero and negative values have no position.
     Logarithmic,
 }
 
-/// An axis, with its label and unit.
+/// An axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Name and unit of the quantity.
+    /// The name and the unit of the quantity, as in "time, s".
     pub label: String,
     /// The scale.
     pub scale: Scale,
-    /// The limits of the axis; `None` for the bounds of the data.
+    /// The smallest and the largest value on the axis; `None` to fit the data.
     pub limits: Option<(f64, f64)>,
 }
 
 impl Axis {
-    /// Builds a linear axis with the range of its data.
+    /// Builds a linear axis that fits the data.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, limits: None }
     }
 
-    /// Builds a logarithmic axis with the range of its data.
+    /// Builds a logarithmic axis that fits the data.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, limits: None }
     }
 }
 
-/// An axis with its position in the drawing.
+/// An axis with its position in the drawing, from pixel `from` to pixel `to`.
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
     scale: Scale,
-    /// The limits, or their logarithms on a logarithmic axis.
+    /// The smallest and the largest value; on a logarithmic axis, their decimal logarithms.
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
 
-/// A tick; ticks without a label are short.
+/// A tick mark at pixel `at`. A tick without a label is short.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
@@ -51,7 +51,7 @@ pub(super) struct Tick {
 }
 
 impl Laid {
-    /// Builds an axis from pixel `from` to pixel `to`, wide enough for `values`.
+    /// Places an axis between the pixels `from` and `to`. Its range covers `values`.
     pub fn new(axis: &Axis, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let logarithmic = axis.scale == Scale::Logarithmic;
         let place = |value: f64| if logarithmic { value.log10() } else { value };
@@ -77,11 +77,12 @@ impl Laid {
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);
-        // Far outside, coordinates would lose all meaning to a viewer.
+        // Values far outside of the range are clamped, because viewers fail at very large
+        // coordinates.
         part.is_finite().then(|| self.from + part.clamp(-10.0, 11.0) * (self.to - self.from))
     }
 
-    /// Returns the value in the middle.
+    /// Returns the pixel in the middle of the axis.
     pub fn middle(&self) -> f64 {
         0.5 * (self.from + self.to)
     }
@@ -109,7 +110,7 @@ impl Laid {
             let value = index as f64 * step;
             Tick { at: self.pixel(value), label: Some(linear_label(value, step, largest)) }
         };
-        // The number of ticks is bounded for any rounding of the limits.
+        // The bound on the number of ticks also holds if rounding makes the step too small.
         (first..=last).take(50).map(tick).collect()
     }
 
@@ -119,7 +120,7 @@ impl Laid {
         // A label takes about 40 pixels along the axis.
         let every = (decades / (length / 40.0)).ceil().max(1.0) as i64;
         let (first, last) = (self.low.floor() as i64, self.high.ceil() as i64);
-        // All in full, or all as powers of ten.
+        // Either all labels are written out, or all are powers of ten.
         let plain = self.low >= -2.3 && self.high < 4.0;
         let mut ticks = Vec::new();
         for decade in (first..=last).take(700) {
@@ -169,7 +170,7 @@ fn linear_label(value: f64, step: f64, largest: f64) -> String {
     minus(&format!("{value:.*}", decimals.min(15)))
 }
 
-/// Replaces the hyphen by the minus sign, which has the width of a plus.
+/// Replaces the hyphen by the minus sign, which is as wide as a plus sign.
 fn minus(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -1,4 +1,4 @@
-//! Curves over two axes, with marks, bands and a legend next to the plot.
+//! Charts: curves over two axes, with marks, bands, and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
 use super::clear::crosses;
@@ -12,37 +12,37 @@ use super::{COLOURS, colour};
 pub struct Chart {
     /// The title.
     pub title: String,
-    /// The circumstances, one line below the title.
+    /// The subtitle, one line below the title, which states the conditions of the data.
     pub subtitle: String,
-    /// The axis to the right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// The axis upwards.
+    /// The vertical axis.
     pub y: Axis,
-    /// The curves, the first one on top.
+    /// The curves. The first one is drawn over the others.
     pub curves: Vec<Curve>,
-    /// Lines across the plot, such as limits.
+    /// Horizontal lines across the plot, such as limits.
     pub levels: Vec<Level>,
-    /// Stretches along the axis to the right that are shaded.
+    /// Shaded intervals of the horizontal axis.
     pub spans: Vec<Span>,
 }
 
-/// A line across a chart, where a limit is.
+/// A horizontal line at a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     /// The position on the vertical axis.
     pub value: f64,
-    /// The label at the line; none if empty.
+    /// The label at the line. An empty text means no label.
     pub label: String,
 }
 
-/// A stretch along the axis to the right.
+/// A shaded interval of the horizontal axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
-    /// The start.
+    /// The start of the interval, a value of the horizontal axis.
     pub from: f64,
-    /// The end.
+    /// The end of the interval, a value of the horizontal axis.
     pub to: f64,
-    /// The name of the state during the span.
+    /// The name of the state during the interval, such as "coast".
     pub label: String,
 }
 
@@ -54,12 +54,12 @@ const BOTTOM: f64 = 418.0;
 
 /// Colours of shaded spans, one for each name, and of limits.
 const SHADES: [&str; 4] = ["#f4e7c4", "#d6e6f2", "#dfeed6", "#efdfee"];
-/// Edge of a shaded span.
+/// The colour of the edges of a shaded span.
 const EDGE: &str = "#b9b29c";
 const LIMIT: &str = "#a01818";
 
 impl Chart {
-    /// Builds a chart of curves alone.
+    /// Builds a chart of curves, without lines at limits and without shaded spans.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
         let (title, subtitle) = (title.into(), String::new());
         Self { title, subtitle, x, y, curves, levels: Vec::new(), spans: Vec::new() }
@@ -72,7 +72,8 @@ impl Chart {
         svg.end()
     }
 
-    /// Returns the curves as drawn: a curve that diverges is cut, and its name states where.
+    /// Returns the curves as they are drawn. A diverging curve is cut, and its name states at which
+    /// abscissa.
     pub fn legible_curves(&self) -> Vec<Curve> {
         legibility::cut(&self.curves, self.y.scale)
     }
@@ -121,14 +122,14 @@ impl Chart {
     }
 }
 
-/// The size of the name of a limit \[px\], the width of its characters relative to that, and the
-/// distance between the places that are tried for it \[px\].
+/// The font size of the name of a limit \[px\], the width of a character relative to the font size,
+/// and the distance between the positions that are tried for the name \[px\].
 const NAME: f64 = 11.0;
 const WIDE: f64 = 0.6;
 const PLACES: f64 = 24.0;
 
-/// Returns the place of the name of a limit, by its right end: above or below its line, as far to the
-/// right as no curve crosses it.
+/// Returns the position of the name of a limit, as the pixel of its right end: above or below the
+/// line at `level`, and as far to the right as possible without crossing a curve.
 fn beside(name: &str, level: f64, lines: &[Vec<(f64, f64)>]) -> (f64, f64) {
     let width = WIDE * NAME * name.chars().count() as f64;
     let sides: Vec<f64> = [level - 5.0, level + 15.0]
@@ -197,7 +198,7 @@ fn draw(svg: &mut Svg, curve: &Curve, x: &Laid, y: &Laid) {
     }
 }
 
-/// Polylines between the gaps.
+/// Draws a line through points. `None` interrupts the line.
 fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, style: &str) {
     let mut stretch = Vec::new();
     for point in points.chain([None]) {
@@ -215,7 +216,7 @@ fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, st
 
 fn stroke(style: usize, width: f64) -> String {
     const DASHES: [&str; 4] = ["", "9 4", "4 3", "11 3 2.5 3"];
-    // The ninth curve has the colour of the first, and its own dash.
+    // The ninth curve has the colour of the first one, but another dash pattern.
     let dash = match DASHES[(style + style / COLOURS.len()) % DASHES.len()] {
         "" => String::new(),
         dash => format!(" stroke-dasharray=\"{dash}\""),
@@ -227,7 +228,7 @@ fn stroke(style: usize, width: f64) -> String {
     )
 }
 
-/// Draws a circle, triangle, square or diamond.
+/// Draws the mark of a curve: a circle, triangle, square or diamond, according to `style`.
 fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     let fill = format!("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"0.8\"", colour(style));
     match style % 4 {
@@ -244,12 +245,12 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// The largest numbers of characters in a line of a name next to the plot, and in the smaller lines
+/// The largest number of characters in the first line of a legend entry, and in the smaller lines
 /// below it.
 const ROOM: usize = 22;
 const ROOM_SMALL: usize = 27;
 
-/// Draws the names next to the plot; returns the position of the next name.
+/// Draws the legend next to the plot. Returns the vertical position of the next entry \[px\].
 fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     let x = RIGHT + 18.0;
     let mut y = TOP + 12.0;
@@ -260,7 +261,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     };
     let names: Vec<(Vec<String>, Vec<String>)> = curves.iter().map(named).collect();
     let lines: usize = names.iter().map(|(first, more)| first.len() + more.len()).sum();
-    // Many names have less distance between them.
+    // The distance between entries decreases if the legend has many of them.
     let row =
         (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
     for (curve, (first, more)) in curves.iter().zip(names) {
@@ -294,7 +295,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     y
 }
 
-/// Returns the names of spans, each once, in the order of their colours.
+/// Returns the names of the spans without repetition, in the order of their colours.
 fn names(spans: &[Span]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for span in spans {
@@ -305,15 +306,15 @@ fn names(spans: &[Span]) -> Vec<&str> {
     names
 }
 
-/// Returns the colour of the spans of a name.
+/// Returns the colour of the spans with this name.
 fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// Shades a span between two pixels. If colours have meanings, the span also has its name, if the
-/// name fits.
+/// Shades a span between two pixels. If the chart has spans of several names, the name is written
+/// into the span, provided that it fits.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
-    /// The width of a small letter \[px\].
+    /// The width of a character of the small font \[px\].
     const WIDTH: f64 = 6.5;
     let corners = [(from, TOP), (to, TOP), (to, BOTTOM), (from, BOTTOM)];
     svg.path(&corners, true, &format!("fill=\"{}\"", tint(names, name)));
@@ -326,7 +327,7 @@ fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     }
 }
 
-/// Draws the meaning of the shading below the legend: each name once.
+/// Draws the colour and the name of each kind of span below the legend.
 fn shades(svg: &mut Svg, names: &[&str], mut y: f64) {
     for name in names.iter().filter(|name| !name.is_empty()) {
         if y > BOTTOM + 40.0 {
@@ -352,14 +353,15 @@ mod tests {
     fn the_name_of_a_limit_is_off_the_curves() {
         let level = 0.5 * (TOP + BOTTOM);
         assert_eq!(beside("limit", level, &[]), (RIGHT - 6.0, level - 5.0));
-        // A curve above the line, then one along the right part of both sides.
+        // First a curve above the line of the limit, then one that runs along the right part above
+        // and below the line.
         let above = vec![(LEFT, level - 8.0), (RIGHT, level - 8.0)];
         let (x, y) = beside("limit", level, std::slice::from_ref(&above));
         assert_eq!((x, y), (RIGHT - 6.0, level + 15.0));
         let below = vec![(LEFT + 200.0, level + 8.0), (RIGHT, level + 8.0)];
         let (x, y) = beside("limit", level, &[above, below]);
         assert!(x < LEFT + 200.0 && y > level, "{x} {y}");
-        // At the upper edge the name is below the line.
+        // If the line is at the upper edge of the plot, the name is below the line.
         assert_eq!(beside("limit", TOP + 2.0, &[]).1, TOP + 17.0);
     }
 }

@@ -1,8 +1,9 @@
-//! Places of texts that no curve passes through.
+//! The test whether a curve passes through the rectangle of a text.
 
-/// Returns whether a line through points passes through a rectangle: left, top, right, bottom.
+/// Returns whether the polyline through `points` passes through the rectangle with the edges left,
+/// top, right and bottom.
 ///
-/// The part of a segment within the rectangle is found axis by axis (Liang and Barsky 1984).
+/// The part of a segment within the rectangle is computed axis by axis (Liang and Barsky 1984).
 pub(super) fn crosses(points: &[(f64, f64)], [left, top, right, bottom]: [f64; 4]) -> bool {
     points.windows(2).any(|pair| {
         let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
@@ -35,7 +36,8 @@ mod tests {
         assert!(crosses(&[(0.0, 12.0), (30.0, 12.0)], frame));
         assert!(crosses(&[(15.0, 0.0), (15.0, 30.0)], frame));
         assert!(crosses(&[(12.0, 11.0), (13.0, 12.0)], frame));
-        // Beside a corner, above, and on the extension of a segment.
+        // These lines pass beside a corner of the rectangle, pass above it, or meet it only if a
+        // segment is extended.
         assert!(!crosses(&[(0.0, 16.0), (16.0, 32.0)], frame));
         assert!(!crosses(&[(0.0, 5.0), (30.0, 5.0)], frame));
         assert!(!crosses(&[(0.0, 12.0), (9.0, 12.0)], frame));

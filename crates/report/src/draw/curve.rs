@@ -1,11 +1,11 @@
-//! The elements of a chart.
+//! The curves of a chart.
 
 /// A curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Name in the legend; a second line after a line feed, smaller.
+    /// The name in the legend. Text after a line feed is a second, smaller line.
     pub name: String,
-    /// Number of its colour, mark and dash.
+    /// The index of the curve's colour, mark and dash pattern.
     pub style: usize,
     /// The shape of the curve.
     pub shape: Shape,
@@ -18,12 +18,12 @@ pub enum Shape {
     Line(Vec<(f64, f64)>),
     /// A line with a mark at each point.
     Marked(Vec<(f64, f64)>),
-    /// The area between a lowest and a highest value: x, low, high.
+    /// The area between a lower and an upper value, as points (x, low, high).
     Band(Vec<(f64, f64, f64)>),
 }
 
 impl Shape {
-    /// Returns every point, of a band both edges.
+    /// Returns all points of the curve; for a band, the points of both edges.
     pub fn points(&self) -> Vec<(f64, f64)> {
         match self {
             Self::Line(points) | Self::Marked(points) => points.clone(),

@@ -1,57 +1,58 @@
-//! A chart of the times at which each of several things is on: a row for each, over a time axis
-//! that leaves out long stretches in which all are off.
+//! Timeline charts: one row for each thruster or other object, with a bar while the object is on.
+//! The time axis leaves out long intervals in which all objects are off.
 
 use super::axis::{Axis, Laid};
 use super::colour;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, shortened};
 use slewkit::numerics::figures::significant;
 
-/// Rows of stretches over time.
+/// A timeline chart with one row of bars for each object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gantt {
     /// The title.
     pub title: String,
-    /// The circumstances, one line below the title.
+    /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The last moment of the time axis, which begins at 0 \[s\].
+    /// The end of the time axis, which begins at 0 \[s\].
     pub end: f64,
-    /// Names, and the stretches from start to end \[s\], in the order of time.
+    /// The rows: the name of the object, and the intervals [start, end] in which it is on \[s\], in
+    /// chronological order.
     pub rows: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// The edges of the rows [px]; names may move the left one.
+/// The edges of the rows [px]. Long names move the left edge.
 const LEFT: f64 = 118.0;
 const RIGHT: f64 = 776.0;
 const TOP: f64 = 64.0;
 const UNTITLED: f64 = 12.0;
 const BOTTOM: f64 = 418.0;
-/// The highest row [px], and the part of it that a bar fills.
+/// The largest height of a row [px], and the fraction of a row that a bar fills.
 const ROW: f64 = 34.0;
 const BAR: f64 = 0.62;
-/// The narrowest bar [px].
+/// The smallest width of a bar [px].
 const NARROW: f64 = 1.6;
-/// The width of a character of a name, its distance from the rows [px], and the number of characters
-/// of the longest name.
+/// The width of a character of a name [px], the distance between names and rows [px], and the
+/// largest number of characters of a name.
 const LETTER: f64 = 7.0;
 const BESIDE_ROWS: f64 = 8.0;
 const LONGEST: usize = 28;
-/// The width of a stretch that is left out [px].
+/// The width of the gap that stands for a left-out interval [px].
 const BREAK: f64 = 26.0;
-/// A stretch without bars is left out if it is longer than this part of all that has bars, and than
-/// this part of the whole.
+/// An interval without bars is left out if it is longer than `LONG` times the total time with bars,
+/// and longer than `NOTED` times the whole duration.
 const LONG: f64 = 0.4;
 const NOTED: f64 = 0.05;
-/// The part of a left-out stretch that is shown at either side, relative to all stretches with
-/// bars: less than half of [`LONG`].
+/// The part of a left-out interval that is still shown next to the bars at each side, relative to
+/// the total time with bars. It is less than half of [`LONG`].
 const BESIDE: f64 = 0.15;
-/// The least width of a stretch that is shown [px].
+/// The smallest width of a shown interval [px].
 const LEAST: f64 = 24.0;
 
-/// A stretch of the time axis on the drawing.
+/// An interval of the time axis \[s\] with its position in the drawing.
 struct Piece {
     from: f64,
     to: f64,
-    /// The pixels of the left and the right end.
+    /// The pixels of the left and the right end of the interval.
     left: f64,
     right: f64,
     left_out: bool,
@@ -81,7 +82,7 @@ impl Gantt {
         if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
     }
 
-    /// Returns the stretches in which at least one row is on, in the order of time.
+    /// Returns the intervals in which at least one object is on, in chronological order.
     fn busy(&self) -> Vec<[f64; 2]> {
         let mut all: Vec<[f64; 2]> = self.rows.iter().flat_map(|(_, bars)| bars.iter().copied()).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -95,7 +96,7 @@ impl Gantt {
         joined
     }
 
-    /// Lays the time axis out.
+    /// Divides the time axis into shown and left-out intervals, and places them.
     fn pieces(&self) -> Vec<Piece> {
         let busy = self.busy();
         let on: f64 = busy.iter().map(|[from, to]| to - from).sum();
@@ -105,7 +106,7 @@ impl Gantt {
         gaps.extend(busy.last().map(|last| [last[1], self.end]));
         gaps.retain(|[from, to]| to - from > long);
         gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        // A short part of each left-out stretch is shown next to the bars.
+        // A short part of each left-out interval is shown next to the bars.
         let beside = BESIDE * on;
         let piece = |from: f64, to: f64, left_out: bool| Piece { from, to, left: 0.0, right: 0.0, left_out };
         let mut pieces = Vec::new();
@@ -185,7 +186,8 @@ impl Gantt {
     }
 }
 
-/// Places pieces side by side from `left`. All shown pieces have one scale, but at least the width [`LEAST`].
+/// Places the intervals side by side, beginning at pixel `left`. All shown intervals have the same
+/// scale, except those that would be narrower than [`LEAST`].
 fn laid_out(pieces: &mut [Piece], left: f64) {
     let length = |piece: &Piece| piece.to - piece.from;
     let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;
@@ -207,7 +209,7 @@ fn laid_out(pieces: &mut [Piece], left: f64) {
     }
 }
 
-/// Returns the pixel of a time.
+/// Returns the pixel of a time \[s\]; `None` outside of the axis.
 fn place(pieces: &[Piece], time: f64) -> Option<f64> {
     let piece = pieces.iter().find(|piece| time <= piece.to).or(pieces.last())?;
     let part = ((time - piece.from) / (piece.to - piece.from)).clamp(0.0, 1.0);
@@ -218,7 +220,8 @@ fn place(pieces: &[Piece], time: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Pulses of 0.1 s at both ends of 200 s would be a third of a pixel wide.
+    /// On a time axis without gaps, pulses of 0.1 s at both ends of 200 s would be a third of a
+    /// pixel wide.
     #[test]
     fn short_pulses_are_wide_where_the_coast_between_them_is_long() {
         let rows = vec![("A".into(), vec![[0.0, 0.1]]), ("B".into(), vec![[0.1, 0.2], [199.9, 200.0]])];
@@ -229,7 +232,7 @@ mod tests {
             assert!(at(to) - at(from) > 100.0, "{from} {to}: {} {}", at(from), at(to));
         }
         assert!((at(0.0) - LEFT).abs() < 1e-9 && (at(200.0) - RIGHT).abs() < 1e-9);
-        // Times keep their order.
+        // The pixels of increasing times increase.
         let times: Vec<f64> = (0..=2000).map(|k| at(0.1 * f64::from(k))).collect();
         assert!(times.windows(2).all(|pair| pair[0] <= pair[1]));
         assert!(gantt.svg().contains("s off") && !gantt.svg().contains("NaN"));

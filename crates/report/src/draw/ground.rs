@@ -1,5 +1,5 @@
-//! Tracks on the ground as a map: azimuthal equidistant about the middle of the tracks, seen from
-//! above, north up.
+//! Maps of ground tracks, in azimuthal equidistant projection about the middle of the tracks, seen
+//! from above, with north up.
 
 use super::clear::crosses;
 use super::colour;
@@ -8,45 +8,46 @@ use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken};
 use slewkit::Vector3;
 use std::f64::consts::PI;
 
-/// A map of tracks on the ground.
+/// A map of ground tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
     /// The title.
     pub title: String,
-    /// One line below the title.
+    /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// Ways on the ground.
+    /// The ground tracks.
     pub tracks: Vec<GroundTrack>,
-    /// Places with names.
+    /// Named places, such as ground stations.
     pub places: Vec<(String, Place)>,
 }
 
-/// Latitude and east longitude \[deg\].
+/// A place on the ground: latitude and east longitude \[deg\].
 pub type Place = [f64; 2];
 
-/// A way on the ground.
+/// A ground track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTrack {
     /// The name of the track.
     pub name: String,
-    /// Number of its colour.
+    /// The index of the track's colour.
     pub style: usize,
-    /// Stretches of the track: a line of sight may leave the Earth and come back.
+    /// The connected parts of the track. A track has several parts if its line of sight leaves the
+    /// Earth and returns.
     pub stretches: Vec<Vec<Place>>,
 }
 
 /// Middle and radius of the map on the drawing \[px\].
 const MIDDLE: (f64, f64) = (300.0, 264.0);
 const RADIUS: f64 = 196.0;
-/// Steps of the grid \[deg\]. The first one with few enough lines from the middle to the rim is
-/// used.
+/// The possible distances between grid lines \[deg\]. The map uses the first one with which at most
+/// `MOST_LINES` lines lie between the middle and the rim.
 const STEPS: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0];
 const MOST_LINES: f64 = 3.5;
-/// Distance of the points of a grid line \[deg\].
+/// The distance between the points of a grid line \[deg\].
 const FINE: f64 = 2.0;
-/// Kilometres of a degree on the ground.
+/// The length of one degree on the ground \[km\].
 const KM_PER_DEG: f64 = 111.19;
-/// The least angle that the map shows to either side \[deg\].
+/// The smallest angle from the middle to the rim of the map \[deg\].
 const LEAST_REACH: f64 = 0.5;
 
 impl Ground {
@@ -64,12 +65,12 @@ impl Ground {
         let middle = points.iter().sum::<Vector3>().try_normalize(1e-6).unwrap_or_else(Vector3::x);
         let angle = |to: &Vector3| middle.cross(to).norm().atan2(middle.dot(to));
         let reach = points.iter().map(angle).fold(LEAST_REACH.to_radians(), f64::max);
-        // East to the right, as the ground is seen from above.
+        // East is to the right, as seen from above.
         let right = Vector3::z().cross(&middle).try_normalize(1e-6).unwrap_or_else(Vector3::y);
         SkyView { middle, right, up: middle.cross(&right), reach: (1.12 * reach).min(PI) }
     }
 
-    /// Draws the map into `svg`; `id` must be unique there.
+    /// Draws the map into `svg`. No other element of the document may use `id`.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let view = self.view();
         let place = |at: &Place| {
@@ -85,8 +86,9 @@ impl Ground {
         let reach = view.reach.to_degrees();
         let step =
             STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
-        // A line that crosses the map has points on the map, or at most one step of the line away
-        // from it. Near the point opposite to the middle the map is torn.
+        // A grid line that crosses the map has points on the map, or at most one point distance
+        // outside of it. Points near the antipode of the middle are excluded, because the
+        // projection is discontinuous there.
         let farthest = (reach + 1.5 * FINE).min(174.0).to_radians().cos();
         for line in grid(step) {
             let near = |at: &Place| direction(at).dot(&view.middle) > farthest;
@@ -109,7 +111,8 @@ impl Ground {
             tracks.map(|stretch| stretch.iter().map(place).collect()).collect();
         for (text, at) in labels(&view, step) {
             let ((x, y), width) = (place(&at), LETTER * text.chars().count() as f64);
-            // At the crossing of two grid lines, in a quarter that no track passes through.
+            // A number stands at the crossing of two grid lines, in a quadrant that no track passes
+            // through.
             let [right, left, above, below] = [x + 2.0, x - 2.0 - width, y - 2.0, y + 10.0];
             let quarters = [(right, above), (right, below), (left, above), (left, below)];
             let is_free = |(x, y): &&(f64, f64)| {
@@ -175,16 +178,16 @@ impl Ground {
     }
 }
 
-/// The width of a character of the numbers on the map \[px\].
+/// The width of a digit on the map \[px\].
 const LETTER: f64 = 6.0;
 
-/// Returns the unit vector to a place, as on the sphere of directions.
+/// Returns the unit vector from the centre of the Earth to a place.
 fn direction([latitude, longitude]: &Place) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude.to_radians().sin_cos(), longitude.to_radians().sin_cos());
     Vector3::new(cos * cl, cos * sl, sin)
 }
 
-/// Parallels and meridians every `step` \[deg\].
+/// Returns the parallels and meridians every `step` degrees.
 fn grid(step: f64) -> Vec<Vec<Place>> {
     let parts = |whole: f64| (0..=(whole / FINE) as usize).map(move |k| FINE * k as f64);
     let count = (90.0 / step) as i32;
@@ -195,7 +198,8 @@ fn grid(step: f64) -> Vec<Vec<Place>> {
     parallels.chain(meridians).collect()
 }
 
-/// Returns the numbers where the grid lines cross the parallel and the meridian next to the middle.
+/// Returns the labels of the grid lines, with their places along the parallel and the meridian
+/// nearest to the middle.
 fn labels(view: &SkyView, step: f64) -> Vec<(String, Place)> {
     let latitude = view.middle.z.clamp(-1.0, 1.0).asin().to_degrees();
     let longitude = view.middle.y.atan2(view.middle.x).to_degrees();
@@ -239,12 +243,12 @@ mod tests {
         // The tracks may cross the date line.
         assert!(a.0 < 0.0 && b.0 > 0.0 && a.1 < b.1, "{a:?} {b:?}");
         assert!(a.0.hypot(a.1) < 1.0 && b.0.hypot(b.1) < 1.0);
-        // A degree of latitude is a degree on the map.
+        // An angle of latitude has its true size on the map.
         let apart = (view.project(&view.middle).1 - view.project(&(view.middle + 0.01 * view.up)).1).abs();
         assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
         assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
     }
-    /// Lines of the grid outside of the map would be most of the file.
+    /// Without the cut at the rim, most of the file would be grid lines outside of the map.
     #[test]
     fn the_grid_of_a_small_map_is_that_of_the_map() {
         let map = |stretch: Vec<Place>| Ground {
@@ -257,7 +261,7 @@ mod tests {
         let small = map(vec![[-1.0, -98.0], [-5.0, -95.0]]);
         assert!(small.svg().len() < 20_000, "{} bytes", small.svg().len());
         assert!((8..60).contains(&lines(&small)), "{} lines", lines(&small));
-        // All meridians meet at a pole.
+        // At a pole all meridians meet.
         let pole = map(vec![[89.0, 0.0], [88.0, 180.0]]);
         assert!(lines(&pole) >= 360, "{} lines", lines(&pole));
     }

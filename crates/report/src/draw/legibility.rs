@@ -1,5 +1,5 @@
-//! Remarks that a chart needs: which curve is cut because it diverges, and which one lies under
-//! another.
+//! Remarks in the legend of a chart: which curve is cut because it diverges, and which curve is
+//! hidden under another.
 
 use super::axis::Scale;
 use super::curve::{Curve, Shape};
@@ -10,20 +10,20 @@ use slewkit::numerics::figures::significant;
 /// ordinary.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
-/// The height up to which a diverged curve is drawn, relative to the rest of the chart.
+/// The height up to which a diverged curve is drawn, relative to the other curves of the chart.
 const FOLLOWED: f64 = 10.0;
 
-/// A curve that ends above this part of its largest value does not return.
+/// A curve whose last value exceeds this fraction of its largest value counts as not returning.
 const ESCAPED: f64 = 1e-3;
 
-/// Points nearer to each other than this look like one point \[px\].
+/// The distance below which two points look like one point \[px\].
 const APART: f64 = 0.7;
 
 /// The position of a point in the drawing; `None` if the point cannot be drawn.
 type Place = Option<(f64, f64)>;
 
-/// Cuts the curves of a chart with a vertical axis of this scale. A curve that leaves the chart and
-/// does not return, or is not finite, is cut, and its name states so.
+/// Cuts diverging curves of a chart whose vertical axis has this scale. A curve is cut where it
+/// leaves the chart and does not return, or where it stops being finite, and its name states this.
 pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     let threshold = if scale == Scale::Logarithmic { DIVERGED.1 } else { DIVERGED.0 };
     let reach = |curve: &Curve| -> f64 {
@@ -31,7 +31,8 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         finite.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let reaches: Vec<f64> = curves.iter().map(reach).collect();
-    // A curve that diverges affects the others only by its typical size.
+    // Only the typical size of a diverging curve counts when the other curves are judged, not its
+    // largest value.
     let standard = |(curve, reach): (&Curve, &f64)| match &curve.shape {
         Shape::Line(points) | Shape::Marked(points) => {
             let usual = share(points, 2);
@@ -46,15 +47,15 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
         let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
         let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
-        // A tenth of the points is small if the body is at rest, but not as small as the start of a
-        // diverging curve relative to its end.
+        // The lowest tenth of the values can be small because the body is at rest, but it is not as
+        // small as the start of a diverging curve is relative to its end.
         let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
         let beyond = |point: &(f64, f64)| {
             !point.1.is_finite() || (grown && point.1.abs() > FOLLOWED * others.max(began))
         };
-        // Gaps are no divergence: only a part from which the curve never returns is cut.
+        // A gap is not a divergence. Only the part after which the curve never returns is cut.
         let last = points.iter().rposition(|point| !beyond(point)).map_or(0, |last| last + 1);
         if let Some(&(x, _)) = points.get(last) {
             points.truncate(last);
@@ -71,12 +72,12 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     curves.iter().enumerate().map(one).collect()
 }
 
-/// Returns the size of the last finite value.
+/// Returns the absolute value of the last finite value; 0 if no value is finite.
 fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
 
-/// Returns the size that a part `1/of` of the values does not exceed.
+/// Returns the quantile `1/of` of the absolute values.
 fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
@@ -146,7 +147,8 @@ mod tests {
             assert!(drawn.name.contains("reaches"), "{}", drawn.name);
             assert!(drawn.shape.points().iter().all(|point| point.1.abs() < 100.0));
         }
-        // The curve is at rest up to round-off for most of the time, then moves and ends at rest.
+        // The curve is zero up to round-off for most of the time, then differs from zero, and ends
+        // at zero.
         let moves = |from: f64| {
             move |x: f64| from * (1e-17 + if x > 80.0 { (x * 0.1).sin().powi(2) * (100.0 - x) } else { 0.0 })
         };

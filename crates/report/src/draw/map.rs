@@ -1,24 +1,25 @@
-//! A value over two quantities, as colours of cells; cells without a value are marked.
+//! Maps of a value over two quantities, as coloured cells. Cells without a value are marked.
 
 use super::svg::{Anchor, FAINT, FONT_SIZE, INK, SIZE, Svg, shortened};
 use slewkit::numerics::figures::short;
 
-/// Cells in columns and rows.
+/// A map of a value over two quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// The title.
     pub title: String,
-    /// The circumstances, one line below the title.
+    /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// Name of the quantity to the right, and its values.
+    /// The name of the horizontal quantity, and its values.
     pub x: (String, Vec<String>),
-    /// Name of the quantity upwards, and its values.
+    /// The name of the vertical quantity, and its values.
     pub y: (String, Vec<String>),
     /// The name of the quantity that the colours show.
     pub value: String,
-    /// The meaning of cells without a value.
+    /// The meaning of cells without a value, as text for the legend.
     pub none: String,
-    /// Values of the cells, all of the lowest row first.
+    /// The values of the cells, row by row, beginning with the lowest row. `None` marks a cell
+    /// without a value.
     pub cells: Vec<Option<f64>>,
 }
 
@@ -27,13 +28,13 @@ const LEFT: f64 = 110.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 410.0;
-/// The number of labels that fit below and at the side.
+/// The largest number of labels along each axis.
 const MOST_LABELS: usize = 10;
-/// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for
-/// print.
+/// Five equidistant colours of the colour map Viridis (van der Walt, Smith 2015). Its lightness
+/// increases, so that it can also be read in print and by colour-blind readers.
 const COLOURS: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
-/// The ratio of values above which the colours are logarithmic.
+/// The ratio of the largest to the smallest value above which the colour scale is logarithmic.
 const WIDE: f64 = 30.0;
 
 impl Map {
@@ -62,7 +63,7 @@ impl Map {
             let (x, y) = (LEFT + column * width, BOTTOM - (row + 1.0) * height);
             let corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)];
             match cell {
-                // A stroke in the colour of the cell leaves no gap between neighbours.
+                // The outline in the colour of the cell closes the gap between neighbouring cells.
                 Some(value) => {
                     let fill = colour(part(*value));
                     svg.path(
@@ -104,7 +105,7 @@ impl Map {
         svg.text(at, Anchor::Middle, &turned, &self.y.0);
     }
 
-    /// Draws the colours next to the cells, with their values.
+    /// Draws the colour scale next to the cells, with its values.
     fn legend(&self, svg: &mut Svg, (low, high): (f64, f64), logarithmic: bool) {
         const STRIPES: usize = 64;
         let (x, top, bottom) = (RIGHT + 24.0, TOP + 28.0, BOTTOM - 60.0);
@@ -130,7 +131,7 @@ impl Map {
     }
 }
 
-/// Returns the colour of a part of the range.
+/// Returns the colour at a fraction of the range, from 0 to 1.
 fn colour(part: f64) -> String {
     let place = part.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
     let below = (place.floor() as usize).min(COLOURS.len() - 2);

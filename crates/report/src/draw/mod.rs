@@ -1,9 +1,10 @@
-//! Charts as SVG: curves over linear or logarithmic axes, and paths in space. Tables of text.
+//! Charts as SVG: curves over linear or logarithmic axes, maps, timelines and paths in space.
+//! Tables of text.
 //!
-//! SVG here needs no measurement of text, no style sheet and no script: a file opens in every
-//! browser and vector editor and prints as it looks. The colours are the palette of Okabe and Ito,
-//! which colour-blind readers can distinguish; curves also differ in mark and dash. The feature
-//! `paper` converts SVG to PNG and PDF.
+//! The SVG files have no style sheet and no script, and do not depend on measured text widths. They
+//! look the same in every browser and vector editor, and in print. The colours are the palette of
+//! Okabe and Ito, which colour-blind readers can distinguish; curves also differ in mark and dash
+//! pattern. The feature `paper` converts SVG to PNG and PDF.
 
 mod axis;
 mod chart;
@@ -35,11 +36,11 @@ pub use svg::escape;
 pub use table::table;
 pub use thin::thinned;
 
-/// Colours of curves, in order.
+/// The colours of curves, by index.
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#555555"];
 
-/// Returns the colour of the curve or body of this number.
+/// Returns the colour of the curve or body with this index. Colours repeat after the last one.
 pub fn colour(index: usize) -> &'static str {
     COLOURS[index % COLOURS.len()]
 }

@@ -1,4 +1,4 @@
-//! Several pictures in one: in columns, marked (a), (b), …
+//! Panels: several pictures in one SVG file, in columns, marked (a), (b), …
 
 use super::chart::Chart;
 use super::gantt::Gantt;
@@ -16,14 +16,14 @@ pub enum Picture {
     Sky(Sky),
     /// A value over two quantities.
     Map(Map),
-    /// Ways on the ground.
+    /// Ground tracks.
     Ground(Ground),
     /// A chart of the times at which each of several things is on.
     Gantt(Gantt),
 }
 
 impl Picture {
-    /// Returns the title.
+    /// Returns the title of the picture.
     pub fn title(&self) -> &str {
         match self {
             Self::Chart(chart) => &chart.title,
@@ -56,8 +56,8 @@ impl Picture {
     }
 }
 
-/// Returns the pictures in columns as the text of one SVG file, each marked with a letter; fonts as
-/// large as in each alone.
+/// Returns the pictures, arranged in columns, as the text of one SVG file. Each picture is marked
+/// with a letter. Fonts keep their size.
 pub fn panel(pictures: &[&Picture], columns: usize) -> String {
     let columns = columns.clamp(1, pictures.len().max(1));
     let rows = pictures.len().div_ceil(columns).max(1);
@@ -75,7 +75,7 @@ pub fn panel(pictures: &[&Picture], columns: usize) -> String {
     svg.end()
 }
 
-/// Returns the label of a panel: (a) … (z), then numbers.
+/// Returns the label of a picture in a panel: (a) … (z), then numbers.
 fn letter(index: usize) -> String {
     match u8::try_from(index) {
         Ok(index @ 0..26) => format!("({})", char::from(b'a' + index)),

@@ -1,37 +1,38 @@
-//! Pictures as PNG and PDF, from the SVG that charts write: by `resvg` and `svg2pdf`, which only
-//! this file names.
+//! Converts the SVG of charts to PNG and PDF with `resvg` and `svg2pdf`. Only this file uses these
+//! crates.
 //!
-//! The font is a font of the system: the first available family of those in the SVG. Sizes are
-//! absolute: 13 px are 9.75 points in a PDF; in a PNG the scale sets the pixels.
+//! The font is the first family named in the SVG that the system has. Sizes in a PDF are absolute:
+//! 13 px are 9.75 points. The size of a PNG in pixels depends on the scale.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions};
 use thiserror::Error;
 
-/// The reason for which a picture cannot be made.
+/// The reason why a picture cannot be converted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
     /// The system has no font. This is an error, because the labels would otherwise be missing
     /// without notice.
     #[error("the system has no fonts")]
     NoFont,
-    /// The picture is too large, or not SVG.
+    /// The picture is too large, or is not valid SVG.
     #[error("{0}")]
     Unreadable(String),
 }
 
-/// Font families with a similar look, first the families of the SVG.
+/// Font families of similar appearance, in order of preference. The families of the SVG come first.
 const FAMILIES: [&str; 6] =
     ["Helvetica", "Arial", "DejaVu Sans", "Liberation Sans", "Noto Sans", "Open Sans"];
 
-/// A pixel of SVG is so much of an inch.
+/// The number of SVG pixels per inch.
 const PIXELS_PER_INCH: f32 = 96.0;
 
-/// Returns the picture as the bytes of a PNG file, `scale` pixels for each of the SVG.
+/// Returns the picture as the bytes of a PNG file, with `scale` pixels for each SVG pixel.
 ///
 /// # Errors
-/// [`PaperError`].
+/// Returns [`PaperError`] if the system has no font, or if the picture is too large or is not valid
+/// SVG.
 pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PaperError> {
     let tree = tree(svg)?;
     let unreadable = |reason: String| PaperError::Unreadable(reason);
@@ -42,10 +43,11 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PaperError> {
     pixels.encode_png().map_err(|error| unreadable(error.to_string()))
 }
 
-/// Returns the picture as a PDF file of one page, in which text stays text.
+/// Returns the picture as a PDF file of one page. Text remains selectable.
 ///
 /// # Errors
-/// [`PaperError`].
+/// Returns [`PaperError`] if the system has no font, or if the picture is too large or is not valid
+/// SVG.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, PaperError> {
     let page = PageOptions { dpi: PIXELS_PER_INCH };
     let made = svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page);

@@ -1,33 +1,33 @@
-//! Paths and bodies in space, in parallel projection, nearer things over farther ones.
+//! Drawings of paths and bodies in space, in parallel projection. Near items cover far ones.
 
 use super::axis::{Axis, Laid};
 use super::colour;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, Svg};
 use slewkit::Vector3;
 
-/// A drawing in space.
+/// A three-dimensional drawing in parallel projection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The title.
     pub title: String,
-    /// The circumstances, one line below the title.
+    /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// Unit of the axes.
+    /// The unit of the axes.
     pub unit: String,
-    /// Names of the bodies, in the legend, in the order of their colours.
+    /// The names of the bodies in the legend, in the order of their colours.
     pub names: Vec<String>,
     /// The items of the drawing.
     pub items: Vec<Item>,
 }
 
-/// Something in space.
+/// An item of the drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// A path.
     Path {
         /// Points of the path \[m\].
         points: Vec<Vector3>,
-        /// Number of the colour.
+        /// The index of the colour.
         style: usize,
         /// Whether the item is drawn thin and pale.
         faint: bool,
@@ -36,7 +36,7 @@ pub enum Item {
     Rod {
         /// Ends of the rod \[m\].
         ends: [Vector3; 2],
-        /// Number of the colour.
+        /// The index of the colour.
         style: usize,
     },
     /// A ball.
@@ -45,34 +45,34 @@ pub enum Item {
         center: Vector3,
         /// Radius of the ball \[m\]; a small one is drawn large enough to be seen.
         radius: f64,
-        /// Number of the colour.
+        /// The index of the colour.
         style: usize,
     },
 }
 
-/// The drawing [px].
+/// The width and height of the drawing [px].
 const SIZE: (f64, f64) = (800.0, 620.0);
 const TOP: f64 = 70.0;
 const MARGIN: f64 = 62.0;
 
-/// The view: from this azimuth, and this far above the plane [deg].
+/// The direction of view: azimuth, and elevation above the x-y plane [deg].
 const AZIMUTH: f64 = -62.0;
 const ELEVATION: f64 = 34.0;
 
-/// Parts of a rod.
+/// The number of parts in which a rod is drawn.
 const PARTS: usize = 10;
 
-/// Parallel projection onto the drawing.
+/// A parallel projection onto the drawing.
 struct View {
     right: Vector3,
     up: Vector3,
-    /// The direction towards the reader.
+    /// The unit vector towards the viewer.
     near: Vector3,
     scale: f64,
     shift: (f64, f64),
 }
 
-/// Something to draw, farthest first.
+/// A piece of an item. Pieces are drawn from the farthest to the nearest.
 struct Piece {
     depth: f64,
     draw: Draw,
@@ -84,7 +84,7 @@ enum Draw {
 }
 
 impl View {
-    /// Shows the box between two corners as large as possible.
+    /// Builds the projection in which the box between two opposite corners fills the drawing.
     fn of(low: &Vector3, high: &Vector3) -> Self {
         let (azimuth, elevation) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
         let near =
@@ -165,13 +165,13 @@ impl Scene {
         svg.end()
     }
 
-    /// Returns the corners of a box around all items, with a margin; they need not be round
-    /// numbers.
+    /// Returns two opposite corners of a box around all items, with a margin. Their coordinates are
+    /// not rounded.
     fn bounds(&self) -> (Vector3, Vector3) {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         let mut see = |point: &Vector3, radius: f64| {
             for axis in 0..3 {
-                // `min` and `max` pass over a NaN.
+                // `f64::min` and `f64::max` ignore a NaN.
                 if point[axis].is_finite() {
                     low[axis] = low[axis].min(point[axis] - radius);
                     high[axis] = high[axis].max(point[axis] + radius);
@@ -189,7 +189,7 @@ impl Scene {
         if !(size.is_finite() && size > 0.0) {
             return (Vector3::repeat(-1.0), Vector3::repeat(1.0));
         }
-        // A box without height needs no floor.
+        // A box without height has no floor.
         let middle = 0.5 * (low + high);
         let half = (0.5 * (high - low)).map(|half| (1.04 * half).max(0.08 * size));
         (middle - half, middle + half)
@@ -219,8 +219,8 @@ impl Scene {
                 Item::Rod { ends, style } => {
                     let colour = mix(colour(*style), -0.35);
                     let style = format!("stroke=\"{colour}\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
-                    // The line is drawn in parts, so that each part is in front of or behind the
-                    // items that it passes.
+                    // The path is drawn in parts, so that each part can lie in front of or behind
+                    // other items.
                     let at = |part: usize| ends[0] + (ends[1] - ends[0]) * (part as f64 / PARTS as f64);
                     for part in 0..PARTS {
                         line(&at(part), &at(part + 1), style.clone());
@@ -243,8 +243,8 @@ impl Scene {
         pieces
     }
 
-    /// Draws the floor of the box with a grid, its height at one corner, and labels along the edges
-    /// near the reader.
+    /// Draws the floor of the box with a grid, the height axis at one corner, and labels along the
+    /// edges near the viewer.
     fn floor(&self, svg: &mut Svg, view: &View, low: &Vector3, high: &Vector3) {
         let grid = format!("stroke=\"{GRID}\" stroke-width=\"1\"");
         let edge = format!("stroke=\"{FAINT}\" stroke-width=\"1\"");
@@ -259,14 +259,14 @@ impl Scene {
         svg.path(&outline, true, "fill=\"#f6f7f9\" stroke=\"none\"");
         let ticks = |axis: usize| -> Vec<(f64, Option<String>)> {
             let round = Axis { limits: Some((low[axis], high[axis])), ..Axis::linear("") };
-            // The axis covers about its length in the drawing, so that the labels have room; the
-            // ticks are converted back to values.
+            // The ticks are computed for an axis that is about as long as this edge in the drawing,
+            // so that labels do not overlap. They are then converted back to values.
             let length = 0.8 * view.scale * (high[axis] - low[axis]);
             let laid = Laid::new(&round, std::iter::empty(), 0.0, length);
             let value = |at: f64| low[axis] + at / length * (high[axis] - low[axis]);
             laid.ticks().into_iter().map(|tick| (value(tick.at), tick.label)).collect()
         };
-        // The corner nearest to the reader is (high x, low y) for this view.
+        // In this view, the corner nearest to the viewer is (high x, low y).
         for (value, label) in ticks(0) {
             svg.line(at(value, low.y, low.z), at(value, high.y, low.z), &grid);
             let (x, y) = at(value, low.y, low.z);
@@ -295,7 +295,7 @@ impl Scene {
     }
 }
 
-/// Returns a colour nearer to white, or for a negative part to black.
+/// Mixes a colour with white or, if `part` is negative, with black.
 fn mix(colour: &str, part: f64) -> String {
     let channel = |at: usize| {
         let value = u8::from_str_radix(&colour[at..at + 2], 16).map_or(0.0, f64::from);

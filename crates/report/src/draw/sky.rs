@@ -1,9 +1,8 @@
-//! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
+//! Maps of the sphere of directions: boresight tracks, keep-out cones and keep-in cones.
 //!
-//! The projection is azimuthal equidistant about the middle of the tracks and cones: a direction
-//! at the angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth.
-//! A track is torn only at the point opposite to the middle, and a cone is always one closed
-//! curve.
+//! The projection is azimuthal equidistant about the middle of the tracks and cones: a direction at
+//! the angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth. A
+//! track is interrupted only at the antipode of the middle, and a cone is always one closed curve.
 
 mod disc;
 mod names;
@@ -21,21 +20,22 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 pub struct Sky {
     /// The title.
     pub title: String,
-    /// One line below the title.
+    /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// Whether the whole sphere is shown, or only the part that tracks and cones need.
+    /// True to show the whole sphere; false to show only the part with tracks and cones.
     pub whole: bool,
-    /// Cones about directions.
+    /// The cones.
     pub cones: Vec<SkyCone>,
-    /// Discs that move.
+    /// The moving discs, such as Earth, Moon and Sun.
     pub discs: Vec<SkyDisc>,
-    /// Ways of directions.
+    /// The tracks of directions.
     pub tracks: Vec<SkyTrack>,
-    /// Closed curves about points of the tracks.
+    /// Closed curves around points of the tracks, such as covariance ellipses.
     pub rings: Vec<SkyRing>,
-    /// Single directions.
+    /// Marked single directions.
     pub marks: Vec<SkyMark>,
-    /// Names of the angles about z and from the plane of x and y.
+    /// The names of the azimuth about z and of the elevation above the x-y plane, such as right
+    /// ascension and declination.
     pub angles: [String; 2],
 }
 
@@ -44,22 +44,24 @@ pub struct Sky {
 pub struct SkyCone {
     /// The name of the constraint.
     pub name: String,
-    /// Axis of the cone, a unit vector.
+    /// The axis of the cone at the start, a unit vector.
     pub axis: Vector3,
-    /// Half angle \[rad\].
+    /// The half angle at the start \[rad\].
     pub half_angle: f64,
-    /// The condition of the cone.
+    /// Whether boresights must stay outside, inside or on the surface of the cone.
     pub asks: ConeAsks,
-    /// The times of activity, as parts of the motion from 0 to 1; `None` for always.
+    /// The intervals in which the cone is active, as fractions of the duration from 0 to 1; `None`
+    /// if it is always active.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// The times of activity, in words: "from 0 to 40 s"; empty for always.
+    /// The intervals in which the cone is active, as text: "from 0 to 40 s". Empty if it is always
+    /// active.
     pub when: String,
-    /// The motion of the cone: axis and half angle at equal steps of time from start to end;
-    /// empty if it does not move.
+    /// The motion of the cone: axis and half angle \[rad\] at equally spaced times from start to
+    /// end. Empty if the cone does not move.
     pub way: Vec<(Vector3, f64)>,
 }
 
-/// The condition of a cone on boresights.
+/// The condition that a cone imposes on boresights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConeAsks {
     /// Boresights stay outside.
@@ -81,29 +83,29 @@ impl ConeAsks {
     }
 }
 
-/// The path of a direction over the sphere.
+/// The track of a direction over the sphere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
     /// The name of the direction.
     pub name: String,
-    /// Number of its colour.
+    /// The index of its colour.
     pub style: usize,
-    /// Unit vectors along the path.
+    /// The unit vectors along the track.
     pub points: Vec<Vector3>,
 }
 
-/// A closed curve, such as the border of the range of a direction.
+/// A closed curve on the sphere, such as the covariance ellipse of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyRing {
-    /// Number of its colour.
+    /// The index of its colour.
     pub style: usize,
-    /// Whether its inside is shaded, or only its outline is drawn.
+    /// True to shade the inside; false to draw the outline only.
     pub filled: bool,
-    /// Unit vectors around it.
+    /// The unit vectors along the closed curve.
     pub points: Vec<Vector3>,
 }
 
-/// A direction with a name.
+/// A marked direction with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyMark {
     /// The name of the direction.
@@ -112,16 +114,16 @@ pub struct SkyMark {
     pub at: Vector3,
 }
 
-/// The middle of a map and its radius.
+/// The projection of a map: its middle, orientation and angular radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyView {
-    /// Unit vector of the middle.
+    /// The unit vector of the middle of the map.
     pub middle: Vector3,
-    /// Unit vectors to the right and upwards at the middle.
+    /// The unit vector that points to the right at the middle of the map.
     pub right: Vector3,
-    /// See `right`.
+    /// The unit vector that points upwards at the middle of the map.
     pub up: Vector3,
-    /// Angle from the middle to the rim \[rad\], at most π.
+    /// The angle from the middle to the rim \[rad\], at most π.
     pub reach: f64,
 }
 
@@ -129,18 +131,19 @@ pub struct SkyView {
 const MIDDLE: (f64, f64) = (320.0, 264.0);
 const RADIUS: f64 = 196.0;
 
-/// Size of names on the map \[px\], and the number of characters of the longest.
+/// The font size of names on the map \[px\], and the largest number of characters of a name.
 const NAME: f64 = 11.0;
 const LONGEST_NAME: usize = 30;
 
-/// Names stay below this edge \[px\], and this far from the ends of tracks \[px\].
+/// The upper edge of the area for names, and the smallest distance of names from the ends of tracks
+/// \[px\].
 const TOP: f64 = 56.0;
 const END: f64 = 6.0;
 
 /// Half the size of the cross at a mark \[px\].
 const CROSS: f64 = 5.0;
 
-/// Points around a cone.
+/// The number of points on the edge of a cone.
 const AROUND: usize = 180;
 
 /// The colour of forbidden areas.
@@ -156,9 +159,9 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Returns whether the map is torn between two neighbours on a track: both are on the half
-    /// sphere behind the middle, and their directions from the middle of the map differ by more
-    /// than an eighth of a turn.
+    /// Returns whether a track is interrupted between two neighbouring points: both lie on the half
+    /// sphere opposite to the middle, and their azimuths on the map differ by more than an eighth
+    /// of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
@@ -167,8 +170,8 @@ impl SkyView {
 }
 
 impl Sky {
-    /// Returns the view about the middle of the tracks and cones that contains them and the
-    /// marks; north is up.
+    /// Returns the projection about the mean direction of tracks, marks and cones. The map contains
+    /// all of them, and north is up.
     pub fn view(&self) -> SkyView {
         let tracks = || self.tracks.iter().flat_map(|track| &track.points);
         let shown = || tracks().copied().chain(self.marks.iter().map(|mark| mark.at));
@@ -179,7 +182,7 @@ impl Sky {
         let forbidden = self.cones.iter().map(|cone| angle(&cone.axis) + cone.half_angle);
         let reach =
             shown().chain(rings().copied()).map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
-        // East to the right: the sphere is seen from outside, like the body in the middle of it.
+        // East is to the right: the sphere is seen from outside, like the body in its centre.
         let right = Vector3::z().cross(&middle).try_normalize(1e-6).unwrap_or_else(Vector3::y);
         SkyView {
             middle,
@@ -196,7 +199,7 @@ impl Sky {
         svg.end()
     }
 
-    /// Draws the map into `svg`; `id` must be unique there.
+    /// Draws the map into `svg`. No other element of the document may use `id`.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let view = self.view();
         let place = |direction: &Vector3| {
@@ -231,8 +234,8 @@ impl Sky {
                 svg.path(&edge, true, &style);
             }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
-            // The inside of a closed curve on this map is the part without the point opposite to
-            // the middle.
+            // On this map, the inside of a closed curve is the part that does not contain the
+            // antipode of the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
             if cone.asks != ConeAsks::HoldOn {
                 let outer = (opposite == (cone.asks == ConeAsks::KeepOut)).then_some(&rim[..]);
@@ -310,7 +313,8 @@ impl Sky {
         self.legend(svg);
     }
 
-    /// Returns the numbers along the middle of the map: the grid lines that cross it.
+    /// Returns the labels of the grid lines that cross the middle of the map, with their
+    /// directions.
     pub fn labels(&self, view: &SkyView) -> Vec<(String, Vector3)> {
         let inside = |at: &Vector3| {
             let (x, y) = view.project(at);
@@ -325,7 +329,7 @@ impl Sky {
             let at = sphere(tilt.to_radians(), about.to_radians());
             let about = (about + 360.0) % 360.0;
             let text = if kind == 0 { format!("{tilt}°") } else { format!("{about}°") }.replace('-', "−");
-            // Both labels would be on one crossing.
+            // Two labels would stand at the same crossing.
             let twice = kind == 1 && ((about - middle) % 360.0).abs() < 1.0;
             (!twice && inside(&at)).then_some((text, at))
         };
@@ -405,7 +409,7 @@ pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
     (0..AROUND).map(at).collect()
 }
 
-/// Meridians and parallels every 30°.
+/// Returns the meridians and parallels every 30°.
 fn graticule() -> Vec<Vec<Vector3>> {
     const PARTS: i32 = 90;
     let along = |k: i32, length: f64| length * f64::from(k) / f64::from(PARTS);
@@ -417,8 +421,8 @@ fn graticule() -> Vec<Vec<Vector3>> {
     (-2..=2).map(parallel).chain((0..12).map(meridian)).collect()
 }
 
-/// Returns the stretches of a line that are not near the point opposite to the middle, where the
-/// map is torn.
+/// Returns the parts of a line that are not near the antipode of the middle, where the projection
+/// is discontinuous.
 fn near(line: &[Vector3], view: &SkyView) -> Vec<Vec<Vector3>> {
     let is_near = |point: &Vector3| point.dot(&view.middle) > -0.995;
     line.split(|point| !is_near(point)).filter(|stretch| stretch.len() > 1).map(<[Vector3]>::to_vec).collect()
@@ -447,7 +451,7 @@ mod tests {
         assert!((x - 0.3 / PI).abs() < 1e-15 && y.abs() < 1e-15, "{x} {y}");
         let (x, y) = view.project(&sphere(1.2, 0.0));
         assert!(x.abs() < 1e-15 && (y - 1.2 / PI).abs() < 1e-15, "{x} {y}");
-        // All is on the map.
+        // All points lie on the map.
         sky.marks.push(mark(sphere(0.4, 2.5)));
         let view = sky.view();
         for mark in &sky.marks {
@@ -456,8 +460,8 @@ mod tests {
         }
     }
 
-    /// A track once round the sphere past the point opposite to the middle, and one that stays
-    /// before it.
+    /// One track goes once around the sphere past the antipode of the middle, the other stays in
+    /// front.
     #[test]
     fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
         let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };
@@ -466,7 +470,7 @@ mod tests {
         };
         let torn = |track: &[Vector3]| track.windows(2).filter(|pair| view.tears(&pair[0], &pair[1])).count();
         assert_eq!(torn(&around(0.5)), 1);
-        // Up to 40° past the point the map turns the curve and does not tear it.
+        // A track that passes the antipode at a distance of 40° is bent on the map, not interrupted.
         assert_eq!(torn(&around(40.0)), 0);
         assert_eq!(torn(&circle(&Vector3::x(), 1.5)), 0);
     }

@@ -1,28 +1,28 @@
-//! The elements of SVG that charts need.
+//! The SVG elements that charts need.
 
 use std::fmt::Write;
 
-/// Font of all text, and its size \[px\].
+/// The font families of all text, and the font size \[px\].
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 pub(super) const FONT_SIZE: f64 = 13.0;
-/// The size of raised text, in the same unit: some viewers interpret a percentage as relative to
-/// the page.
+/// The font size of superscripts \[px\]. It is not a percentage, because some viewers take
+/// percentages relative to the page.
 const RAISED_SIZE: f64 = 9.75;
 
-/// Size of every picture of curves or of the sky \[px\].
+/// The width and height of charts and sky maps \[px\].
 pub(super) const SIZE: (f64, f64) = (800.0, 480.0);
 
-/// Colours of frame, grid and text.
+/// The colours of text and frames, of faint text, and of grid lines.
 pub(super) const INK: &str = "#222222";
 pub(super) const FAINT: &str = "#666666";
 pub(super) const GRID: &str = "#dddddd";
 
-/// A drawing in progress.
+/// An SVG document under construction.
 pub(super) struct Svg {
     text: String,
 }
 
-/// The position of a text relative to its point.
+/// The end of a text that is placed at the given point.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -47,7 +47,7 @@ impl Svg {
         self.text
     }
 
-    /// Adds an element unchanged.
+    /// Adds the text of an SVG element unchanged.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
@@ -71,7 +71,7 @@ impl Svg {
         self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
     }
 
-    /// Fills the area between closed curves by their fill rule.
+    /// Fills the area that several closed curves enclose, by the fill rule in `style`.
     pub fn area(&mut self, curves: &[&[(f64, f64)]], style: &str) {
         let mut path = String::new();
         for curve in curves {
@@ -84,7 +84,7 @@ impl Svg {
         self.raw(&format!("<path d=\"{path}\" {style}/>"));
     }
 
-    /// Adds a text; `^{…}` in it is raised.
+    /// Adds a text. A part in `^{…}` becomes a superscript.
     pub fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -99,7 +99,7 @@ impl Svg {
     }
 }
 
-/// Returns the escaped text, with `^{…}` raised.
+/// Returns the escaped text, in which `^{…}` becomes a superscript.
 fn rich(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -107,7 +107,7 @@ fn rich(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 2..]);
         let Some(end) = after.find('}') else { break };
         let raised = escape(&after[..end]);
-        // The second shift moves the following text back to the line.
+        // The second shift moves the following text back to the baseline.
         let _ =
             write!(out, "{}<tspan dy=\"-5\" font-size=\"{RAISED_SIZE}\">{raised}</tspan>", escape(before));
         rest = &after[end + 1..];
@@ -120,7 +120,7 @@ fn rich(text: &str) -> String {
     out + &escape(rest)
 }
 
-/// Returns the text for XML and HTML, between tags and in quoted attributes.
+/// Escapes a text for XML and HTML, between tags and in quoted attributes.
 pub fn escape(text: &str) -> String {
     let mut out = String::new();
     for character in text.chars() {
@@ -130,7 +130,7 @@ pub fn escape(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            // No XML file may hold them, not even escaped.
+            // XML files must not contain control characters, not even escaped ones.
             c if c.is_control() => out.push('\u{fffd}'),
             c => out.push(c),
         }
@@ -138,7 +138,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Breaks a name at its blanks into lines of at most `room` characters; a longer word is cut.
+/// Breaks a name at spaces into lines of at most `room` characters. A longer word is cut.
 pub(super) fn broken(name: &str, room: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in name.split(' ').filter(|word| !word.is_empty()) {
@@ -154,7 +154,7 @@ pub(super) fn broken(name: &str, room: usize) -> Vec<String> {
     if lines.is_empty() { vec![String::new()] } else { lines }
 }
 
-/// Shortens a name to the `room` next to a plot, in characters.
+/// Shortens a name to at most `room` characters.
 pub(super) fn shortened(name: &str, room: usize) -> String {
     if name.chars().count() <= room {
         return name.into();
@@ -162,7 +162,7 @@ pub(super) fn shortened(name: &str, room: usize) -> String {
     name.chars().take(room - 1).chain(['…']).collect()
 }
 
-/// Returns a coordinate: a hundredth of a pixel is enough.
+/// Formats a coordinate to a hundredth of a pixel.
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

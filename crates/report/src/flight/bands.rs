@@ -1,7 +1,8 @@
-//! Flights of the plan: percentiles of the boresights and of the commands over many cases.
+//! Charts of simulated flights: percentiles of the pointing errors and of the commands over many
+//! cases.
 //!
-//! The bands are drawn with the linear theory. The cases are few enough to fly while a page is
-//! made, and always equal.
+//! The charts compare the percentiles with linear theory. The cases are few enough to be simulated
+//! while a page is made, and their seed is fixed.
 
 use super::{LEVELS, some_nodes};
 use crate::boresight::boresights;
@@ -17,43 +18,47 @@ use slewkit::mechanics::actuators::LimitKind;
 use slewkit::uncertainty::Radius;
 use slewkit_files::flown::Runs;
 
-/// The number of flown cases: of 1000, the two costliest are beyond 99.73 %.
+/// The number of simulated cases. Of 1000 cases, two or three are expected outside of the 99.73 %
+/// range.
 const CASES: usize = 1000;
 
-/// The largest number of flown steps, some seconds of work: long plans are flown in fewer cases.
+/// The largest total number of simulated steps, which take some seconds. Long plans therefore have
+/// fewer cases.
 const MOST_STEPS: usize = 2_000_000;
 
-/// Cases at least.
+/// The smallest number of cases.
 const FEWEST: usize = 100;
 
-/// The largest number of nodes with percentiles.
+/// The largest number of nodes at which percentiles of pointing errors are computed.
 const NODES: usize = 24;
 
-/// The largest number of steps with commands.
+/// The largest number of steps at which percentiles of commands are computed.
 const STEPS: usize = 240;
 
 /// The seed of the cases: the default seed of `slew fly`.
 const SEED: u64 = 1;
 
-/// The states of the cases at some nodes.
+/// The pointing errors and commands of all cases, at selected nodes and steps.
 struct Bands {
     name: &'static str,
     cases: usize,
     nodes: Vec<usize>,
     steps: Vec<usize>,
-    /// Angles from the plan, sorted, of each boresight at each node \[rad\].
+    /// The angles between planned and flown direction \[rad\], by boresight and node, sorted over
+    /// the cases.
     angles: Vec<Vec<Vec<f64>>>,
-    /// Commands, sorted, of each input in each step, SI.
+    /// The commands in SI units, by input and step, sorted over the cases.
     commands: Vec<Vec<Vec<f64>>>,
 }
 
-/// Returns the charts; no chart if nothing is uncertain.
+/// Returns the charts of simulated flights; no chart if the spec states no uncertainty.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let Some(bands) = flown(subject) else { return Vec::new() };
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()
 }
 
-/// Flies the plan, with its gains if it has gains.
+/// Simulates flights of the plan, in closed loop if the plan has gains. Returns `None` if no
+/// uncertainty is stated.
 fn flown(subject: &Subject) -> Option<Bands> {
     let (beside, closed_loop) = (subject.beside()?, subject.closed_loop()?);
     let uncertainty = closed_loop.uncertainty.as_ref()?;
@@ -98,7 +103,8 @@ fn flown(subject: &Subject) -> Option<Bands> {
     Some(Bands { name: Runs::name(closed), cases: flown.len(), angles, commands, nodes, steps })
 }
 
-/// Percentiles of the angle of each boresight, marked, over the lines of the linear theory.
+/// Returns the chart of the pointing errors of each boresight: percentiles of the simulated cases
+/// as marks, linear theory as lines.
 fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
     let beside = subject.beside()?;
     let covariance = beside.closed.as_ref().or(beside.open.as_ref())?;
@@ -133,7 +139,7 @@ fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
     Some(shown("flown_pointing", chart, "marks: flights, as in slew fly; lines: linear theory"))
 }
 
-/// Returns the range of 99.73 % of the commands of each input.
+/// Returns the chart of the 99.73 % range of the commands of each input.
 fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
     let (problem, linear) = (subject.problem, &subject.beside()?.linear);
     let first = problem.actuation.first_torque();

@@ -1,4 +1,4 @@
-//! Compares the pictures of a flight with the covariances.
+//! Tests that compare the charts of flights with the covariances.
 
 use super::super::{page, pictures};
 use super::*;
@@ -7,7 +7,8 @@ use slewkit::plan::{self, Plan, Silent};
 use slewkit_files::flown::UncertaintyRecord;
 use slewkit_files::spec::{self, Format, Loaded, Override};
 
-/// Returns the slew that flies, without a chance to keep, on fewer steps.
+/// Returns the shipped slew with gains and uncertainty, without its chance constraint and on fewer
+/// steps, and its plan.
 fn planned() -> (Loaded, Plan) {
     let text = include_str!("../../../../problems/flies.toml").replace("chance = 0.01\n", "");
     let fewer = [Override::parse("maneuver.steps=60").unwrap()];
@@ -40,8 +41,8 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     let shown = pictures(&subject);
     let beside = subject.beside().unwrap();
 
-    // Radii: the one of the file at the end, outer levels outside of inner ones, gains better than
-    // none.
+    // Checks the radii: at the end they equal the radii in the plan file, radii of higher
+    // probability are larger, and gains reduce them.
     let uncertainty = loaded.closed_loop.uncertainty.as_ref();
     let record = UncertaintyRecord::new(&loaded.problem, beside, uncertainty).unwrap();
     let closed = record.closed_loop.as_ref().unwrap();
@@ -55,7 +56,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     ] {
         let last = of(name).last().unwrap();
         assert_eq!(last.0, 60.0);
-        // The last state without half a kick at the nodes is the state at the end.
+        // Without half a kick at the nodes, the last state is the state at the end.
         assert!((last.1 / radius - 1.0).abs() < 1e-9, "{name}: {} and {radius}", last.1);
     }
     for name in ["closed loop", "open loop"] {
@@ -64,7 +65,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
         assert!(outer.iter().zip(middle).zip(inner).all(|((a, b), c)| a.1 > b.1 && b.1 > c.1));
     }
 
-    // The sum of the reserve and the input of the plan is the limit.
+    // The sum of the room for corrections and the planned input is the limit.
     let inputs = curves(&shown, "corrections");
     assert_eq!(inputs.len(), 6);
     for (axis, (name, left)) in inputs[3..].iter().enumerate() {
@@ -83,8 +84,8 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     for (marks, lines) in flown[1..3].iter().zip(&flown[4..]) {
         assert!(marks.0.ends_with("flown") && lines.0.ends_with("linear"), "{} {}", marks.0, lines.0);
         for ((time, mark), (_, value)) in marks.1.iter().zip(&lines.1) {
-            // The tolerance for 1000 cases is three standard errors of the median, four of the 90
-            // %.
+            // For 1000 cases the tolerance is three standard errors of the median, and four of the
+            // 90 % quantile.
             assert!((mark / value - 1.0).abs() < 0.15, "{} at {time} s: {mark} and {value}", marks.0);
         }
     }
@@ -136,7 +137,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     assert_eq!(row[1], significant(record.open_loop.pointing[0].within_9973_deg, 3));
 }
 
-/// Checks a spec without requests, with gains alone, and without gains.
+/// Checks a spec without feedback and uncertainty, one with gains only, and one without gains.
 #[test]
 fn what_is_not_asked_is_not_shown() {
     let (mut loaded, plan) = planned();

@@ -1,9 +1,9 @@
-//! The time that work needs.
+//! The measurement of computing time.
 
 use std::time::Duration;
 
-/// Whether the system reports the CPU time of a thread, which determines the meaning of
-/// [`thread_time`].
+/// True if the system reports the CPU time of a thread. Otherwise [`thread_time`] returns elapsed
+/// time.
 const TOLD: bool = cfg!(unix);
 
 /// The name of the time that [`thread_time`] measures, for labels.
@@ -12,8 +12,8 @@ pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
 /// The head of a column of times that [`thread_time`] measures.
 pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
 
-/// Returns the CPU time of this thread since some moment, without the time of other processes and
-/// threads. If the system does not report it, returns the elapsed time.
+/// Returns the CPU time of this thread since an arbitrary instant, without the time of other
+/// processes and threads. If the system does not report it, returns the elapsed time.
 pub fn thread_time() -> Duration {
     #[cfg(unix)]
     {

@@ -1,5 +1,5 @@
-//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators
-//! on one motion.
+//! Comparisons: methods, objectives, or methods for switching times on one maneuver; integrators on
+//! one motion.
 
 pub(crate) mod clock;
 pub mod integrators;

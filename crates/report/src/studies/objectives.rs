@@ -1,16 +1,16 @@
-//! Effort, fuel and time of one maneuver, each at its least: three plans side by side.
+//! Compares the minimum-effort, minimum-fuel and minimum-time plans of one maneuver.
 //!
-//! Every plan is judged by the measures of the others too,
+//! Every plan is evaluated by all three measures,
 //!
 //! ```text
 //! effort  ∫ ½ uᵀWu dt ,    fuel  ∫ Σ c_j |u_j| dt ,    time  T
 //! ```
 //!
-//! (with a limit of the norm of the torque, fuel is `c ∫ |τ| dt`) so that it shows the value of
-//! each objective for each plan. Weights and prices come from the maneuver's own objective if it
-//! has them, and are 1 otherwise. Effort and fuel use the duration of the maneuver, or the
-//! duration that its price of time selects. If the maneuver minimises time, they use [`STRETCH`]
-//! times the shortest duration.
+//! so that the comparison shows the value of each objective for each plan. With a norm limit on the
+//! torque, fuel is `c ∫ |τ| dt`. Weights W and prices c come from the objective of the maneuver if
+//! it has them, and are 1 otherwise. The minimum-effort and minimum-fuel plans have the duration of
+//! the maneuver, or the optimal duration if the maneuver has a price of time. If the maneuver
+//! minimises time, their duration is [`STRETCH`] times the minimum time.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -20,44 +20,46 @@ use slewkit::numerics::figures::rounded_up;
 use slewkit::optimize::search::{Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 
-/// The multiple of the shortest duration that effort and fuel use if the maneuver minimises time.
+/// The duration of the minimum-effort and minimum-fuel plans, relative to the minimum time, if the
+/// maneuver minimises time.
 pub const STRETCH: f64 = 1.5;
 
-/// A plan of least effort, fuel or time. Numbers are absent without a plan.
+/// The result for one objective. Without a plan, the numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectiveRun {
     /// The objective: `time`, `fuel` or `effort`.
     pub minimises: &'static str,
-    /// The status; absent if such a plan cannot be made.
+    /// The status of the plan; `None` if the problem cannot be planned with this objective.
     pub status: Option<Status>,
-    /// The reason for its absence, or the shortfall.
+    /// The reason why no plan exists, or what the plan lacks.
     pub reason: Option<String>,
-    /// Duration \[s\].
+    /// The duration \[s\].
     pub duration_s: Option<f64>,
-    /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
+    /// The effort `∫ ½ uᵀWu dt` of the inputs u \[N²·m²·s, times the unit of the weights W\].
     pub effort: Option<f64>,
-    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to
-    /// the prices.
+    /// The fuel `∫ Σ c_j |u_j| dt` of the inputs or, under a norm limit, `c ∫ |τ| dt` \[N·m·s,
+    /// times the unit of the prices c\].
     pub fuel: Option<f64>,
-    /// The number of switches of an input, for plans that switch.
+    /// The number of input switches of a bang-bang plan.
     pub switches: Option<usize>,
-    /// The possible gain, to first order, in seconds or in fuel, of plans that switch.
+    /// The gap of a bang-bang plan: what a neighbouring plan may save, to first order, in seconds
+    /// or in fuel.
     pub gap: Option<f64>,
-    /// Wall time of the solve, without verification \[s\]: differs between two runs.
+    /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
-    /// The motion, if a plan was found; it is not written to files.
+    /// The motion, if a plan was found. It is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
 
-/// Plans `problem` for least time, fuel and effort.
+/// Plans `problem` for minimum time, minimum fuel and minimum effort.
 ///
 /// The comparison uses the weights and prices of the problem's objective. A time limit applies to
-/// each solve. A stop by the observer ends them all.
+/// each of the three solves. If the observer requests a stop, all solves end.
 ///
 /// # Errors
-/// Returns [`PlanError`] if none of the three can be planned; if one cannot, its row has the
-/// reason.
+/// Returns [`PlanError`] if `problem` cannot be planned with any of the three objectives. If only
+/// some of them fail, their results state the reason.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -109,7 +111,7 @@ pub fn compare(
     }
 }
 
-/// The three measures of a plan.
+/// Evaluates effort, fuel and time of a plan.
 struct Measures<'a> {
     problem: &'a Problem,
     weights: Weights,
@@ -159,7 +161,7 @@ impl<'a> Measures<'a> {
         row
     }
 
-    /// Returns `½ uᵀWu` of a row of inputs, forces first.
+    /// Returns the effort rate `½ uᵀWu` of a row of inputs (forces come first).
     fn effort(&self, inputs: &[f64]) -> f64 {
         let actuation = &self.problem.actuation;
         let torque = self.weights.torque(actuation);
@@ -169,8 +171,9 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// Integrates over the inputs as they act: held over a step, or kicks at the nodes, with half
-/// their weight at the ends.
+/// Integrates a function of the inputs over the motion, according to how the inputs act. Inputs
+/// that are held have the weight of their step. Kicks at the nodes have the mean of both
+/// neighbouring steps, and half a step at both ends.
 fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
     let time = &trajectory.time;
     let steps = time.len().saturating_sub(1);
@@ -182,7 +185,7 @@ fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
         row if row == steps => 0.5 * length(steps - 1),
         row => 0.5 * (length(row - 1) + length(row)),
     };
-    // The sum of an empty iterator is −0, and adding 0 makes it 0.
+    // The sum of an empty iterator is −0; adding 0 turns it into 0.
     0.0 + (0..rows).map(|row| weight(row) * rate(trajectory.inputs(row))).sum::<f64>()
 }
 
@@ -253,7 +256,7 @@ mod tests {
         let runs = compare(&problem, &Settings::discrete(), &mut Silent).unwrap();
         let [shortest, given] = [0, 2].map(|row: usize| runs[row].duration_s.unwrap());
         assert!(given >= STRETCH * shortest && given < 1.05 * STRETCH * shortest, "{runs:?}");
-        // If no limit bounds the torques, only effort can be planned.
+        // Without torque limits, only minimum effort can be planned.
         let unlimited =
             slew(5.0).with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
         let runs = compare(&unlimited, &Settings::discrete(), &mut Silent).unwrap();

@@ -1,16 +1,16 @@
-//! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
-//! times, and the interior point.
+//! Compares the three methods for minimum-time and minimum-fuel plans: the smoothed control law,
+//! Newton's method on switching times, and the interior-point method.
 //!
-//! - **smoothed**: the law with the smallest ε that is found, on equal steps, without switching
-//!   times;
-//! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
-//!   switch;
-//! - **interior_point**: the interior point on equal steps with inputs at the nodes, and with the
-//!   duration as an unknown if it is free. It is the method for maneuvers with constraints, and the
-//!   method of `method = "scp"`.
+//! - **smoothed**: the control law with the smallest smoothing ε that converges, on a uniform grid,
+//!   without switching times;
+//! - **switching times**: the default method: arcs at the limits, with steps that end at the
+//!   switching times;
+//! - **interior_point**: the interior-point method on a uniform grid, with inputs at the nodes, and
+//!   with the duration as an unknown if it is free. Maneuvers with constraints use this method, and
+//!   so does `method = "scp"`.
 //!
-//! Each result is a local minimum of its own search. The three methods discretise differently, so
-//! durations of one extremal differ by the square of the step.
+//! Each result is a local minimum that the method found. The three methods discretise differently,
+//! so the durations that they find for the same extremal differ by `O(h²)`.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -19,38 +19,38 @@ use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
-/// A plan by one of the methods. Numbers are absent without a plan.
+/// The result of one method. Without a plan, the numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WayRun {
-    /// `smoothed`, `switching_times` or `interior_point`.
+    /// The name of the method: `smoothed`, `switching_times` or `interior_point`.
     pub way: &'static str,
-    /// The status; absent if the method does not apply.
+    /// The status of the plan; `None` if the method does not apply.
     pub status: Option<Status>,
-    /// The reason for which it does not apply, or the shortfall.
+    /// The reason why the method does not apply, or what the plan lacks.
     pub reason: Option<String>,
-    /// Duration \[s\].
+    /// The duration \[s\].
     pub duration_s: Option<f64>,
-    /// The cost: the duration \[s\], or fuel with the price of time.
+    /// The cost: the duration \[s\], or the fuel plus the price of time, if the maneuver has one.
     pub cost: Option<f64>,
-    /// The possible gain, to first order, of the continuous extremal of the plan.
+    /// The gap: what a plan near the continuous extremal may save, to first order.
     pub gap: Option<f64>,
-    /// The number of switches of an input.
+    /// The number of input switches.
     pub switches: Option<usize>,
-    /// ε of the smoothed law on the grid, scaled.
+    /// The smoothing ε of the control law on the grid, scaled.
     pub smoothing: Option<f64>,
-    /// The attitude error of the continuous motion under the held torque \[deg\].
+    /// The attitude error of the true motion at the end, under the held torques \[deg\].
     pub continuous_miss_deg: Option<f64>,
-    /// Wall time of the solve, without verification \[s\]: differs between two runs.
+    /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
 }
 
-/// Plans a maneuver whose inputs switch by each of the methods.
+/// Plans a minimum-time or minimum-fuel maneuver with each of the three methods.
 ///
-/// A time limit applies to each solve. A stop by the observer ends them all.
+/// A time limit applies to each solve. If the observer requests a stop, all solves end.
 ///
 /// # Errors
-/// Returns [`PlanError`] if problem or settings cannot be used, or inputs do not switch. A method
-/// that does not apply is not an error.
+/// Returns [`PlanError`] if the problem or the settings cannot be used, or if the inputs are not
+/// bang-bang. A method that does not apply is not an error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -60,7 +60,7 @@ pub fn compare(
         return Err(PlanError::Unsuited(Misfit::Ways));
     }
     let began = Instant::now();
-    // Ways are compared by the discrete problem.
+    // The methods are compared on the discrete problem, without landing.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
     let smoothed = if problem.shortest_pulse().is_some() {
         Err("a smoothed law has no pulses".to_string())
@@ -132,8 +132,7 @@ mod tests {
         Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)).with_steps(steps)
     }
 
-    /// The three methods give one duration up to the square of the step, and a smoothed law takes
-    /// longer.
+    /// The durations of the three methods agree up to `O(h²)`, and the smoothed law takes longer.
     #[test]
     fn the_ways_meet_as_the_grid_is_refined() {
         let spread = |steps: usize| {
@@ -157,8 +156,7 @@ mod tests {
         let fuel = problem(60).with_objective(Objective::Fuel(Default::default())).with_duration(6.0);
         let runs = compare(&fuel, &Settings::discrete(), &mut Silent).unwrap();
         let costs: Vec<f64> = runs.iter().map(|run| run.cost.expect("a plan")).collect();
-        // The smoothed law burns more fuel. The fuel of the two others differs by the square of the
-        // step.
+        // The smoothed law needs more fuel. The fuel of the other two methods differs by `O(h²)`.
         assert!(costs[0] > costs[1], "{runs:?}");
         assert!((costs[2] / costs[1] - 1.0).abs() < 2e-3, "{runs:?}");
         let effort = problem(60).with_objective(Objective::default()).with_duration(6.0);

@@ -22,20 +22,20 @@ use slewkit_files::spec::escape;
 /// The largest number of lines of a summary, including the headline and the next command.
 const MOST_LINES: usize = 12;
 
-/// The number of lines around the others: the headline and the next command.
+/// The number of lines besides the body of the summary: the headline and the next command.
 const AROUND: usize = 2;
 
 /// The relative difference below which two costs count as equal: costs are printed to a tenth of
 /// a percent.
 const SAME: f64 = 5e-4;
 
-/// The gap to neighbouring plans below which no gap is reported [%].
+/// The gap below which the summary reports no gap [% of the cost].
 const LEAST_GAP: f64 = 1e-3;
 
-/// The clearance below which a cone counts as touched \[deg\].
+/// The clearance below which the boresight counts as touching the cone \[deg\].
 const LITTLE: f64 = 1e-3;
 
-/// Returns the lines below the headline, without the next command to type.
+/// Returns the lines below the headline, without the line that suggests the next command.
 pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
@@ -62,7 +62,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     lines.texts("arrives", arrives(problem, settings, found));
     let before = rows(&lines);
     lines.texts("target", target::told(problem, solution, identity));
-    // The lines of the target do not reduce the room for the cones.
+    // The lines about the target do not reduce the number of lines for cones.
     let aimed = rows(&lines) - before;
     lines.extend(inputs::told(problem, &solution.trajectory, &found.margins, identity));
     lines.texts("firing", firings::told(problem, solution, identity));
@@ -72,7 +72,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     if !failed_nothing {
         last = failed;
     }
-    // Other plans are reported if there is room.
+    // Rivals are reported only if enough lines are left.
     if failed_nothing && AROUND + rows(&lines) + rows(&last) + rows(&others) < MOST_LINES + aimed {
         last.extend(others);
     }
@@ -82,7 +82,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     lines
 }
 
-/// Returns the reason for which no plan was found.
+/// Returns the lines that state why no plan was found.
 fn unsolved(solution: &Solution) -> Vec<String> {
     let mut lines = Vec::new();
     let reason = match &solution.infeasible {
@@ -102,7 +102,7 @@ fn unsolved(solution: &Solution) -> Vec<String> {
     lines
 }
 
-/// Returns the sets of the alternatives and the times until which they hold.
+/// Returns one line for each group of alternative constraints: which set holds until which time.
 fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     let end = solution.duration(problem);
     let told = solution.turns.iter().map(|Turns { of, shifts }| {
@@ -120,7 +120,8 @@ fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     told.collect()
 }
 
-/// Returns the line with the angle, the homotopy class and the time of the turn.
+/// Returns the line about the slew: the angle, the short or long way, the duration and the number
+/// of steps.
 fn slew(problem: &Problem, solution: &Solution) -> String {
     let round = way(problem, solution.sense);
     let (turned, duration) = (solution.turned_deg, short(solution.duration(problem)));
@@ -136,7 +137,8 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let steps = counted(solution.steps, "step");
     match rotation_beside_path(problem, solution) {
         Some(rotation) => {
-            // The line combines angle, way and duration.
+            // Here the words for the way are followed by the duration, so the word "round" is
+            // dropped.
             let way = round.trim_end_matches(" round");
             format!("{rotation:.1} deg{moved}, {way} by {turned:.1} deg, in {duration} s{sought}, {steps}")
         }
@@ -144,14 +146,15 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Returns the cost with its unit, and against the turn about a fixed axis.
+/// Returns the line about the cost: its value with the unit, and its ratio to the cost of a
+/// fixed-axis slew.
 fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let (what, unit) = match &problem.objective {
         Objective::Time => ("least time", "s"),
         Objective::Fuel(_) => ("least fuel", inputs::fuel_unit(problem, identity)),
         Objective::Effort(weights) => {
             let plain = weights.torque.is_none() && problem.motion == Motion::Attitude;
-            // Forces and torques add up in the unit that the weights give them.
+            // If the effort has weights, its unit depends on them and is not stated.
             ("least effort", if plain { "N²·m²·s" } else { "" })
         }
     };
@@ -166,11 +169,12 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// Compares the cost with the cost of the turn about a fixed axis, if known.
+/// Compares the cost with the cost of the fixed-axis slew; empty if that cost is not known.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;
-    // A turn of least time about the axis obeys the limits, one of least effort need not.
+    // The minimum-time fixed-axis slew keeps the limits; the minimum-effort one is computed without
+    // limits.
     let free = problem.objective != Objective::Time && problem.is_constrained();
     let limits = if free { " without limits" } else { "" };
     match part {
@@ -183,7 +187,7 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Describes the end of the true motion.
+/// Describes the terminal error of the true motion.
 fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<String> {
     let off = |value: f64, unit: &str| match value {
         value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
@@ -214,8 +218,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// Returns the largest rate and its limit. If the rate is limited, it is the rate of the true
-/// motion.
+/// Returns the line about the largest angular rate and its limit. If the rate is limited, the rate
+/// is that of the true motion.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
@@ -240,7 +244,8 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// Returns the cones, nearest first, for which there is room; the nearest always.
+/// Returns the lines about clearances, the smallest clearance first, at most `room` lines. The
+/// smallest clearance is always reported.
 fn clearances(
     problem: &Problem,
     solution: &Solution,
@@ -267,7 +272,7 @@ fn clearances(
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
             left => {
-                // A limit that was tightened for the true motion is touched up to the tolerance
+                // A cone that was tightened for the true motion is touched only up to the tolerance
                 // of the tightening.
                 let spare = if left < LITTLE {
                     format!("less than {LITTLE} deg")
@@ -325,7 +330,7 @@ fn neighbours(solution: &Solution) -> String {
     }
 }
 
-/// Returns the names the direction in which a path turns: the short way or the long way.
+/// Returns the words for the homotopy class of a path: "the short way" or "the long way".
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
@@ -335,7 +340,7 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Describes the other extremals of the maneuver, if any.
+/// Describes the other extremals that the search found, if any.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;
@@ -352,7 +357,8 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     };
     let cost = format!("{}{unit}", significant(nearest.cost, 4));
     let against = match nearest.cost / best {
-        // If the plan costs nothing, every other cost is infinitely higher.
+        // If the plan costs nothing, the cost of a rival has no ratio to it, and the cost itself is
+        // stated.
         part if !part.is_finite() => format!("at {cost}"),
         part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
         part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),

@@ -1,4 +1,4 @@
-//! The firings of thrusters: start and length of each, and their total impulse.
+//! The firings of thrusters: the start and length of each firing, and their total impulse.
 
 use super::inputs;
 use slewkit::maneuver::{Problem, Solution};
@@ -6,31 +6,32 @@ use slewkit::numerics::figures::{short, significant};
 use slewkit::{Vector3, lie};
 use slewkit_files::identity::Identity;
 
-/// A thruster that gives less than this part of its force is off.
+/// The fraction of its largest force below which a thruster counts as off.
 const OFF: f64 = 0.01;
 
-/// A thruster that is on without a break.
+/// An interval in which one thruster is on without interruption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Firing {
-    /// The number of the thruster.
+    /// The index of the thruster.
     pub input: usize,
-    /// The start \[s\].
+    /// The start of the firing \[s\].
     pub from: f64,
-    /// The end \[s\].
+    /// The end of the firing \[s\].
     pub to: f64,
 }
 
 impl Firing {
-    /// Returns the length \[s\].
+    /// Returns the length of the firing \[s\].
     pub fn length(&self) -> f64 {
         self.to - self.from
     }
 }
 
-/// Returns all firings of thrusters, by thruster and time; none if the inputs push to both
-/// sides.
+/// Returns all firings, ordered by thruster and time. The list is empty if the inputs are not
+/// one-sided.
 ///
-/// The firings of a plan of arcs are the firings on its grid, whose nodes are at the switches.
+/// The firings of a plan by arcs are exact, because the nodes of its grid are at the switching
+/// times.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     let set = &problem.actuation.torque;
     let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {
@@ -60,8 +61,8 @@ pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     found
 }
 
-/// Returns the time stretch of each row of inputs: a step if rows are held, else the time around
-/// its node.
+/// Returns the interval in which each row of inputs acts \[s\]: a step if rows are held over steps,
+/// otherwise the interval around the node of the row.
 fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
     if problem.switches() && !problem.is_shaped() {
         return time.windows(2).map(|ends| (ends[0], ends[1])).collect();
@@ -92,7 +93,7 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
             inputs.iter().enumerate().map(|(input, value)| value / inputs::scale(problem, identity, input).0);
         let pushed: Vector3 =
             forces.clone().zip(&directions).map(|(force, direction)| direction * force).sum();
-        // The body turns meanwhile: by the mean of both ends.
+        // The body turns during the step, so the mean of the attitudes at both ends is used.
         let at = |node: usize| {
             let node = node.min(trajectory.quaternion.len() - 1);
             lie::rotation_from_quaternion(&trajectory.quaternion[node]) * pushed
@@ -105,17 +106,19 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
     Some((net, all))
 }
 
-/// The part of all impulses below which a component of their sum is round-off.
+/// The fraction of the sum of all impulses below which a component of the net impulse counts as
+/// round-off.
 const NONE: f64 = 1e-9;
 
-/// Returns three components of the net of impulses with their unit.
+/// Formats the three components of the net impulse with their unit. `all` is the sum of the sizes
+/// of all impulses.
 fn vector(vector: &Vector3, all: f64) -> String {
     let part = |part: f64| if part.abs() <= NONE * all { "0".into() } else { significant(part, 3) };
     let [x, y, z] = [vector.x, vector.y, vector.z].map(part);
     format!("({x}, {y}, {z}) N·s")
 }
 
-/// Describes the firings in a line or two; empty without thrusters.
+/// Describes the firings in one or two lines; no line without thrusters.
 pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let found = firings(problem, solution);
     if found.is_empty() {
@@ -145,7 +148,7 @@ pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity)
     .collect()
 }
 
-/// Lists start and end of each firing.
+/// Formats the start and the end of each firing \[s\].
 pub(crate) fn listed(firings: &[Firing]) -> Vec<String> {
     firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
 }

@@ -1,4 +1,4 @@
-//! The turn about a fixed axis, for comparison.
+//! The cost of the turn about a fixed axis, with which a plan is compared.
 //!
 //! A free body that turns about a fixed axis e with the angle θ(t), ω = θ̇, needs the torque
 //! `Je ω̇ + (e × Je) ω²`. Its effort is `½ ∫ (a ω̇² + b ω⁴) dt` with `a = |Je|²` and
@@ -11,18 +11,22 @@ use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
 use slewkit::mechanics::AxisFrame;
 
-/// Number of nodes of f. The relative error of its integral is about the inverse square, 1e-5.
+/// The number of nodes of f. The relative error of the integral is about its inverse square, 1e-5.
 const NODES: usize = 256;
 
-/// Largest number of Newton steps. A convex polynomial of degree four takes about five.
+/// The largest number of Newton steps. The convex polynomial of degree four takes about five.
 const MOST_STEPS: usize = 60;
 
-/// A rate below this \[rad/s\] times the duration is rest.
+/// The angle \[rad\], a rate times the duration, below which a body counts as at rest.
 const REST: f64 = 1e-9;
 
-/// Returns the least cost of the shorter turn about a fixed axis in the duration of the plan, by
-/// its own objective and without limits; `None` if this is not known: in a field, between other
-/// rates than zero, of fuel, with wheels that store momentum.
+/// Returns the minimum cost of the shorter turn about a fixed axis, in the duration of the plan,
+/// with the objective of the plan and without limits. Returns `None` in these cases, for which the
+/// cost is not known:
+/// - the body is in a force field
+/// - a rate at the start or the end is not zero
+/// - the objective is fuel
+/// - wheels store momentum
 pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     if let Some(duration) = solution.switching.as_ref().and_then(|switching| switching.eigenaxis_s) {
         return Some(duration);
@@ -52,7 +56,7 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     let axis = turn / angle;
     let along = problem.body.inertia.j() * axis;
     let across = match &problem.actuation.wheels {
-        // All momentum stays zero, so no gyroscopic torque acts.
+        // The total momentum stays zero, so the gyroscopic torque vanishes.
         Some(_) => axis * 0.0,
         None => axis.cross(&along),
     };
@@ -63,8 +67,8 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     cost.is_finite().then_some(cost)
 }
 
-/// Returns `min ∫ (f'² + k f⁴)` over f on the unit interval, 0 at its ends, of mean 1: by Newton on
-/// a grid.
+/// Returns `min ∫ (f'² + k f⁴)` over all f on the unit interval that are 0 at both ends and have
+/// the mean 1, by Newton's method on a grid.
 fn profile(k: f64) -> Option<f64> {
     let h = 1.0 / NODES as f64;
     let inner = NODES - 1;
@@ -85,7 +89,7 @@ fn profile(k: f64) -> Option<f64> {
         let diagonal: Vec<f64> = f.iter().map(|value| 4.0 / h + 12.0 * k * h * value * value).collect();
         let (down, ones) =
             (thomas(&diagonal, -2.0 / h, &gradient), thomas(&diagonal, -2.0 / h, &vec![1.0; inner]));
-        // The step keeps the mean.
+        // The Newton step does not change the mean of f.
         let multiplier = down.iter().sum::<f64>() / ones.iter().sum::<f64>();
         let step: Vec<f64> = down.iter().zip(&ones).map(|(down, one)| multiplier * one - down).collect();
         let mut length = 1.0;
@@ -100,7 +104,7 @@ fn profile(k: f64) -> Option<f64> {
                 break None;
             }
         };
-        // No neighbour is lower: this is the minimum, to round-off.
+        // If no smaller step lowers the value, f is the minimum up to round-off.
         let Some((tried, found)) = next else { break };
         let gained = reached - found;
         (f, reached) = (tried, found);
@@ -111,7 +115,8 @@ fn profile(k: f64) -> Option<f64> {
     reached.is_finite().then_some(reached)
 }
 
-/// Solves the tridiagonal system with `diagonal` and `beside` on both sides of it.
+/// Solves the tridiagonal system with the given diagonal, and `beside` in both off-diagonals
+/// (Thomas algorithm).
 fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
     let count = diagonal.len();
     let (mut over, mut found) = (vec![0.0; count], vec![0.0; count]);

@@ -1,4 +1,4 @@
-//! The summary of gains, of uncertainty, and of flights of a plan.
+//! The summary of the gains, the uncertainty and the simulated flights of a plan.
 
 use super::lines::Lines;
 use super::{Tone, headline};
@@ -13,13 +13,15 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
-/// The probability below which only the tail of the normal law is reported.
+/// The probability below which the summary states that the value comes from the tail of the normal
+/// distribution.
 const SAMPLED: f64 = 1e-4;
 
-/// The probability below which only this bound is reported: the normal law says nothing there.
+/// The probability below which the summary reports only this bound, because the tail of the normal
+/// distribution has no meaning there.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Returns the lines about the quantities near a plan.
+/// Returns the lines about gains, uncertainty and chances of a plan, by linear theory.
 pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
@@ -42,7 +44,7 @@ pub fn beside(
     {
         lines.text("", text);
     }
-    // A chance of the limit contains more information.
+    // If the limit has a requested chance, that chance is reported instead.
     let limit = problem.actuation.limit_name(LimitKind::Size, false);
     let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
@@ -59,8 +61,8 @@ pub fn beside(
     lines
 }
 
-/// Returns the chance of each constraint, and of each limit with a requested chance; then the
-/// joint chances.
+/// Returns the violation probability of each constraint, and of each limit with a requested chance.
+/// The joint chances follow.
 fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<String> {
     let is_constraint = |name: &str| problem.constraints.iter().any(|constraint| constraint.name == name);
     let shared =
@@ -87,7 +89,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
     texts
 }
 
-/// Describes gains along a plan with these nodes \[s\].
+/// Describes the gains along a plan. `times` are the times of its nodes \[s\].
 pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     let steps = times.len() - 1;
     let every = if gains.every > 1 {
@@ -110,7 +112,8 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     lines
 }
 
-/// Returns the least errors of the start that leave an arc no time.
+/// Describes the smallest errors of the start, in attitude and in rate, at which the corrected
+/// length of an arc becomes zero.
 fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let reach = switching.reach();
     let least = |range: std::ops::Range<usize>| {
@@ -119,7 +122,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     };
     let axis = |column: usize| ["x", "y", "z"][column % 3];
     let ((turn, first), of_turn) = least(0..3);
-    // The error is converted to rates: the momentum of an error of one rate alone.
+    // The error is converted from momentum to rate, one axis at a time.
     let by_rate = |axis: usize| {
         let momentum = problem.body.inertia.j().column(axis).into_owned();
         let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
@@ -144,7 +147,8 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     )
 }
 
-/// Describes the time to which a chance refers, if it is not the worst instant.
+/// Returns the words for a chance that refers to the whole motion; empty if it refers to the worst
+/// instant.
 fn when(asked: &slewkit_files::spec::Chance) -> &'static str {
     if asked.of_motion { " over the motion" } else { "" }
 }
@@ -154,7 +158,7 @@ fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
     boresights(problem).iter().map(|boresight| Radius::of(boresight, &of_attitude).within).fold(0.0, f64::max)
 }
 
-/// Describes the 99.73 % range of a boresight at the end.
+/// Describes the 99.73 % range of the pointing error at the end, in open and in closed loop.
 fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) -> String {
     let of = |covariance: &Covariance| significant(radii(problem, covariance).to_degrees(), 3);
     match closed {
@@ -167,7 +171,7 @@ fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) 
     }
 }
 
-/// Returns the source of the largest part of the attitude's variance at the end.
+/// Describes which uncertainty contributes most to the variance of the attitude at the end.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
     let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
     let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
@@ -194,7 +198,8 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// Compares the largest correction, three deviations, with the room below the limit.
+/// Compares three standard deviations of the largest correction with the difference between limit
+/// and planned input.
 fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
     let craft = problem.of_craft();
     let sizes = craft.actuation.torque.limits().size.as_ref()?;
@@ -219,7 +224,7 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     })
 }
 
-/// Formats the reserve of a limit: one number, or the least and the largest of several.
+/// Formats the reserve of a limit: one number, or the smallest and the largest of several.
 fn held(of: &HeldRecord) -> String {
     let number = |number: f64| significant(number, 4);
     let range = |numbers: &[f64]| {
@@ -237,7 +242,7 @@ fn held(of: &HeldRecord) -> String {
     format!("{} {}{limit} {}", escape(&of.name), range(&of.held), of.unit)
 }
 
-/// Describes the margins of chance constraints.
+/// Describes the margins and reserves that the plan holds for its chance constraints.
 pub fn kept(margins: &MarginsRecord) -> String {
     let flown = margins.counted.iter().map(|(name, counted)| {
         let [low, high] = counted.interval.map(percent);
@@ -257,7 +262,7 @@ pub fn kept(margins: &MarginsRecord) -> String {
     )
 }
 
-/// Describes the result of one case.
+/// Describes the result of one simulated flight.
 pub fn case(
     problem: &Problem,
     uncertainty: &Uncertainty,
@@ -292,7 +297,7 @@ pub fn case(
     lines
 }
 
-/// Describes the results of many cases.
+/// Describes the results of many simulated flights.
 pub fn runs(colour: bool, record: &RunRecord) -> Vec<String> {
     let lost: usize = record.loops.iter().map(|one| one.lost).sum();
     let verdict = format!("{} flown", counted(record.cases, "case"));

@@ -10,13 +10,13 @@ use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The relative gap of a singular arc that is replaced by enough arcs.
+/// The relative gap below which a singular arc counts as replaced by enough bang-bang arcs.
 const SMALL_GAP: f64 = 1e-4;
 
 /// The relative difference below which two durations count as equal.
 const SAME_DURATION: f64 = 1e-12;
 
-/// Returns the name of a discretisation.
+/// Returns the name of an integration scheme in sentences.
 pub fn scheme(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::LieVerlet => "Lie–Verlet",
@@ -52,7 +52,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
 pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let unit = match problem.motion {
         Motion::Attitude => "  N²·m²·s",
-        // Forces and torques add up in the unit that the user's weights give them.
+        // The sum of force effort and torque effort has the unit that the weights give it.
         Motion::RigidBody => "",
     };
     let of = rotation_beside_path(problem, solution).map(|rotation| format!(" of {rotation:.1} deg"));
@@ -121,7 +121,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         None => "not tested, as requested".into(),
     };
     let timed = solution.switching.is_some() || problem.is_shaped();
-    // The shooting tests both in one sweep, which may not have been requested, or may have been
+    // Shooting computes both in one sweep. NaN means that the sweep was not requested or was
     // stopped.
     let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
     let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
@@ -138,7 +138,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             None => String::new(),
         };
         let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
-        // Paths on different sides of a cone may have one homotopy class.
+        // Paths on different sides of a cone may have the same homotopy class.
         if solution.method.is_on_equal_steps() {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
@@ -178,7 +178,7 @@ fn landed(landing: &Landing) -> String {
     }
 }
 
-/// Describes the choice of the number of steps.
+/// Describes how the number of steps was chosen.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
         Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),
@@ -193,7 +193,7 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// Returns the duration or fuel, arcs and certificate of a plan whose inputs switch.
+/// Returns the lines of a bang-bang plan: duration or fuel, arcs, and gap.
 fn switched(
     problem: &Problem,
     solution: &Solution,
@@ -280,7 +280,7 @@ fn switched(
     lines
 }
 
-/// Returns the names of inputs, or their numbers.
+/// Returns the names of inputs or, for inputs without names, their numbers.
 fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
     let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
     let numbers: Vec<String> = inputs.iter().map(|input| input.saturating_add(1).to_string()).collect();
@@ -292,7 +292,7 @@ fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
     }
 }
 
-/// Describes where the optimum need not be unique.
+/// Describes on which inputs, and at which times, the cost does not depend to first order.
 fn undetermined(gap: &ContinuousGap, identity: &Identity) -> String {
     let mut inputs: Vec<usize> = gap.undetermined.iter().map(|stretch| stretch.input).collect();
     inputs.dedup();
@@ -330,8 +330,9 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Returns the angle of the short rotation between states at rest [deg], if the path of the short
-/// way turns by more than half a turn, so that its length suggests the long way.
+/// Returns the angle of the shortest rotation between start and end [deg] if the path goes the
+/// short way, from rest to rest, but turns by more than 180° in total, which could be mistaken for
+/// the long way.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
@@ -340,14 +341,15 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// The proof of optimality of a plan of least time or fuel, whose second order is not tested.
+/// The proof of optimality of a minimum-time or minimum-fuel plan, for which no second-order test
+/// exists.
 const MINIMAL: &str = "minimal to first order on the grid";
 
 /// The number of residuals that are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// Iterations of the winning start over all grids, and the residuals of those on the requested
-/// grid.
+/// Returns the lines about the iterations that led to the plan: their number on all grids, and the
+/// residuals on the requested grid.
 fn iterations(solution: &Solution) -> Vec<String> {
     let convex = solution.method.is_on_equal_steps();
     let won = |rung: &&RungReport| {
@@ -375,14 +377,14 @@ fn iterations(solution: &Solution) -> Vec<String> {
         ),
     };
     let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
-    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one
-    // sequence.
+    // The residual of a subproblem is the defect of the dynamics, and the residual of Newton's
+    // method is that of all conditions. The two cannot be shown as one sequence.
     let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
     let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
     residuals.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
     let course = match &residuals[..] {
-        // The coarser grid left no work for this one.
+        // The solution of the coarser grid needed no further iterations on this grid.
         [] | [_] => return lines,
         short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
         long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),

@@ -1,4 +1,5 @@
-//! Inputs in their own units: the name, the peak, and the part of its limit.
+//! The lines about inputs: the name and the peak of each input in its own unit, and the percentage
+//! of its limit.
 
 use super::lines::{Lines, clipped, percent};
 use slewkit::maneuver::{Fuel, Motion, Problem, Solution, Trajectory};
@@ -9,14 +10,14 @@ use slewkit::verify::Margin;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The largest number of inputs that are listed one by one.
+/// The largest number of inputs that a summary lists one by one.
 const MOST_TOLD: usize = 6;
 
-/// Characters of a name.
+/// The largest number of characters of a name.
 const NAME: usize = 10;
 
-/// Returns the name of the input with this number: its name in the spec, its axis, or its kind
-/// and number.
+/// Returns the name of the input with this index: its name in the spec or, if it has none, its axis
+/// or its kind and number.
 pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> String {
     if let Some(name) = identity.input(index) {
         return escape(name);
@@ -34,7 +35,8 @@ pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> Stri
     }
 }
 
-/// Returns the coordinate axis that an input is along.
+/// Returns the name of the coordinate axis along which an input acts; `None` if it acts in another
+/// direction.
 fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     let axis = set.axes().get(number)?;
     let at = axis.iamax();
@@ -42,8 +44,8 @@ fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     alone.then(|| ["x", "y", "z"][at])
 }
 
-/// Returns the divisor that converts an input of the plan to its displayed unit, and that unit: the
-/// input of a thruster stated by position and force is a force.
+/// Returns the divisor that converts an input of the plan to its displayed unit, and this unit. For
+/// a thruster that is given by position and force direction, the displayed input is a force.
 pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
     if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
         return (1.0, "N");
@@ -68,8 +70,8 @@ pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str 
     }
 }
 
-/// Returns the peaks of all inputs over a motion, and the momenta of the wheels. `margins` are the
-/// margins of all limits.
+/// Returns the lines about the peaks of all inputs, and of the wheel momenta. `margins` are the
+/// margins of all limits, as the witness computed them.
 pub(super) fn told(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -93,7 +95,7 @@ pub(super) fn told(
     lines
 }
 
-/// Returns the kinds of inputs of a maneuver: torques, then forces.
+/// Returns the groups of inputs of a maneuver: torques, then forces.
 fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     let actuation = &problem.actuation;
     let first = actuation.first_torque();
@@ -116,7 +118,7 @@ fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     [Some(torques), force].into_iter().flatten().collect()
 }
 
-/// The input that uses the largest part of its limit, or the largest input if no input is limited.
+/// The input with the highest percentage of its limit, or the largest input if no input is limited.
 pub(crate) struct Busiest {
     /// The kind of inputs, as in "wheels".
     pub kind: &'static str,
@@ -145,8 +147,8 @@ impl Busiest {
     }
 }
 
-/// Returns the busiest torque or thruster, then the busiest force and the wheel that stores the
-/// most.
+/// Returns the torque or thruster with the highest percentage of its limit, then the force, and the
+/// wheel with the highest momentum.
 pub(crate) fn busiest(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<Busiest> {
     let (actuation, trajectory) = (&problem.actuation, &solution.trajectory);
     let first = actuation.first_torque();
@@ -166,7 +168,7 @@ pub(crate) fn busiest(problem: &Problem, solution: &Solution, identity: &Identit
     found
 }
 
-/// Inputs of one kind.
+/// A group of inputs of one kind.
 struct Channel<'a> {
     label: &'static str,
     set: &'a ActuatorSet,
@@ -175,7 +177,7 @@ struct Channel<'a> {
 }
 
 impl Channel<'_> {
-    /// Returns names, peaks, limits of the size, and the unit.
+    /// Returns the names of a group of inputs, their peaks, their limits, and the unit.
     fn peaks(
         &self,
         problem: &Problem,
@@ -205,7 +207,7 @@ impl Channel<'_> {
         if self.set.frame() == AxisFrame::Reference {
             text.push_str(", reference axes");
         }
-        // The limits of the whole: of its norm, of how fast it changes.
+        // The limits on the group: on its norm, and on its rate of change.
         let of_whole = |limit: &InputLimit| {
             limit.of_force == self.of_force && matches!(limit.kind, LimitKind::Norm | LimitKind::Rate)
         };
@@ -225,13 +227,13 @@ impl Channel<'_> {
     }
 }
 
-/// Returns the margin of a limit relative to it; an active limit is touched up to round-off, of
-/// either sign.
+/// Returns the margin relative to the limit. Round-off of either sign becomes zero.
 fn rounded(margin: &Margin) -> f64 {
     if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.scaled }
 }
 
-/// Returns the largest size of each of `range`, of rows of `count` numbers.
+/// Returns the largest absolute value of each column in `range`. `rows` holds rows of `count`
+/// numbers.
 fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64> {
     let mut peaks = vec![0.0_f64; range.len()];
     for row in rows.chunks_exact(count.max(1)) {
@@ -242,11 +244,11 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
     peaks
 }
 
-/// Returns the names and the peaks, and the largest part of a limit.
+/// Formats the peaks with their names, and the highest percentage of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
-    // Peaks are compared in the digits that an optimum determines: the first input at its limit
-    // comes first.
+    // Percentages are compared only in the digits that the optimum determines, so that the first of
+    // several inputs at their limits is chosen on every machine.
     let part = |index: usize| {
         let part = limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
         (part * 1e9).round() * 1e-9
@@ -275,7 +277,7 @@ fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &st
     text
 }
 
-/// Returns a part of a limit, which is 1 if it differs from 1 only by round-off.
+/// Returns a fraction of a limit, rounded to 1 if it differs from 1 only by round-off.
 fn rounded_part(part: f64) -> f64 {
     if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
 }

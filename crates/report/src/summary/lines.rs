@@ -3,17 +3,17 @@
 use slewkit::numerics::figures::significant;
 use slewkit_files::spec::escape;
 
-/// Width of the longest first line, name and verdict.
+/// The width of the headline, with name and verdict, in characters.
 const WIDTH: usize = 76;
 
-/// Characters before the text of a labelled line.
+/// The number of characters before the text of a labelled line.
 const LABELLED: usize = 13;
 
-/// Columns for the text of a labelled line, in a window of eighty.
+/// The number of characters for the text of a labelled line, in a terminal of 80 columns.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// Returns `text` in lines of at most `width` characters, broken between words. A longer word has
-/// its own line.
+/// Breaks `text` between words into lines of at most `width` characters. A longer word has its own
+/// line.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -51,15 +51,15 @@ pub trait Lines {
     /// Adds a labelled line.
     fn line(&mut self, label: &str, text: impl AsRef<str>);
 
-    /// Adds lines; the first one has the label.
+    /// Adds one line for each text. Only the first one has the label.
     fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.line(if index == 0 { label } else { "" }, text);
         }
     }
 
-    /// Adds a labelled text that is broken into lines between its words, as one entry; nothing if
-    /// the text is empty.
+    /// Adds a labelled text as one entry, broken into lines between words. Adds nothing if the text
+    /// is empty.
     fn text(&mut self, label: &str, text: impl AsRef<str>) {
         let broken = wrapped(text.as_ref(), TEXT);
         if !broken.is_empty() {
@@ -67,7 +67,7 @@ pub trait Lines {
         }
     }
 
-    /// Adds texts, each as one entry; the first one has the label.
+    /// Adds each text as one entry. Only the first one has the label.
     fn texts<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.text(if index == 0 { label } else { "" }, text);
@@ -81,7 +81,7 @@ impl Lines for Vec<String> {
     }
 }
 
-/// The meaning of a text, shown as colour and as a sign.
+/// The meaning of a text, which is shown as a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// The outcome is good.
@@ -102,14 +102,14 @@ pub fn paint(colour: bool, tone: Tone, text: &str) -> String {
     if colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
 }
 
-/// Returns the first line: name to the left, verdict to the right.
+/// Returns the headline, with the name on the left and the verdict on the right.
 pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     let name = escape(name);
     let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
 }
 
-/// Returns a part in percent, and never 100 if the part exceeds 1.
+/// Formats a fraction in percent. A fraction above 1 is never shown as 100 %.
 pub(super) fn percent(part: f64) -> String {
     match 100.0 * part {
         percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),

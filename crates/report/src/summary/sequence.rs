@@ -1,5 +1,5 @@
-//! The summary of a sequence: its order, a line for each stop, the whole, what the witnesses
-//! found, and what is proved.
+//! The summary of a sequence: its order, its duration and cost, a line for each stop, the results
+//! of the witnesses, and the proof of optimality.
 
 use super::brief::proof;
 use super::inputs;
@@ -11,13 +11,13 @@ use slewkit::verify::Margin;
 use slewkit_files::export::{OrderProof, PlanFile, SequenceFile, SequenceRecord, StopRecord};
 use slewkit_files::spec::{LoadedSequence, escape};
 
-/// Characters of the name of a stop.
+/// The largest number of characters of the name of a stop.
 const NAME: usize = 16;
 
-/// Stops that the summary shows; the file has all.
+/// The largest number of stops in the summary. The plan file has all stops.
 const SHOWN: usize = 30;
 
-/// Cones that the summary shows.
+/// The largest number of cones in the summary.
 const CONES: usize = 4;
 
 /// Returns the summary of the plan of a sequence: headline and lines.
@@ -99,7 +99,7 @@ fn proved(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Option<String> {
     Some(format!("the weakest on the leg to {}: {text}", escape(&file.record.stops[weakest].name)))
 }
 
-/// Returns the order and what is known of it.
+/// Describes the order of the stops, and what is proved about it.
 fn order(record: &SequenceRecord) -> String {
     let stops = counted(record.stops.len(), "stop");
     if record.status == Status::Interrupted || record.status == Status::LimitReached {
@@ -119,7 +119,7 @@ fn order(record: &SequenceRecord) -> String {
     }
 }
 
-/// Returns the duration and the cost of the whole.
+/// Describes the duration and the cost of the whole sequence.
 fn whole(file: &SequenceFile<'_>) -> String {
     let record = &file.record;
     let turning: f64 = record.stops.iter().map(|stop| stop.arrives_s - stop.leg_begins_s).sum();
@@ -134,7 +134,7 @@ fn whole(file: &SequenceFile<'_>) -> String {
     text
 }
 
-/// Returns the line of a stop: how far and how long the body turns to it, and its times.
+/// Returns the table row of a stop: the angle and duration of the slew to it, and its times.
 fn row(leg: &PlanFile<'_>, stop: &StopRecord) -> String {
     let name = clipped(&escape(&stop.name), NAME - 1);
     let turned = format!("{:.1}°", leg.turned_deg);
@@ -144,7 +144,7 @@ fn row(leg: &PlanFile<'_>, stop: &StopRecord) -> String {
     format!("{name:<NAME$}{turned:>8}{lasting:>9}{arrives:>10}{holds:>10}{until:>10}")
 }
 
-/// Returns the least clearance of each cone over all legs, the least one first.
+/// Returns the smallest clearance to each cone over all legs, in ascending order.
 fn clearances(file: &SequenceFile<'_>) -> Vec<String> {
     let of_leg = |(leg, stop): (&PlanFile<'_>, &StopRecord)| {
         let margins = leg.verified.as_ref().map_or(Vec::new(), |found| found.margins.clone());
@@ -164,14 +164,14 @@ fn clearances(file: &SequenceFile<'_>) -> Vec<String> {
     told.into_iter().map(|(_, text)| text).take(CONES).collect()
 }
 
-/// Returns the largest rate of all legs.
+/// Describes the largest angular rate of all legs.
 fn fastest(legs: &[PlanFile<'_>]) -> Option<String> {
     let found = legs.iter().filter_map(|leg| leg.verified.as_ref());
     let rate = found.map(|found| found.peak_rate_rad_s.to_degrees()).reduce(f64::max)?;
     Some(format!("{} deg/s at most", significant(rate, 3)))
 }
 
-/// Returns the largest deviation of the true motion at the end of a leg.
+/// Describes the largest terminal error of the true motion over all legs.
 fn arrives(legs: &[PlanFile<'_>]) -> Option<String> {
     let found = legs.iter().filter_map(|leg| leg.verified.as_ref());
     let off = found.map(|found| found.continuous_attitude_rad.to_degrees()).reduce(f64::max)?;

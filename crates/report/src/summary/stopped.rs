@@ -1,5 +1,4 @@
-//! The summary of a solve without a plan: the reason of its end, its best iterate, and the
-//! attempts.
+//! The summary of a solve without a plan: why it ended, its best iterate, and its attempts.
 
 use super::found::terminal;
 use super::lines::Lines;
@@ -24,7 +23,8 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
     }
 }
 
-/// Describes the terminal error of the best iterate, if one reached the end.
+/// Describes the terminal error of the best iterate; states that no iterate reached the end if the
+/// error is not finite.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
 }
@@ -100,8 +100,8 @@ fn ended(outcome: Outcome) -> &'static str {
     }
 }
 
-/// The number of consecutive runs of one strategy beyond which they share a line; a file has all
-/// runs.
+/// The number of consecutive runs of one strategy above which they share a line. The plan file
+/// lists all runs.
 const CROWD: usize = 8;
 
 /// Lists the attempts: one line for each run, and one line for several equal runs.

@@ -1,4 +1,4 @@
-//! The results of the witnesses.
+//! The lines about the results of the witnesses.
 
 use super::lines::{Lines, Tone, line, paint};
 use slewkit::maneuver::{ActiveConstraint, Problem, Trajectory};
@@ -7,22 +7,22 @@ use slewkit::verify::{Margin, Testimony, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The plan and the results of the witnesses.
+/// A plan that the witnesses judged.
 pub struct Judged<'a> {
     /// The maneuver.
     pub problem: &'a Problem,
-    /// The names of its inputs.
+    /// The names of the inputs.
     pub identity: &'a Identity,
     /// The plan.
     pub trajectory: &'a Trajectory,
-    /// The active limits according to the solver, if they should be shown.
+    /// The limits that are active according to the solver; `None` if they are not shown.
     pub active: Option<&'a [ActiveConstraint]>,
 }
 
-/// Returns the limits and verdicts of the witnesses, and every check that fails.
+/// Returns the lines about margins and results of the witnesses, and about every check that fails.
 pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> Vec<String> {
     if verification.was_stopped() {
-        // Their numbers are NaN.
+        // If the witnesses failed, their numbers are NaN.
         return verification.failure.iter().map(|failure| line("witness", &escape(failure))).collect();
     }
     let mut peaks = format!(
@@ -43,7 +43,7 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
         lines.line("", &text);
     }
     let missed = verification.continuous_attitude_rad;
-    // A plan of no time has no motion to follow.
+    // A plan of zero duration has no motion that a witness could propagate.
     if let Some(ran) = ran(verification, "continuous, held torque") {
         let mut continuous = format!(
             "continuous witness, {}, torque held over each step: attitude {} rad ({} deg)",
@@ -98,12 +98,12 @@ pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String>
     lines
 }
 
-/// Returns the record of a witness that ran, or that could not judge.
+/// Returns the record of a witness, whether it ran or could not judge; `None` if it was not called.
 fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimony> {
     verification.witnesses.iter().find(|ran| ran.witness == witness)
 }
 
-/// Describes the part of the plan over which it ran, if that is not the whole plan.
+/// Describes over which part of the plan a witness ran; empty if it ran over the whole plan.
 fn over(ran: &Testimony, judged: &Judged) -> String {
     if ran.windows <= 1 {
         return String::new();
@@ -131,15 +131,15 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let at = name.unwrap_or(&margin.at);
     let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
     let (value, time) = (significant(margin.met(), 3), significant(margin.time_s, 4));
-    // The continuous motion exceeds an active limit by the error of the discretisation.
+    // The continuous motion may exceed an active limit by the discretisation error.
     let noticed = -Margin::ROUND_OFF.to_degrees();
     let beyond = margin.continuous_margin.is_some_and(|continuous| continuous < noticed) && margin.holds();
     let overstepped = if beyond { "; the discrete motion keeps the limit" } else { "" };
     format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
 }
 
-/// Returns the number of times at which a constraint is active; several inputs may be active at
-/// one time.
+/// Returns the number of different times at which a constraint is active. Several inputs may be at
+/// a limit at the same time.
 fn moments(active: &ActiveConstraint) -> usize {
     let mut times: Vec<u64> = active.time_s.iter().map(|time| time.to_bits()).collect();
     times.sort_unstable();

@@ -1,4 +1,4 @@
-//! `slew merge`: shards put together.
+//! `slew merge`: joins the results of all shards of a batch.
 
 use crate::{Common, Console, Exit, Failure, Message, interrupt, summary};
 use slewkit::numerics::figures::counted;
@@ -34,13 +34,13 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
 }
 
-/// Runs the command.
+/// Runs `slew merge` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let target = Target::new(&args.output, args.force)?;
@@ -59,8 +59,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Refuses a name of results whose ending is not one of `endings`. A path that is not a file,
-/// such as `/dev/null`, needs no ending.
+/// Refuses a name for the file of results if its ending is not one of `endings`. A path that is not
+/// a regular file, such as `/dev/null`, needs no ending.
 pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let is_known = ending.as_deref().is_some_and(|ending| endings.contains(&ending));
@@ -78,12 +78,12 @@ pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0105", reason, remedy)))
 }
 
-/// Returns whether a file of this name is to be a table of comma-separated values.
+/// Returns whether the name has the ending of a table of comma-separated values.
 pub fn is_csv(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
-/// Returns whether a file of this name is to be Parquet.
+/// Returns whether the name has the ending of a Parquet file.
 pub fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
 }

@@ -1,4 +1,4 @@
-//! `slew batch`, `slew sweep`, `slew monte-carlo`, `slew merge`: many maneuvers.
+//! The commands for many maneuvers: `slew batch`, `slew sweep`, `slew monte-carlo`, `slew merge`.
 
 pub mod merge;
 pub mod monte_carlo;
@@ -59,7 +59,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// Returns the part that failures need.
+    /// Returns the options that determine how a failure is reported.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
@@ -74,7 +74,7 @@ impl Running {
     }
 }
 
-/// Refuses a number of threads that there cannot be.
+/// Refuses a number of threads that is zero or too large.
 pub fn checked_threads(threads: usize) -> Result<(), Failure> {
     if (1..=MAX_THREADS).contains(&threads) {
         return Ok(());
@@ -84,18 +84,18 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
-/// The command line of a batch, to print the command that plans one of its cases again.
+/// The command line of a batch. The summary uses it to print a command that plans one case again.
 pub struct Asked<'a> {
     /// The command and the options that define its cases: `slew sweep SPEC --over …`.
     pub command: String,
-    /// The spec or the folder.
+    /// The spec, or the folder of specs.
     pub spec: &'a Path,
-    /// The table of cases.
+    /// The table of cases; `None` without `--cases`.
     pub cases: Option<&'a Path>,
     pub reading: &'a Reading,
 }
 
-/// Plans the cases, or the requested one.
+/// Plans all cases, or only the case that `--case` requests.
 pub fn conduct(
     batch: &Batch,
     asked: &Asked<'_>,
@@ -134,7 +134,8 @@ pub fn conduct(
     let mut tally = Tally::default();
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
-    // The plans of a continued run belong to it, and a plan that a kill left is replaced.
+    // Existing plan files are an error only for a new run. In a continued run they belong to the
+    // run, and a plan that was left by a kill is replaced.
     if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
         batch.check_plans(folder, shard)?;
     }
@@ -182,7 +183,7 @@ pub fn conduct(
     })
 }
 
-/// Returns `slew plan` on one case.
+/// Runs `slew plan` on one case.
 fn one(
     batch: &Batch,
     number: u64,
@@ -238,17 +239,17 @@ fn make(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The destination of results.
+/// The destination of the results of a batch.
 enum Sink {
     Nowhere,
     Stdout,
     File(PathBuf, Box<Journal>),
-    /// A table of comma-separated values, which is written when all is there.
+    /// A table of comma-separated values, which is written after the last case.
     Table(Target, Box<slewkit_files::batch::Header>, Vec<CaseResult>),
 }
 
 impl Sink {
-    /// Opens it; results that a file has already go to the tally.
+    /// Opens the destination. Results that the file already contains are added to the tally.
     fn open(
         running: &Running,
         header: &slewkit_files::batch::Header,
@@ -304,7 +305,7 @@ impl Sink {
         }
     }
 
-    /// Waits for the disk. Returns the path if the output is a file.
+    /// Writes everything to the disk. Returns the path if the destination is a file.
     fn close(self) -> Result<Option<PathBuf>, BatchError> {
         match self {
             Self::Nowhere | Self::Stdout => Ok(None),

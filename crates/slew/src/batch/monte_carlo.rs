@@ -1,4 +1,4 @@
-//! `slew monte-carlo`: random draws of uncertain numbers.
+//! `slew monte-carlo`: plans random draws of the numbers that vary.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;
@@ -51,7 +51,7 @@ pub struct Args {
     pub running: Running,
 }
 
-/// Runs the command.
+/// Runs `slew monte-carlo` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let SpecArgs { spec, reading } = &args.spec;
     let batch = Batch::of_dispersion(base(spec, reading)?)?;

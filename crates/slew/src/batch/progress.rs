@@ -1,20 +1,20 @@
-//! The progress of a batch: cases, rate, remaining time.
+//! The progress lines of a batch: finished cases, cases per second, remaining time.
 
 use crate::Console;
 use slewkit::numerics::figures::significant;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-/// The interval between progress lines without a terminal.
+/// The interval between progress lines if stderr is not a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
-/// The progress of a run.
+/// The progress of a batch.
 pub struct Progress {
     cases: u64,
-    /// Results that were there before.
+    /// The number of results that the file contained before this run.
     before: u64,
     began: Instant,
-    /// The time of the last progress line, if lines are printed without a terminal.
+    /// The time of the last progress line, if `--progress` requests lines without a terminal.
     told: Option<Cell<Instant>>,
 }
 
@@ -24,8 +24,8 @@ impl Progress {
         Self { cases, before, began, told: insist.then(|| Cell::new(began)) }
     }
 
-    /// Reports the progress if the interval has passed; `done` and failed cases, those from before
-    /// among them.
+    /// Prints the progress if the interval has passed. `done` and `failed` count the results from
+    /// before this run too.
     pub fn tell(&self, console: &mut Console, (done, failed): (u64, u64)) {
         if console.shows_progress() {
             console.progress(|| self.text(done, failed));
@@ -45,7 +45,7 @@ impl Progress {
     }
 }
 
-/// Returns a span of time as text.
+/// Formats a time span \[s\].
 pub fn span(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

@@ -11,23 +11,23 @@ use slewkit_files::spec::escape;
 use slewkit_report::told_of_cases;
 use std::path::PathBuf;
 
-/// The data of the summary.
+/// The data of the summary of a batch.
 pub struct Facts<'a> {
     pub asked: &'a Asked<'a>,
     pub header: &'a Header,
     pub shard: Shard,
     pub tally: &'a Tally,
-    /// Results that were there before.
+    /// The number of results that the file contained before this run.
     pub done: u64,
     pub seconds: f64,
     pub threads: usize,
     pub output: Option<PathBuf>,
     pub stopped: bool,
-    /// Whether the old contents of the file were discarded.
+    /// True if `--force` discarded the old contents of the file.
     pub forced: bool,
 }
 
-/// Returns the summary.
+/// Returns the text of the summary.
 pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     let Facts { header, shard, tally, stopped, .. } = facts;
     let cases = shard.count(header.cases);
@@ -76,7 +76,8 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     lines.join("\n")
 }
 
-/// Returns the command that plans one case alone: the first that failed, else the costliest.
+/// Returns the command that plans one case alone: the first failed case or, if no case failed, the
+/// costliest one.
 fn again(facts: &Facts<'_>) -> Option<String> {
     let failures = facts.tally.statuses.iter().filter(|(status, _)| *status != "solved");
     let failed = failures.filter_map(|(_, (_, first))| first.first().copied()).min();

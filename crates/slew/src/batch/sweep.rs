@@ -1,4 +1,4 @@
-//! `slew sweep`: a grid over some keys.
+//! `slew sweep`: plans a grid of values of some keys.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;
@@ -30,7 +30,7 @@ pub struct Args {
     pub running: Running,
 }
 
-/// Runs the command.
+/// Runs `slew sweep` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let SpecArgs { spec, reading } = &args.spec;
     let axes = args.over.iter().map(|text| Axis::parse(text)).collect::<Result<Vec<_>, _>>()?;

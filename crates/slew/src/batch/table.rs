@@ -1,4 +1,4 @@
-//! `slew batch`: a table of cases, or a folder of specs.
+//! `slew batch`: plans a table of cases, or a folder of specs.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;
@@ -38,7 +38,7 @@ pub struct Args {
     pub running: Running,
 }
 
-/// Runs the command.
+/// Runs `slew batch` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let SpecArgs { spec, reading } = &args.spec;
     let path = word(&spec.to_string_lossy());

@@ -10,15 +10,15 @@ use slewkit::plan::Observer;
 #[cfg(feature = "sdp")]
 use slewkit_report::studies::methods::{Global, global};
 
-/// A bound, or the reason for its absence, in words and as a document.
+/// A lower bound, or the reason why it is absent, as lines of the summary and as JSON.
 pub struct Bound {
-    /// Lines of the summary.
+    /// The lines of the summary.
     pub lines: Vec<String>,
-    /// The value of `bound`: the numbers, or `reason`.
+    /// The value of the key `bound` in JSON: the numbers, or `reason`.
     pub document: serde_json::Value,
 }
 
-/// Refuses the bound if this program was built without it.
+/// Returns an error if the program was built without the feature `sdp`, which computes the bound.
 pub fn available() -> Result<(), Failure> {
     if cfg!(feature = "sdp") {
         return Ok(());
@@ -31,14 +31,15 @@ pub fn available() -> Result<(), Failure> {
     ))
 }
 
-/// Returns the failure of [`available`].
+/// Returns the error of [`available`], because this build has no bound.
 #[cfg(not(feature = "sdp"))]
 pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
     available()?;
     Err(Failure::Internal("a bound without semidefinite programs".into()))
 }
 
-/// Returns the bound of `problem` on `steps` steps.
+/// Computes the global lower bound of `problem` on a grid of `steps` steps, a plan on this grid,
+/// and the gap between them.
 #[cfg(feature = "sdp")]
 pub fn bound(
     problem: &Problem,

@@ -1,4 +1,4 @@
-//! Integrators side by side on the bodies of a simulation spec: tables, JSON and figures.
+//! The comparison of integrators on the bodies of a simulation spec, as tables, JSON and figures.
 
 use super::{Args, page};
 use crate::{Console, Exit, Failure, Message, Tone, headline, interrupt, summary};
@@ -44,13 +44,13 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// Returns whether any option is given.
+    /// Returns whether the command line gives any of these options.
     pub fn any(&self) -> bool {
         let lists = [&self.step, &self.horizon, &self.error];
         self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
     }
 
-    /// Returns the files of the figures, checked before any work; none that is `spec`.
+    /// Returns the target files of the figures. Checks before any work that none of them is `spec`.
     fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
         let Some(folder) = &self.figures else { return Ok(Vec::new()) };
         if !folder.exists() {
@@ -67,7 +67,8 @@ impl StudyArgs {
         FIGURES.iter().map(target).collect()
     }
 
-    /// Builds the failure of a study; it is a usage error if the command line gives the numbers.
+    /// Builds the failure of a study. It is a usage error if the wrong numbers come from the
+    /// command line.
     fn refusal(&self, error: &StudyError) -> Failure {
         if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
             return Failure::Usage(format!("--step, --horizon, --error: {error}"));
@@ -76,7 +77,7 @@ impl StudyArgs {
         Failure::Problem(Message::new("E0124", error.to_string(), remedy))
     }
 
-    /// Returns the requested comparison.
+    /// Returns the comparison that the options request.
     fn asked(&self) -> Asked {
         Asked {
             kinds: self.integrators.clone(),
@@ -125,7 +126,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
         interrupted: found.interrupted,
     };
     args.report.print(&document)?;
-    // The gaps of an interrupted comparison would look like results.
+    // Figures of an interrupted comparison would have gaps that look like results.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
         for (figure, target) in drawn.iter().zip(&targets) {
@@ -139,7 +140,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     Ok(exit)
 }
 
-/// Returns the outlines of the bodies.
+/// Returns the outlines of the bodies for figures of their motion.
 fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
     let outline = |(name, shape): (&String, &Option<BodyShape>)| match shape {
         Some(BodyShape::Dumbbell(dumbbell)) => Outline::dumbbell(name, dumbbell),

@@ -1,5 +1,5 @@
-//! `slew compare`: the methods or the objectives side by side on the maneuver of a spec, the
-//! integrators on a simulation.
+//! `slew compare`: compares methods or objectives on the maneuver of a spec, or integrators on a
+//! simulation.
 
 mod bound;
 mod integrators;
@@ -77,8 +77,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the file of the page, checked before any work: it replaces neither the spec nor the
-    /// `files` that this names.
+    /// Returns the target file of the page; `None` without `--report`. Checks before any work that
+    /// it replaces neither the spec nor one of the `files` that the spec names.
     fn target(&self, files: &[PathBuf]) -> Result<Option<Target>, Failure> {
         let inputs: Vec<&Path> =
             std::iter::once(&self.spec.spec).chain(files).map(PathBuf::as_path).collect();
@@ -87,8 +87,8 @@ impl Args {
     }
 }
 
-/// Writes the page of a comparison, if requested: its document, and the data that no document
-/// holds.
+/// Writes the page of a comparison, if requested, from the JSON document and the motions and errors
+/// that the document does not contain.
 fn page(
     target: Option<&Target>,
     document: &impl Serialize,
@@ -104,10 +104,10 @@ fn page(
     report::write(target, &comparison_page(&file), console)
 }
 
-/// The program that wrote a comparison.
+/// The name and version of the program, for the JSON document.
 const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
-/// Runs the command.
+/// Runs `slew compare` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if args.bound {
         bound::available()?;

@@ -1,4 +1,5 @@
-//! The plans of least time, fuel and effort of one maneuver, in words and as a document.
+//! The comparison of the minimum-time, minimum-fuel and minimum-effort plans of one maneuver, as
+//! text and as JSON.
 
 use super::{Args, GENERATOR, page};
 use crate::plan::{Watcher, refusal};
@@ -12,13 +13,13 @@ use slewkit_report::draw::table;
 use slewkit_report::studies::objectives::{ObjectiveRun, STRETCH, compare};
 use slewkit_report::studies::ways::{self, WayRun};
 
-/// Compares the objectives.
+/// Compares the objectives, prints the result, and writes the page.
 pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, Failure> {
     let Loaded { problem, settings, identity, .. } = loaded;
     let target = args.target(&loaded.files)?;
     interrupt::watch();
-    // A maneuver whose inputs switch has several methods, which come before the objectives unless
-    // only these are requested.
+    // For a minimum-time or minimum-fuel maneuver, the comparison of the methods comes first,
+    // unless only the objectives are requested.
     let ways = (problem.switches() && !args.objectives)
         .then(|| ways::compare(problem, settings, &mut Watcher(console)).map_err(refusal))
         .transpose()?;
@@ -72,15 +73,15 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     Ok(if status == Status::Solved { Exit::Solved } else { Exit::Plan(status) })
 }
 
-/// Returns `Solved` if a run is solved; otherwise the status of the first run that could be
-/// planned.
+/// Returns the status of the comparison: the first `Solved` or `Interrupted` among the runs;
+/// otherwise the status of the first run that could be planned.
 fn status(runs: &[ObjectiveRun]) -> Status {
     let mut known = runs.iter().filter_map(|run| run.status);
     let first = known.clone().next().unwrap_or(Status::NotConverged);
     known.find(|status| matches!(status, Status::Solved | Status::Interrupted)).unwrap_or(first)
 }
 
-/// Returns a header, and a row per way.
+/// Returns the table of methods: a header, and one row for each method.
 fn ways_told(runs: &[WayRun]) -> Vec<Vec<String>> {
     let header = ["way", "", "duration / s", "cost", "switches", "gap", "smoothing", "misses / deg", "time"];
     let row = |run: &WayRun| {
@@ -102,7 +103,7 @@ fn ways_told(runs: &[WayRun]) -> Vec<Vec<String>> {
     std::iter::once(header.map(String::from).to_vec()).chain(runs.iter().map(row)).collect()
 }
 
-/// Returns a header, and a row per objective.
+/// Returns the table of objectives: a header, and one row for each objective.
 fn rows(runs: &[ObjectiveRun]) -> Vec<Vec<String>> {
     let header = ["least", "", "duration / s", "effort", "fuel", "switches", "gap", "time"].map(String::from);
     let row = |run: &ObjectiveRun| {

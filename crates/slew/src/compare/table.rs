@@ -1,4 +1,4 @@
-//! The comparison in words: a table, and its conclusions.
+//! The summary of a comparison of methods: a table, and its conclusions.
 
 use crate::summary::scheme;
 use crate::{Console, Lines, Tone, headline, line};
@@ -63,7 +63,8 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
     lines
 }
 
-/// Describes the result of a method before it started from a cheaper answer.
+/// Describes the result that a method found by itself, before it was started from the cheaper plan
+/// of another method.
 fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
@@ -73,7 +74,7 @@ fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     )
 }
 
-/// Returns a header, and a row per method.
+/// Returns the table of methods: a header, and one row for each method.
 fn rows(runs: &[MethodRun]) -> Vec<Vec<String>> {
     let header = ["method", "", "cost", "terminal", "KKT", "subproblems", "Newton", "time"].map(String::from);
     let row = |run: &MethodRun| {
@@ -135,7 +136,7 @@ fn started(from_duals: &FromDuals) -> String {
     }
 }
 
-/// Returns the active limits, from the first method that reports them.
+/// Returns the lines about active limits, from the first method that reports them.
 fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
     let solved =

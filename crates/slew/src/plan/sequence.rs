@@ -1,4 +1,4 @@
-//! `slew plan` of a spec with stops.
+//! `slew plan` for a spec with stops.
 
 use super::super::{Console, Destination, Exit, Failure, Message, export, interrupt, report, summary};
 use super::{Args, Watcher};
@@ -10,7 +10,7 @@ use slewkit_files::formats;
 use slewkit_files::spec::{LoadedSequence, escape};
 use slewkit_report::{sequence_page, summary::sequence};
 
-/// Plans a sequence, and writes what is asked for.
+/// Plans a sequence, prints its summary, and writes the requested files.
 pub(super) fn run(
     args: &Args,
     loaded: &LoadedSequence,
@@ -33,7 +33,7 @@ pub(super) fn run(
     let file = SequenceFile::new(loaded, &plan);
     let mut lines = sequence::sequence(console.colour, &file, loaded);
     if file.record.status == Status::Solved {
-        // Sequences have no details.
+        // Sequences have no details of the search, so `next` does not suggest them.
         let flies = loaded.closed_loop.uncertainty.is_some();
         lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, flies)));
     }

@@ -9,20 +9,20 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::Loaded;
 use std::path::Path;
 
-/// The relative difference of two equal durations, and the difference in seconds of two equal
-/// epochs.
+/// The relative difference up to which two durations count as equal, and the difference up to which
+/// two epochs count as equal \[s\].
 const SAME: f64 = 1e-9;
 const SAME_MOMENT: f64 = 1e-3;
 
-/// A plan to begin from.
+/// A plan from which the rest of the maneuver is replanned.
 pub struct Warm<'a> {
     path: &'a Path,
     replanner: Replanner,
     at: f64,
 }
 
-/// Reads the plan at `path`, from a time \[s\] of which `problem` starts; that time is the epoch
-/// of the rest.
+/// Reads the plan at `path`. `problem` starts from the state of the craft at the time `at` of this
+/// plan \[s\], by default 0. Sets the epoch of `identity` to that time.
 pub fn begun<'a>(
     path: &'a Path,
     at: Option<f64>,
@@ -77,7 +77,8 @@ fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option
 }
 
 impl Warm<'_> {
-    /// Replans the rest of the maneuver; returns the rest, its plan, and its report.
+    /// Replans the rest of the maneuver. Returns the remaining maneuver, its plan, and a sentence
+    /// on how it was found.
     pub fn plan(
         &self,
         problem: &Problem,
@@ -101,7 +102,7 @@ impl Warm<'_> {
     }
 }
 
-/// Builds the failure of a plan from which replanning is impossible, with the remedy.
+/// Builds the failure for a plan that cannot be replanned, with the remedy.
 fn refused(path: &Path, error: &NotReplanned) -> Failure {
     let remedy = match error {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),

@@ -2,21 +2,22 @@
 
 use slewkit::mechanics::Symmetry;
 
-/// The common properties of all rows of a simulation.
+/// The properties that all rows of a simulation share.
 pub struct Layout {
     pub name: String,
     pub integrator: &'static str,
     pub bodies: Vec<String>,
-    /// Whether each body has position and velocity.
+    /// For each body, true if it has position and velocity.
     pub moves: Vec<bool>,
     pub duration: f64,
     pub steps: u64,
     pub stride: u64,
     /// The symmetry that determines the conserved momenta.
     pub symmetry: Symmetry,
-    /// Whether the energy is: no inputs work.
+    /// True if the energy is conserved, because no inputs do work.
     pub keeps_energy: bool,
-    /// Momentum of each reaction wheel at the start, and its rate of change under the held inputs.
+    /// For each reaction wheel, its momentum at the start [N·m·s], and the constant rate of change
+    /// under the held inputs [N·m].
     pub wheels: Vec<(f64, f64)>,
 }
 
@@ -26,7 +27,7 @@ impl Layout {
         self.moves.contains(&true)
     }
 
-    /// Returns the momentum of each wheel [N·m·s].
+    /// Returns the momentum of each wheel at `time` [N·m·s].
     pub fn wheel_momenta(&self, time: f64) -> Vec<f64> {
         self.wheels.iter().map(|(start, rate)| start + time * rate).collect()
     }

@@ -1,18 +1,18 @@
-//! The limits that the held inputs of a maneuver exceed.
+//! The check of the held inputs of a simulated maneuver against its limits.
 
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::numerics::figures::significant;
 
-/// Returns the momentum of each reaction wheel at the start, and its rate of change, which is
-/// opposite to the rate of change of the body's momentum.
+/// Returns the momentum of each reaction wheel at the start [N·m·s], and its rate of change [N·m],
+/// which is the negative of the torque on the body.
 pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64)> {
     let Some(wheels) = &problem.actuation.wheels else { return Vec::new() };
     let torque = |wheel: usize| inputs.map_or(0.0, |inputs| inputs.get(wheel).copied().unwrap_or(0.0));
     wheels.momentum.iter().enumerate().map(|(wheel, momentum)| (*momentum, -torque(wheel))).collect()
 }
 
-/// Returns the limits that `inputs` exceed, in words. The number of inputs may be wrong.
+/// Describes the limits that `inputs` exceed. The function accepts a wrong number of inputs.
 pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
     let given = inputs.filter(|inputs| inputs.len() == problem.actuation.count());
     let momenta = wheel_momenta(problem, inputs);
@@ -47,11 +47,12 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                     ));
                 }
             }
-            // The inputs are held.
+            // Held inputs do not change, so the limit on their rate of change is kept.
             LimitKind::Rate => {}
             LimitKind::WheelMomentum => {
                 for (index, ((start, rate), bound)) in momenta.iter().zip(bounds).enumerate() {
-                    // Linear in time: outside from when it crosses one of ±bound.
+                    // The momentum is linear in time. It exceeds its limit from the time at which
+                    // it crosses +bound or −bound.
                     let crossing = (bound - start * rate.signum()) / rate.abs();
                     if rate.abs() > 0.0 && problem.duration.known().is_none_or(|duration| crossing < duration)
                     {

@@ -1,5 +1,5 @@
-//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row
-//! after row.
+//! `slew simulate`: propagates the bodies of a spec from their start, without optimisation, and
+//! writes row after row.
 
 mod layout;
 mod limits;
@@ -67,13 +67,14 @@ pub struct Args {
     pub inputs: Option<Vec<f64>>,
 }
 
-/// Rows of one JSON document, one for each body, held in memory.
+/// The largest number of rows of a JSON document, counted for each body. These rows are held in
+/// memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
 
-/// The formats for a motion of bodies.
+/// The formats in which a simulation can be written.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Jsonl, Format::Csv];
 
-/// Runs the command.
+/// Runs `slew simulate` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&FORMATS, &[&args.spec.spec])?;
     let motion = match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
@@ -152,23 +153,24 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(stopped.map_or(Exit::Solved, |(exit, _)| exit))
 }
 
-/// A motion and its method.
+/// The motion to propagate: the layout of its rows, and its propagator.
 struct Motion {
     layout: Layout,
     carrier: Carrier,
 }
 
-/// The propagator.
+/// The propagator of a motion.
 enum Carrier {
-    /// Bodies by an integrator.
+    /// One body or several, propagated by an integrator.
     Integrator(Box<Simulation>),
-    /// A body with reaction wheels under these inputs, by the witnesses' equations.
+    /// A body with reaction wheels under the given held inputs, propagated by the equations of the
+    /// witnesses.
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// The reason of an early end of the motion.
+/// The reason why a motion ended early.
 enum Ended {
-    /// A number became infinite or NaN: the rows before it are kept.
+    /// A number became infinite or NaN. The rows before it are kept.
     NotFinite(Message),
     /// The motion cannot be propagated.
     Failed(Failure),
@@ -184,7 +186,8 @@ impl Ended {
 }
 
 impl Motion {
-    /// Builds the motion of the bodies. `keeps_energy` states that no inputs do work.
+    /// Builds the motion of the bodies of a simulation. `keeps_energy` states that no inputs do
+    /// work.
     fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
         let layout = Layout {
             name: simulation.name.clone(),
@@ -236,7 +239,8 @@ impl Motion {
             duration,
             steps,
             stride,
-            // Torques of wheels are internal: they act between wheels and body.
+            // The torques of wheels are internal, so they do not break the symmetry of the
+            // environment.
             symmetry: problem.environment.symmetry(),
             keeps_energy: !works(inputs),
             wheels: limits::wheel_momenta(problem, inputs),
@@ -265,28 +269,28 @@ impl Motion {
     }
 }
 
-/// Returns whether inputs change the energy.
+/// Returns whether any input is not zero and can therefore change the energy.
 fn works(inputs: Option<&[f64]>) -> bool {
     inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
 
-/// A simulation whose rows go to an output.
+/// A simulation that is being written to an output.
 struct Job<'a> {
     motion: &'a Motion,
     seen: Option<Seen>,
     run: Option<Run>,
-    /// The reason for which the motion could not be propagated to its end: the output is then
-    /// discarded.
+    /// The reason why the motion could not be propagated to its end. The output is then discarded.
     failure: Option<Failure>,
-    /// The exit code of an early end, and the steps until then: before Ctrl-C, or up to the last
-    /// row with finite numbers.
+    /// If the motion ended early, the exit code and the number of steps until then: before Ctrl-C,
+    /// or up to the last row with finite numbers.
     stopped: Option<(Exit, u64)>,
-    /// The message for the user.
+    /// The message for the user about an early end.
     message: Option<Message>,
 }
 
 impl Job<'_> {
-    /// Runs the motion and writes it. A motion that ended early is written up to its last row.
+    /// Propagates the motion and writes its rows. A motion that ends early is written up to its
+    /// last row.
     fn run(
         &mut self,
         format: Format,
@@ -331,7 +335,7 @@ impl Job<'_> {
     }
 }
 
-/// Takes the rows to the output.
+/// The observer of a simulation that writes its rows to the output.
 struct Writer<'l, 'a> {
     layout: &'l Layout,
     format: Format,
@@ -340,7 +344,7 @@ struct Writer<'l, 'a> {
     seen: Option<Seen>,
     result: Result<(), ExportError>,
     stopped: Option<u64>,
-    /// Steps made, and steps up to the last row.
+    /// The number of steps that were made.
     made: u64,
     at_row: u64,
     progress: ProgressLine<'a>,
@@ -357,7 +361,7 @@ impl Observer for Writer<'_, '_> {
             }
             Format::Csv => self.recorder.write_csv(row, self.output),
             Format::Jsonl => self.recorder.write_jsonl(row, self.output),
-            // The others are refused.
+            // Other formats have been refused before.
             _ => Ok(()),
         };
         if self.result.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -374,8 +378,8 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and the step of the next check of the clock: a check costs as much as a short
-/// step.
+/// The progress line, and the step at which the clock is read next. Reading the clock costs as much
+/// as a short step, so it is read rarely.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,
@@ -394,7 +398,7 @@ impl<'a> ProgressLine<'a> {
         if made < self.next {
             return;
         }
-        // Looks at the clock a few times for each line that it shows.
+        // The stride is chosen so that the clock is read a few times for each progress line.
         self.stride =
             if self.console.is_due() { (self.stride / 4).max(1) } else { (2 * self.stride).min(1 << 20) };
         let (share, elapsed) = (made as f64 / self.steps as f64, self.began.elapsed().as_secs_f64());

@@ -1,8 +1,8 @@
-//! Rows of a simulation as CSV, JSON lines and one JSON document, all three from one list of
-//! fields.
+//! Writes the rows of a simulation as CSV, JSON lines or one JSON document, all three from one list
+//! of fields.
 //!
-//! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a
-//! table, and a list `bodies` in JSON.
+//! The columns and keys of a single body have no prefix. With several bodies, columns of a table
+//! have the prefixes `body1_`, `body2_` and so on, and JSON has a list `bodies`.
 
 use super::layout::Layout;
 use super::report::Seen;
@@ -17,15 +17,16 @@ use std::io::Write;
 /// A quantity of a row.
 #[derive(Clone, Debug, PartialEq)]
 struct Field {
-    /// The index of the body to which the quantity belongs.
+    /// The index of the body to which the quantity belongs; `None` for a quantity of the whole
+    /// system.
     body: Option<usize>,
-    /// Key of the quantity in JSON.
+    /// The key of the quantity in JSON.
     key: String,
-    /// Columns of the quantity in a table.
+    /// The names of the quantity's columns in a table.
     columns: Vec<String>,
-    /// Whether the quantity is one number, not a list.
+    /// True if the quantity is one number; false if it is a list.
     scalar: bool,
-    /// Index of the first number of the quantity in the row.
+    /// The index of the quantity's first number in a row.
     at: usize,
 }
 
@@ -68,7 +69,7 @@ fn fields(layout: &Layout) -> Vec<Field> {
     fields
 }
 
-/// Adds the numbers of a row in the order of the fields.
+/// Appends the numbers of a row to `numbers`, in the order of the fields.
 fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
     numbers.push(row.time);
     for (body, moves) in row.bodies.iter().zip(&layout.moves) {
@@ -89,13 +90,13 @@ fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
     numbers.push(*orthogonality);
 }
 
-/// Writes rows, or holds them until the document is written.
+/// Writes rows, or holds them in memory until the JSON document is written.
 pub struct Recorder<'a> {
     layout: &'a Layout,
     fields: Vec<Field>,
-    /// Numbers of a row.
+    /// The number of values in a row.
     width: usize,
-    /// The numbers of the last row, or of all rows that are held.
+    /// The values of the last row, or of all rows that are held.
     numbers: Vec<f64>,
 }
 
@@ -106,30 +107,30 @@ impl<'a> Recorder<'a> {
         Self { layout, fields, width, numbers: Vec::new() }
     }
 
-    /// Writes the first line of the table.
+    /// Writes the header of the table.
     pub fn write_header(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         let columns: Vec<&str> =
             self.fields.iter().flat_map(|field| &field.columns).map(String::as_str).collect();
         Ok(writeln!(output, "{}", columns.join(","))?)
     }
 
-    /// Writes one line of the table.
+    /// Writes a row as one line of the table.
     pub fn write_csv(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
-        // The debug form of a float is the shortest that reads back to the same bits.
+        // The debug format of a float is the shortest text that reads back to the same bits.
         write!(output, "{:?}", self.numbers[0])?;
         self.numbers[1..].iter().try_for_each(|number| write!(output, ",{number:?}"))?;
         Ok(writeln!(output)?)
     }
 
-    /// Writes one line, an object.
+    /// Writes a row as one line with a JSON object.
     pub fn write_jsonl(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
         serde_json::to_writer(&mut *output, &self.object(false))?;
         Ok(writeln!(output)?)
     }
 
-    /// Holds a row for the document.
+    /// Holds a row in memory for the JSON document.
     pub fn hold(&mut self, row: &SimulationRow) {
         add_numbers(self.layout, row, &mut self.numbers);
     }
@@ -144,8 +145,8 @@ impl<'a> Recorder<'a> {
         Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
     }
 
-    /// Writes all held rows, with the result of the run; `interrupted` has the exit code of the
-    /// program, and the steps made.
+    /// Writes the JSON document with all held rows and the result of the run. `interrupted` has the
+    /// exit code and the number of steps of a run that ended early.
     pub fn write_document(
         &self,
         run: Option<&Run>,
@@ -171,10 +172,11 @@ impl<'a> Recorder<'a> {
             order if some: run.map(|run| run.facts.order),
             symplectic if some: run.map(|run| run.facts.symplectic),
             force_evaluations if some: run.map(|run| run.work.force_evaluations),
-            // The only key that differs between two runs.
+            // This is the only key whose value differs between two runs.
             stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
             errors if some: seen.map(|seen| seen.totals),
-            // The first two bodies that came within reach: nearer than the sum of their reaches.
+            // The first encounter of two bodies: they came nearer to each other than the sum of
+            // their sizes.
             encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
         };
@@ -182,21 +184,22 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// The numbers of one row, or of several rows in order.
+/// The values of one row, or of several rows in order.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     numbers: &'a [f64],
     width: usize,
-    /// A list per key, instead of the value of the one row.
+    /// True to write a list of values for each key; false to write the value of a single row.
     several: bool,
 }
 
-/// A JSON object of fields; the fields of several bodies are a list of objects in it.
+/// A JSON object with the fields of a row. The fields of several bodies are a list of objects in
+/// it.
 struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,
     bodies: &'a [String],
-    /// The name that precedes the fields.
+    /// The name of the body, which precedes the fields; `None` for the whole system.
     name: Option<&'a str>,
 }
 
@@ -223,7 +226,7 @@ impl Serialize for Object<'_> {
     }
 }
 
-/// The values of a key.
+/// The values of a key, from one row or from several rows.
 struct Values<'a> {
     field: &'a Field,
     rows: Rows<'a>,

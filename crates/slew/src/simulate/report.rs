@@ -1,4 +1,5 @@
-//! The summary of a simulation: the end, the conserved quantities, and the work.
+//! The summary of a simulation: the final state, the conserved quantities, and the computational
+//! work.
 
 use super::layout::Layout;
 use crate::{Console, Exit, Lines, Tone, headline};
@@ -10,26 +11,27 @@ use slewkit::propagate::integrator::Facts;
 use slewkit::propagate::simulate::{Run, SimulationRow};
 use slewkit_files::spec::escape;
 
-/// The largest errors at the rows; they may be larger between the rows. A quantity that is not
-/// conserved has no error.
+/// The largest errors of conserved quantities over all rows. Errors between the rows may be larger.
+/// A quantity that is not conserved is `None`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Totals {
-    /// `|E − E₀|` \[J\].
+    /// The error of the energy, `|E − E₀|` \[J\].
     #[serde(skip_serializing_if = "Option::is_none")]
     energy_j: Option<f64>,
-    /// `|ΔP|` [N·s].
+    /// The error of the linear momentum, `|ΔP|` [N·s].
     #[serde(skip_serializing_if = "Option::is_none")]
     linear_momentum_n_s: Option<f64>,
-    /// `|ΔL|` [N·m·s].
+    /// The error of the angular momentum, `|ΔL|` [N·m·s].
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_n_m_s: Option<f64>,
-    /// `|Δ(d·L)|`, if only the component along `d` is conserved [N·m·s].
+    /// The error of the angular momentum about the axis d, `|Δ(d·L)|` [N·m·s], if only this
+    /// component is conserved.
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_about_axis_n_m_s: Option<f64>,
-    /// `d`, reference frame.
+    /// The axis d in the reference frame, if only the angular momentum about it is conserved.
     #[serde(skip_serializing_if = "Option::is_none")]
     axis: Option<[f64; 3]>,
-    /// `‖I − RᵀR‖`.
+    /// The error of the orthogonality of attitudes, `‖I − RᵀR‖`.
     orthogonality: f64,
 }
 
@@ -51,7 +53,7 @@ impl Totals {
     }
 }
 
-/// The extremes of the rows so far.
+/// The first row, the last row and the largest errors of the rows so far.
 pub struct Seen {
     first: SimulationRow,
     last: SimulationRow,
@@ -59,7 +61,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Bodies whose end is shown.
+    /// The largest number of bodies whose final state is shown.
     const SHOWN: usize = 4;
 
     pub fn new(row: &SimulationRow, layout: &Layout) -> Self {
@@ -70,7 +72,7 @@ impl Seen {
         self.last.clone_from(row);
         let (first, now) = (&self.first.invariants, &row.invariants);
         let totals = &mut self.totals;
-        // Written so that a NaN stays.
+        // The comparison keeps a NaN.
         let raise = |worst: &mut f64, value: f64| *worst = if value <= *worst { *worst } else { value };
         let raise_if = |worst: &mut Option<f64>, value: f64| {
             if let Some(worst) = worst {
@@ -87,8 +89,8 @@ impl Seen {
         raise(&mut totals.orthogonality, now.orthogonality);
     }
 
-    /// Formats the summary for people; `stopped` has the exit code of the program, and the number
-    /// of steps.
+    /// Formats the summary. `stopped` has the exit code and the number of steps of a run that ended
+    /// early.
     pub fn summary(
         &self,
         console: &Console,
@@ -205,7 +207,7 @@ fn in_words(facts: &Facts, symmetry: Symmetry) -> String {
 }
 
 fn list(values: &[f64]) -> String {
-    // No "-0".
+    // Adding 0 avoids the text "-0".
     let values: Vec<_> = values.iter().map(|value| significant(value + 0.0, 6)).collect();
     format!("[{}]", values.join(", "))
 }

@@ -1,4 +1,4 @@
-//! `slew verify` of the plan of a sequence.
+//! `slew verify` for the plan of a sequence.
 
 use super::super::{Console, Exit, Failure, Lines, Tone, interrupt, spec_file, summary};
 use super::{Args, misfit};
@@ -9,7 +9,7 @@ use slewkit_files::export::{ExportError, SequenceFile, SequenceJudgement};
 use slewkit_files::spec::{Spec, escape};
 use std::io::Read;
 
-/// Judges the legs, and what joins them.
+/// Checks the plan of each leg, and the joins between legs, such as states, holds and windows.
 pub(super) fn run(
     args: &Args,
     given: Option<Spec>,
@@ -75,7 +75,7 @@ pub(super) fn run(
     Ok(exit)
 }
 
-/// Returns a check that failed in words.
+/// Describes a check that failed.
 fn told(check: &Check) -> String {
     let [value, limit] = told_apart([check.value, check.limit], 2, scientific);
     format!("{}: {value}, at most {limit}", escape(&check.name))
