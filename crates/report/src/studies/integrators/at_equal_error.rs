@@ -129,8 +129,8 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
         return row(Bound::AtMost, Some(numbers(fine)));
     };
     let fine_error = error(fine).unwrap_or(level);
-    // The fraction is 0 at the coarse step and 1 at the fine step. It is 1 if the error of the fine
-    // step is exactly zero.
+    // The fraction is 0 at the coarse step and 1 at the fine step. It is also 1 if the level and
+    // the error of the fine step are both zero, so that the quotient is not a number.
     let part = (coarse_error / level).ln() / (coarse_error / fine_error).ln();
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));
