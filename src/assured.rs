@@ -1,27 +1,27 @@
-//! A plan with data for its flight: gains, covariances, and chances of limits.
+//! Plans with flight data: feedback gains, covariances, and chances of exceeding limits.
 //!
-//! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
-//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains. The room is a margin of a cone, or
-//! a reserve of a rate, of the torque of each input, or of its rate of change. The margin depends
-//! on the plan, and the plan on the margin. Both are iterated, each plan starting from the last
-//! one, until they agree.
+//! If a limit may be exceeded with the chance p, the plan keeps the distance that the closed loop
+//! needs from it: `room ≥ z σ`, `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains. The
+//! distance is a margin of a cone, or a reserve of a rate, of the torque of each input, or of its
+//! rate of change. The margin depends on the plan, and the plan on the margin. Both are iterated
+//! until they agree, and each plan is warm-started from the last one.
 //!
-//! This is the chance at an instant, to first order. The chance of exceeding a limit at any time
-//! of the motion is larger. It is not a sum over instants, because their errors are correlated:
-//! it is counted in flights of the closed loop (`closed_loop`), with equal random numbers for
-//! every plan. Several limits may have a joint chance that any of them is exceeded. They then
-//! have one z, as if each were equally likely at its worst instant. A margin shifts the distance
-//! to its own limit, so the next z is
+//! This is the chance at an instant, to first order. The chance of exceeding a limit at any time of
+//! the motion is larger. It is not a sum over instants, because their errors are correlated.
+//! Simulated flights of the closed loop count it (`closed_loop`), with equal random numbers for
+//! every plan. Several limits may have a joint chance that any of them is exceeded. They then share
+//! one z, as if each were equally likely to be exceeded at its worst instant. A margin shifts the
+//! distance to its own limit, so the next z is
 //!
 //! ```text
-//! z ← z − q ,    q: the quantile p, over the cases, of the room within the limits, in σ
+//! z ← z − q ,    q: the p-quantile, over the cases, of the distance left to the limits, in σ
 //! ```
 
 mod group;
 mod limit;
 
 use crate::closed_loop::{Plant, Proportion};
-use crate::feedback::{Gains, Kind, NoGains, SwitchingGains};
+use crate::feedback::{Gains, Kind, NoGains, RegulatorWeights, SwitchingGains};
 use crate::maneuver::{Problem, Settings, Trajectory};
 use crate::numerics::figures::significant;
 use crate::optimize::discrete::linear_plan::ticks::{of_posed_ticks, of_ticks};
@@ -33,13 +33,13 @@ use group::{Flights, Group, Needed};
 use limit::Limit;
 use thiserror::Error;
 
-/// Gains, and the time between two corrections.
+/// The design of feedback gains, and the time between two corrections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedback {
-    /// The design of the gains.
+    /// The design method of the gains.
     pub kind: Kind,
-    /// Time between two measurements, a whole number of steps, over which a correction is held
-    /// \[s\]; 0: the step.
+    /// Time between two measurements \[s\], a whole number of steps. A correction is held over this
+    /// time. 0 selects one step.
     pub every: f64,
 }
 
@@ -49,68 +49,98 @@ impl From<Kind> for Feedback {
     }
 }
 
-/// The quantities near a plan: gains, covariances and chances.
+/// The data for the flight of a plan: its linearised motion, gains, covariances and chances.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Beside {
-    /// The motion near the plan, to first order, under held torques.
+    /// The motion linearised about the plan, under torques held over each step.
     pub linear: LinearPlan,
-    /// Gains along the plan.
+    /// Feedback gains along the plan; `None` if no feedback was requested.
     pub gains: Option<Gains>,
-    /// The lengths of its arcs from other starts, if the start is corrected.
+    /// Corrections of the arc lengths for another start; `None` unless the switching times are
+    /// corrected at the start.
     pub switching: Option<SwitchingGains>,
-    /// Covariance without gains.
+    /// Covariance in open loop (without gains); `None` without an uncertainty.
     pub open: Option<Covariance>,
-    /// Covariance with the gains.
+    /// Covariance in closed loop (with the gains); `None` without gains or without an uncertainty.
     pub closed: Option<Covariance>,
-    /// The chances of the constraints, with gains if the plan has any; then the chances of the
-    /// limits of the torques, with gains.
+    /// The chances of violating each constraint, in closed loop if there are gains. The chances of
+    /// exceeding each torque limit follow, if there are gains.
     pub chances: Vec<Chance>,
 }
 
-/// The reason for which no gains or covariances near a plan are known.
+/// The reason why gains or covariances along a plan are unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NotKnown {
-    /// The motion is not linearised.
+    /// The motion could not be linearised about the plan.
     #[error("{0}")]
     Unlinearised(#[from] Unlinearised),
-    /// No gains exist.
+    /// No gains exist for this plan.
     #[error("{0}")]
     NoGains(#[from] NoGains),
-    /// A tick of the loop is not a whole number of equal steps.
+    /// A tick of the loop is not a whole number of steps of a uniform grid.
     #[error(
         "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
         {duration} s"
     )]
     Tick {
-        /// The tick.
+        /// The requested tick \[s\], as text.
         every: String,
-        /// Number of steps.
+        /// Number of steps of the plan.
         steps: usize,
-        /// The duration of all steps together.
+        /// Duration of the plan \[s\], as text.
         duration: String,
     },
 }
 
 impl Beside {
-    /// Computes the quantities near a plan of `problem`, which must be on the grid of the plan
+    /// Computes the flight data of a plan of `problem`. The problem must have the grid of the plan
     /// ([`Solution::on_grid`]).
     ///
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
     /// # Errors
-    /// [`NotKnown`].
+    /// [`NotKnown`] if gains or covariances cannot be computed for this plan.
     pub fn along(
         problem: &Problem,
         plan: &Trajectory,
         feedback: Option<Feedback>,
         uncertainty: Option<&Uncertainty>,
     ) -> Result<Self, NotKnown> {
-        // The corrections may use the reserve that the plan holds of the limits of the inputs.
+        // The corrections may use the part of the input limits that the plan reserves.
         let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
+        Self::near(problem, plan, linear, feedback, uncertainty)
+    }
+
+    /// Computes the quantities near a recorded motion of `problem`, which holds one row of inputs
+    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
+    /// `stops`, nodes in ascending order.
+    ///
+    /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
+    ///
+    /// # Errors
+    /// [`NotKnown`].
+    pub fn along_motion(
+        problem: &Problem,
+        motion: &Trajectory,
+        stops: Vec<usize>,
+        feedback: Option<Feedback>,
+        uncertainty: Option<&Uncertainty>,
+    ) -> Result<Self, NotKnown> {
+        let linear = LinearPlan::recorded(&problem.of_craft(), motion, stops)?;
+        Self::near(problem, motion, linear, feedback, uncertainty)
+    }
+
+    fn near(
+        problem: &Problem,
+        plan: &Trajectory,
+        linear: LinearPlan,
+        feedback: Option<Feedback>,
+        uncertainty: Option<&Uncertainty>,
+    ) -> Result<Self, NotKnown> {
         let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
         let switching = match feedback.map(|feedback| feedback.kind) {
-            // The effect of the correction at the start on a covariance is unknown.
+            // The effect of the correction at the start on the covariance is unknown.
             Some(Kind::Switching(_)) if uncertainty.is_some() => return Err(NoGains::MovedStart.into()),
             Some(Kind::Switching(_)) => Some(SwitchingGains::along(problem, plan)?),
             _ => None,
@@ -132,10 +162,20 @@ impl Beside {
 }
 
 impl Feedback {
-    /// The part of a step by which a tick may differ from a whole number of steps.
+    /// Returns this feedback with `weights` for a regulator without weights of its own.
+    #[must_use]
+    pub fn with_default_weights(self, weights: RegulatorWeights) -> Self {
+        let kind = match self.kind {
+            Kind::Tvlqr(None) => Kind::Tvlqr(Some(weights)),
+            kind => kind,
+        };
+        Self { kind, ..self }
+    }
+
+    /// Fraction of a step by which a tick may deviate from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
-    /// Returns the number of steps in a tick, for a plan with these nodes \[s\].
+    /// Returns the number of steps per tick for a plan whose nodes are at these times \[s\].
     fn steps(&self, times: &[f64]) -> Result<usize, NotKnown> {
         let (duration, count) = (times[times.len() - 1], times.len() - 1);
         let step = duration / count as f64;
@@ -161,11 +201,11 @@ impl Feedback {
         Ok(gains.held_over(every, linear.count()))
     }
 
-    /// Designs gains along a plan without a covariance: for a body that translates, or with
-    /// torques fixed in the reference frame ([`PosedPlan::is_of`]).
+    /// Designs gains for plans whose covariance is not available: the body translates, or torques
+    /// are fixed in the reference frame ([`PosedPlan::is_of`]).
     ///
     /// # Errors
-    /// [`NotKnown`].
+    /// [`NotKnown`] if the plan cannot be linearised or no gains exist.
     pub fn along_pose(&self, problem: &Problem, plan: &Trajectory) -> Result<Gains, NotKnown> {
         let linear = PosedPlan::flown(&problem.of_craft(), plan)?;
         let every = self.steps(&plan.time)?;
@@ -174,118 +214,121 @@ impl Feedback {
     }
 }
 
-/// A chance that limits are to keep.
+/// An upper bound on the chance of exceeding one or several limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept<'a> {
-    /// Names of constraints, and of limits of the torques as reports call them ("torque limit").
-    /// Over an instant each keeps the chance, over a motion all together.
+    /// Names of constraints, and of torque limits as reports call them ("torque limit"). Each limit
+    /// keeps the bound if it refers to an instant; all limits together keep it if it refers to the
+    /// motion.
     pub limits: Vec<&'a str>,
-    /// Largest chance allowed of exceeding the limit, or any of several limits.
+    /// Largest allowed chance of exceeding the limit, or any of several limits.
     pub at_most: f64,
-    /// The time to which the chance refers.
+    /// The times to which the chance refers: each instant, or the whole motion.
     pub over: Over,
 }
 
-/// The time to which a chance refers.
+/// The times to which a chance refers: each instant, or the whole motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
-    /// The chance at the node with the largest chance, to first order.
+    /// The chance at the worst node, to first order.
     Instant,
-    /// The chance at any time of the motion, also between the nodes, counted in flights with this
-    /// plant.
+    /// The chance of exceeding a limit at any time of the motion, also between the nodes. It is
+    /// counted in simulated flights with this plant.
     Motion(Plant),
 }
 
 impl Over {
-    /// The least chance of a motion that can be counted.
+    /// The smallest chance over a motion that flights can count.
     pub const LEAST: f64 = 1e-4;
 
-    /// Number of flown cases that are expected to violate a constraint. This number gives the
-    /// chance to a tenth.
+    /// Number of violations that the flights should contain, so that the chance is known to about a
+    /// tenth.
     const VIOLATING: f64 = 100.0;
 
-    /// The least number of violations that the flights of long plans should count.
+    /// Smallest number of violations that the flights of long plans should contain.
     const FEWEST: f64 = 20.0;
 
-    /// The number of steps that are flown for a plan: some seconds.
+    /// Number of steps that all flights of a plan may have together, which take some seconds.
     const STEPS: f64 = 2e7;
 
-    /// Returns the number of flights that count a chance along a plan of this many steps.
+    /// Returns the number of flights that count a chance along a plan with this number of steps.
     fn flights(chance: f64, steps: usize) -> usize {
         let most = Self::STEPS / steps.max(1) as f64;
         (Self::VIOLATING / chance).min(most).max(Self::FEWEST / chance).ceil() as usize
     }
 }
 
-/// The part of a limit that a plan holds in reserve.
+/// The reserve of a limit: the part of it that a plan leaves unused.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Held {
     /// The name of the limit.
     pub name: String,
-    /// The limited quantity.
+    /// The physical quantity that is limited.
     pub quantity: Quantity,
-    /// The reserve: one number for a cone or a norm, else one for each component or input, SI.
+    /// The reserve of each part of the limit, SI. A cone and a norm have one part; other limits
+    /// have one part per component or input.
     pub parts: Vec<f64>,
-    /// The limits of the craft for each part; infinite for a cone.
+    /// The limit of the craft for each part, SI; infinite for a cone.
     pub bounds: Vec<f64>,
 }
 
-/// The result of the iteration of margins.
+/// The result of the iteration over plans and their margins.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
-    /// The reserve of each limit with a chance, in their order.
+    /// The reserve of each limit that has a chance, in the order of the chances.
     pub held: Vec<Held>,
-    /// Cost of the plan without margins.
+    /// Cost of the plan that keeps no margins.
     pub cost_without: f64,
-    /// Plans until margins and covariances agreed.
+    /// Number of plans computed.
     pub plans: usize,
-    /// Whether margins and covariances agreed. If not, the plan is the last of [`Margins::plans`].
+    /// Whether margins and covariances agreed. If not, the returned plan is the last one computed.
     pub agreed: bool,
-    /// For each chance over the motion: the proportion of flights that exceed a limit.
+    /// The counted proportion of flights that exceed a limit, for each chance; `None` for chances
+    /// at an instant.
     pub counted: Vec<Option<Proportion>>,
 }
 
-/// The reason for which chances cannot be kept.
+/// The reason why chances cannot be kept.
 #[derive(Clone, Debug, Error)]
 pub enum NotKept {
-    /// A plan without margins, or with those that the chances take, cannot be attempted.
+    /// Planning is impossible without margins, or with the margins that the chances require.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// No limit has this name.
+    /// No constraint and no torque limit has this name.
     #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
-    /// The requested reserve of a limit exceeds the limit.
+    /// The reserve that the chance requires is not smaller than the limit.
     #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]
     Reserve {
         /// Name of the limit.
         name: String,
-        /// The component or input, in words.
+        /// The component or input to which the reserve belongs, in words.
         part: String,
-        /// Value of the limit.
+        /// Value of the limit, as text.
         bound: String,
-        /// The required reserve.
+        /// Required reserve, as text.
         needed: String,
-        /// The unit of the reserve and of the limit.
+        /// The unit of limit and reserve.
         unit: &'static str,
     },
 }
 
-/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or
-/// three times.
+/// Largest number of plans. Each plan reduces the error of the margins by a factor of some tens,
+/// and flights are counted two or three times.
 const MOST_PLANS: usize = 24;
 
-/// Plans after which margins only grow: where two instants take turns as the worst, the larger of
-/// their margins is kept.
+/// Number of plans after which margins can only grow. If two instants alternate as the worst one,
+/// the larger of their margins is then kept.
 const TURNS: usize = 12;
 
-/// Plans a maneuver with chance constraints. Also returns the maneuver with the margins that the
-/// chances need.
+/// Plans a maneuver with chance constraints. Returns the maneuver with the margins that the chances
+/// need, its plan, and the result of the iteration.
 ///
 /// # Errors
 /// [`NotKept`]: the errors of [`plan::plan`], an end that is too near to a limit for its chance, or
-/// a chance that needs more than the whole limit.
+/// a reserve that would use up the whole limit.
 pub fn plan(
     problem: &Problem,
     settings: &Settings,
@@ -318,8 +361,8 @@ pub fn plan(
         };
         let mut needed = all_needed(&groups);
         if agree(&groups, &needed) {
-            // Flights are counted once margins and deviations belong to one plan. The remaining
-            // room then moves with the margins.
+            // Flights are counted only after margins and standard deviations agree for one plan.
+            // From then on the distances in the flights change with the margins.
             Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty }.count(&mut groups);
             margins.counted = groups.iter().map(|group| group.counted).collect();
             needed = all_needed(&groups);
@@ -342,7 +385,7 @@ pub fn plan(
             limit.check(&craft, &wanted)?;
             limit.hold(&mut with, &craft, &wanted);
         }
-        // The limits hardly change: the plan for the last limits leads to the plan for the next
+        // The limits hardly change, so the plan for the last limits is a warm start for the next
         // ones.
         let guess = Guess::of(&found.solution, &with).alone();
         found = plan::plan(&with, settings, Some(&guess), observer)?;
@@ -353,11 +396,11 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// Replaces the reserve of a limit in a maneuver: `held` has a number for each part, SI, 0 for no
-/// reserve.
+/// Sets the reserve of a limit of a maneuver: the part of the limit that plans must leave unused.
+/// `held` has one value for each part of the limit, SI; 0 for no reserve.
 ///
 /// # Errors
-/// Returns [`NotKept`] if the limit does not exist, or is smaller than the reserve.
+/// [`NotKept`] if no limit has this name, or if a reserve is not smaller than its limit.
 pub fn hold(problem: &mut Problem, name: &str, held: &[f64]) -> Result<(), NotKept> {
     let craft = problem.of_craft();
     let limit = Limit::named(&craft, name).ok_or_else(|| NotKept::Unknown(name.into()))?;

@@ -8,10 +8,10 @@
 //!             (R, Π) given at t = 0 and at t = T
 //! ```
 //!
-//! under limits on inputs and rates, keep-out and keep-in cones, driven by torques or reaction
-//! wheels. On SE(3) the problem also has the position `x` and the linear momentum `γ`. A
-//! variational integrator discretises it, so that the discrete optimality conditions are exact
-//! and the terminal conditions hold to round-off.
+//! under limits on inputs and rates and under keep-out and keep-in cones. The inputs `u` may be the
+//! torques of reaction wheels. On SE(3) the problem also has the position `x` and the linear
+//! momentum `γ`. A variational integrator discretises the problem, so that the discrete optimality
+//! conditions are exact and the terminal conditions hold to round-off.
 //!
 //! # A body and two attitudes
 //!
@@ -35,17 +35,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] of the
-//! witnesses, and a [`Status`]. The end of a solver is a value; only a problem that cannot be
-//! attempted is an error ([`PlanError`]). [`Settings`] choose method, tolerance and time limit.
-//! They also choose the motion that meets the end: the true motion under the held inputs, by
-//! default, or the discrete motion, as in published plans ([`Target`]).
+//! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] by the witnesses,
+//! and a [`Status`]. A solver that fails returns a status and not an error; only a problem that
+//! cannot be attempted is an error ([`PlanError`]). [`Settings`] select the method, tolerance and
+//! time limit. They also select the motion that meets the end: the true motion under the held
+//! inputs, by default, or the discrete motion, as in published plans ([`Target`]).
 //!
 //! # A constraint
 //!
-//! Limits of the inputs belong to the [`ActuatorSet`], where the body may point and how fast it may
-//! turn to a [`Constraint`]. Each has a margin in the verdict, at the nodes and on the arcs
-//! between them:
+//! Limits of the inputs belong to the [`ActuatorSet`]. A [`Constraint`] limits where the body may
+//! point or how fast it may turn. The verdict has a margin for each of them, at the nodes and on
+//! the arcs between nodes:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
@@ -90,9 +90,9 @@
 //!
 //! # Wheels, thrusters and targets
 //!
-//! [`Actuation::of_wheels`] takes the axes of reaction wheels, their torques and what they store. An
-//! [`Aim`] ends a maneuver with a boresight on a direction, which may move, at the roll of least
-//! cost. A telescope that four wheels turn to a star:
+//! [`Actuation::of_wheels`] describes reaction wheels by their axes, torque limits and momenta. An
+//! [`Aim`] ends a maneuver with a boresight on a direction, which may move; the plan chooses the
+//! roll of lowest cost. In this example four wheels turn a telescope to a star:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, plan};
@@ -116,9 +116,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Thrusters push to one side. A body that only turns takes their torques, place × force;
-//! [`Actuation::of_thrusters`] takes places and directions for a body that translates as well. Least
-//! fuel by six thrusters of 1 N on the faces of a cube:
+//! Thrusters push to one side only. For a body that only rotates, the inputs are their torques,
+//! position × force. For a body that also translates, [`Actuation::of_thrusters`] takes positions
+//! and directions. In this example six thrusters of 1 N on the faces of a cube turn the body with
+//! minimum fuel:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Settings, Silent, State, Status, Vector3, lie, plan};
@@ -141,12 +142,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # A field of one's own
+//! # A user-defined field
 //!
-//! [`UniformGravity`], [`GravityGradient`], [`CentralGravity`] and [`SecondOrderGravity`] are here;
-//! any other potential is an [`Environment`]: its energy, its force and moment, and two
-//! derivatives. A spring that pulls the body axis `a` towards the direction `b`, with
-//! `U = −k b·Ra`:
+//! The crate has [`UniformGravity`], [`GravityGradient`], [`CentralGravity`] and
+//! [`SecondOrderGravity`]. Any other potential implements [`Environment`]: its energy, its force
+//! and moment, and two derivatives. In this example a spring pulls the body axis `a` towards the
+//! direction `b`, with `U = −k b·Ra`:
 //!
 //! ```
 //! use slewkit::{Blocks, Environment, Pose, Vector3, Wrench, lie};
@@ -184,7 +185,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/own_environment.rs` checks such derivatives by differences.
+//! `examples/own_environment.rs` checks such derivatives by finite differences.
 //!
 //! # An observer
 //!
@@ -215,7 +216,7 @@
 //!
 //! # Beyond a plan
 //!
-//! [`Gains`] bring a craft that is not where the plan has it back to the plan:
+//! [`Gains`] give the torque correction that brings a body back to the plan after a deviation:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
@@ -235,37 +236,39 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Replanner`] finds the neighbour of a plan from another start in microseconds. A [`Guess`]
-//! carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded
-//! trajectory. A [`Simulation`] propagates without optimisation. Spec files, plan files and reports
-//! are the crates `slewkit-files` and `slewkit-report`, the program `slew` is `slewkit-cli`:
+//! A [`Replanner`] finds the neighbouring plan from another start in microseconds. A [`Guess`]
+//! starts the search for a similar maneuver from a plan. [`verify()`] verifies any recorded
+//! trajectory. A [`Simulation`] propagates a motion without optimisation. The crates
+//! `slewkit-files` and `slewkit-report` read and write spec files, plan files and reports; the
+//! crate `slewkit-cli` is the program `slew`:
 //!
 //! ```text
 //! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan() ──▶ Plan ──▶ slewkit_files::export
 //! ```
 //!
-//! A path at the root is stable. Modules that the documentation hides serve the sibling crates
-//! and may change with any version. They contain the errors of constructors; each message states
-//! which number is wrong, and why.
+//! A path at the root of the crate is stable. Modules that the documentation hides serve the
+//! sibling crates and may change with any version. They contain the errors of constructors; each
+//! message states which number is wrong, and why.
 //!
 //! # Features
 //!
-//! No feature is on by default: the crate solves and verifies. `threads` sums mutual gravity on
-//! several threads and tests a plan on two, `wide` uses the widest registers of the machine,
-//! `argmin` drives Newton iterations with that library, and `sdp` adds global lower bounds. No
-//! feature changes a bit of a result. The program uses the first three.
+//! By default all features are off, and the crate solves and verifies. `threads` sums mutual
+//! gravity on several threads and tests a plan on two, `wide` uses the widest registers of the
+//! machine, `argmin` runs Newton iterations with the library of that name, and `sdp` adds global
+//! lower bounds. No feature changes a bit of a result. The program `slew` uses the first three.
 //!
 //! # What this crate does not do
 //!
-//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No
-//! ephemerides, and no estimation: gains act on an attitude and a rate that are measured.
+//! The crate does not model flexible bodies. It does not prove global minima: a plan without
+//! conjugate points is a local minimum. It has no ephemerides and no estimation: gains use a
+//! measured attitude and rate.
 //!
 //! # Conventions
 //!
 //! `slew help conventions` prints the conventions of specs and files.
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
-//!   unless the environment turns it ([`Environment::frame_rate`]).
+//!   unless the environment rotates it ([`Environment::frame_rate`]).
 //! - **Perturbations** act on the body side: `R exp S(ζ)`. `S(a) b = a × b`.
 //! - **Angular velocity** `Ω` (inertial, also under a turning frame) and **momentum** `Π = JΩ` are
 //!   in body axes; position `x`, velocity and linear momentum `γ = m ẋ` in the reference frame.
@@ -329,5 +332,5 @@ pub use verify::{Verification, verify};
 /// A nalgebra vector of three components of double precision, such as an angular velocity, a
 /// torque or a direction.
 pub type Vector3 = nalgebra::Vector3<f64>;
-/// A 3×3 matrix of double precision, nalgebra's: attitudes, inertias, weights.
+/// A 3×3 nalgebra matrix of double precision, such as an attitude, an inertia or a weight.
 pub type Matrix3 = nalgebra::Matrix3<f64>;

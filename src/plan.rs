@@ -1,13 +1,14 @@
-//! Plan a maneuver: solve it, then have it verified.
+//! The planning of a maneuver: solve it, then verify the result.
 //!
 //! [`plan`] solves a [`Problem`] with [`Settings`] and returns a [`Plan`]: the [`Solution`], the
-//! results of the witnesses ([`Verification`]), and a [`Status`] that summarises them. The end of
-//! a solver is a value; only a problem that cannot be attempted is a [`PlanError`].
+//! results of the witnesses ([`Verification`]), and a [`Status`] that summarises both. A solver
+//! that fails returns a status; only a problem that cannot be attempted is an error
+//! ([`PlanError`]).
 //!
-//! # What does a user of the library pay for?
+//! # What does a user of the library compile?
 //!
-//! Without default features it pays for solving and verifying only. Files (TOML, JSON, temporary
-//! files), argmin, threads and the command line are features, each of which builds alone
+//! Without default features only the code for solving and verifying is compiled. Files (TOML, JSON,
+//! temporary files), argmin, threads and the command line are features, each of which builds alone
 //! (`.ci/run`). serde, serde_json and thiserror remain: the cone solver needs them, and does not
 //! compile without its own default features. Results do not depend on features: sums have the same
 //! order on one thread and on many.
@@ -30,17 +31,16 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Solved, and the independent witnesses agree.
+    /// A plan was found, and the independent witnesses agree.
     Solved,
-    /// Proved infeasible; [`Solution::infeasible`] is the proof.
+    /// The maneuver is proved infeasible; [`Solution::infeasible`] has the proof.
     Infeasible,
     /// No extremal was found, which proves nothing. [`Solution::shortfall`] and
     /// [`Solution::longer`] name possible remedies.
     NotConverged,
-    /// The time limit ended the plan before a solution was found, or before the witnesses had
-    /// judged it.
+    /// The time limit ended the solve before a solution was found, or ended the verification.
     LimitReached,
-    /// Solved, but a witness disagrees.
+    /// A plan was found, but a witness disagrees.
     VerificationFailed,
     /// The caller stopped the solve.
     Interrupted,
@@ -96,44 +96,45 @@ impl Status {
     }
 }
 
-/// A solution with the results of the witnesses.
+/// A solution, the results of the witnesses, and the status.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
     /// The solution, converged or the best iterate.
     pub solution: Solution,
-    /// The witnesses' findings; `None` if no converged solution was found.
+    /// The results of the witnesses; `None` if no converged solution was found.
     pub verification: Option<Verification>,
     /// The status of the plan.
     pub status: Status,
 }
 
 impl Plan {
-    /// Builds a plan of its three parts, as a file holds them.
+    /// Builds a plan from its three parts, as a plan file stores them.
     #[doc(hidden)]
     pub fn new(solution: Solution, verification: Option<Verification>, status: Status) -> Self {
         Self { solution, verification, status }
     }
 }
 
-/// Plans a maneuver: every sense and winding, the fallback sequence for hard cases, verification.
+/// Plans a maneuver: searches all requested homotopy classes, tries the fallback sequence in hard
+/// cases, and verifies the result.
 ///
-/// `guess` is an additional start of the search: its costates for the shooting, its path for the
-/// other methods. The result is the cheapest plan; the others are its rivals. A guess that is
-/// [`Guess::alone`] replaces the search if it leads to a plan. `observer` receives the progress
-/// between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal
-/// outputs, to the last bit, unless a time limit or the observer ends the solve.
+/// `guess` is an additional start of the search: its costates start the shooting, and its path the
+/// other methods. The result is the cheapest plan; the other plans are its rivals. If a guess is
+/// [`Guess::alone`] and leads to a plan, it replaces the search. `observer` receives the progress
+/// between iterations and may stop the solve; [`Silent`] ignores the progress and does not stop it.
+/// Equal inputs give bit-identical outputs, unless a time limit or the observer ends the solve.
 ///
 /// The discretisation and its discrete necessary conditions come from Lee, Leok and McClamroch,
 /// *Optimal Attitude Control of a Rigid Body using Geometrically Exact Computations on SO(3)*,
 /// 2006 (arXiv math/0601424).
 ///
 /// # Errors
-/// Returns [`PlanError`] if problem, settings or guess cannot be used. A solver that stops is not
-/// an error: see [`Plan::status`].
+/// Returns a [`PlanError`] if the problem, the settings or the guess are invalid. A solver that
+/// stops is not an error: see [`Plan::status`].
 ///
 /// # Example
-/// A plan of an easier maneuver as a guess for a harder one:
+/// The plan of an easier maneuver is the guess for a harder one:
 ///
 /// ```
 /// use slewkit::{Body, Guess, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, lie, plan};
@@ -161,23 +162,23 @@ pub fn plan(
     Ok(judged(problem, settings, solution, began, observer))
 }
 
-/// A plan that was found from another plan.
+/// The plan of the rest of a maneuver, found from another plan.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WarmPlan {
-    /// The rest of the maneuver at that time: its start, duration and steps.
+    /// The remaining maneuver, with its own start, duration and steps.
     pub problem: Problem,
     /// The new plan.
     pub plan: Plan,
-    /// The number of Newton steps from the other plan; or the reason for which that plan was not
-    /// used, and a new search was made.
+    /// The number of Newton steps from the other plan, or the reason why that plan was not used and
+    /// a new search was made.
     pub warm: Result<usize, Left>,
 }
 
-/// The reason for which replanning failed.
+/// The reason why replanning failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReplanError {
-    /// Replanning from the plan is impossible, or impossible at this time.
+    /// Replanning is impossible from this plan, or at this time.
     #[error(transparent)]
     Unfit(#[from] NotReplanned),
     /// The rest of the maneuver cannot be planned.
@@ -193,11 +194,11 @@ pub enum ReplanError {
 /// homotopy class of its plan, even if another one costs less.
 ///
 /// # Errors
-/// [`ReplanError`] where the plan does not fit the maneuver, or fewer than two of its steps are
-/// left; as [`plan`] otherwise.
+/// Returns a [`ReplanError`] if the plan does not fit the maneuver, if fewer than two of its steps
+/// remain, or if [`plan`] returns an error.
 ///
 /// # Example
-/// A third of the way through the body is half a degree off:
+/// After a third of the maneuver the attitude deviates by half a degree:
 ///
 /// ```
 /// use slewkit::plan::{Replanner, replan};
@@ -247,8 +248,8 @@ pub fn replan(
     Ok(WarmPlan { problem: rest, plan, warm: Err(left) })
 }
 
-/// Adds the results of the witnesses to a solution, if it converged. The witnesses also stop at
-/// the time limit, which runs since `began`, or when `observer` requests it.
+/// Adds the results of the witnesses to a solution, if it converged. The witnesses stop at the time
+/// limit, which is counted from `began`, or when `observer` requests a stop.
 #[doc(hidden)]
 pub fn judged(
     problem: &Problem,

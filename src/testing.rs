@@ -10,7 +10,7 @@ use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
 
-/// Returns a file of tests/reference.
+/// Returns the contents of a JSON file in tests/reference.
 pub fn reference(name: &str) -> Value {
     let path = format!("{}/tests/reference/{name}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
@@ -26,11 +26,11 @@ pub fn matrix<const R: usize, const C: usize>(value: &Value) -> SMatrix<f64, R, 
     SMatrix::from_fn(|row, column| value[row][column].as_f64().unwrap())
 }
 
-/// The splitmix64 generator: small, with a stream that never changes.
+/// The splitmix64 random number generator, whose stream never changes.
 pub struct Random(pub u64);
 
 impl Random {
-    /// Returns a number, uniform in [−1, 1).
+    /// Returns a number uniformly distributed in [−1, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -39,40 +39,41 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 * 2.0f64.powi(-52) - 1.0
     }
 
-    /// Returns the components uniform in [−1, 1).
+    /// Returns a vector whose components are uniformly distributed in [−1, 1).
     pub fn vector3(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.uniform())
     }
 
-    /// Returns a rotation; not uniform on SO(3).
+    /// Returns a random rotation, which is not uniformly distributed on SO(3).
     pub fn rotation(&mut self) -> Matrix3 {
         crate::lie::exp(&(self.vector3() * 2.0))
     }
 }
 
-/// Returns a full inertia, its principal axes tilted, the one of the reference files.
+/// Returns the inertia of the reference files, whose principal axes are not the body axes.
 pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Returns the inputs along the columns of `axes`.
+/// Returns a set of actuators whose axes are the columns of `axes`.
 pub fn channel(axes: &Matrix3, frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(axes.column_iter().map(|column| column.into_owned()).collect(), frame).unwrap()
 }
 
-/// Returns a block of the effort weight.
+/// Returns a 3×3 matrix as a block of the effort weight.
 pub fn weight(matrix: &Matrix3) -> DMatrix<f64> {
     DMatrix::from_column_slice(3, 3, matrix.as_slice())
 }
 
-/// Returns the same maneuver with torques alone, along the columns of `axes` fixed in the body,
-/// under a full weight matrix.
+/// Returns the maneuver with torque inputs only, along the columns of `axes` in body axes, and with
+/// a full weight matrix.
 pub fn with_torques(problem: Problem, axes: &Matrix3, matrix: &Matrix3) -> Problem {
     let torque = channel(axes, AxisFrame::Body);
     problem.with_actuation(Actuation::torques(torque)).with_objective(Weights::of_torques(weight(matrix)))
 }
 
-/// Returns actuators of the most general kind: full `B`, full `W`, more force inputs than forces.
+/// Returns the most general actuators: full `B`, full `W`, and four force inputs for three
+/// components of the force.
 fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
     let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
@@ -90,7 +91,8 @@ fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
 pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
     let mut state = || State {
         position: Vector3::new(1.0, 0.2, -0.1) + 0.1 * random.vector3(),
-        // Nearly the speed of a circular orbit in the fields of the tests: no close encounters.
+        // Nearly the speed of a circular orbit in the fields of the tests, which prevents close
+        // encounters.
         velocity: Vector3::new(0.0, 1.0, 0.0) + 0.2 * random.vector3(),
         attitude: random.rotation(),
         angular_velocity: random.vector3(),
@@ -109,13 +111,13 @@ pub fn attitude_only(mut problem: Problem) -> Problem {
     problem
 }
 
-/// Returns the components uniform in [−1, 1).
+/// Returns a vector whose components are uniformly distributed in [−1, 1).
 pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }
 
-/// Returns a grid of the unit of time whose steps change smoothly, the longest five times the
-/// shortest.
+/// Returns a grid of duration 1 whose step lengths change smoothly. The longest step is five times
+/// the shortest.
 pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     let middle = |step: usize| (step as f64 + 0.5) / steps as f64;
     let length = |step: usize| 1.2 + (5.0 * middle(step)).sin() * 0.8;
@@ -123,9 +125,10 @@ pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     Grid::of_lengths(scheme, &lengths).unwrap().with_duration(1.0)
 }
 
-/// Returns the same maneuver with limits that are `part` of the largest inputs of the extremal from
-/// `costate`. Either the norm of the torque and each force input are limited, or each torque input
-/// and the norm of the force. Inputs that are limited one by one get the diagonal of their weight.
+/// Returns the maneuver with limits that are the fraction `part` of the largest inputs of the
+/// extremal from `costate`. Either the norm of the torque and each force input are limited, or each
+/// torque input and the norm of the force. Sets with a limit for each input get the diagonal of
+/// their weight.
 pub fn limited<const N: usize>(
     problem: &Problem,
     costate: &SVector<f64, N>,
@@ -147,7 +150,7 @@ pub fn limited<const N: usize>(
     *one_by_one = one_by_one.as_ref().map(|weight| DMatrix::from_diagonal(&weight.diagonal()));
     let demand =
         |problem: &Problem| BoundaryValueProblem::<N>::new(problem, problem.steps).demand(costate).unwrap();
-    // A limit of 1e9 is never reached.
+    // A limit of 1e9 is never active.
     let torque = problem.actuation.torque.clone();
     problem.actuation.torque = within(&torque, norm, 1e9);
     let limit = part * 1e9 * demand(&problem);
@@ -162,8 +165,8 @@ pub fn limited<const N: usize>(
     problem
 }
 
-/// Returns a plan of `tests/reference/closed_loop`: the discrete optimum of a maneuver at constant
-/// unit weights.
+/// Returns a reference file of `tests/reference/closed_loop`, its problem, and the plan: the
+/// discrete optimum with constant unit weights.
 pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::solution::Trajectory) {
     use crate::lie;
     let file = reference(&format!("closed_loop/{name}.json"));
@@ -183,7 +186,7 @@ pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::soluti
     (file, problem, plan)
 }
 
-/// Returns the discrete optimum of a maneuver.
+/// Returns the trajectory of the discrete optimum of a maneuver.
 pub fn planned(problem: &Problem) -> crate::maneuver::solution::Trajectory {
     use crate::optimize::search;
     let settings = crate::maneuver::settings::Settings::discrete();

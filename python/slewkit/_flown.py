@@ -14,6 +14,7 @@ from . import _slewkit
 from ._commands import ProgressFunction, _told
 from ._errors import OF_STATUS
 from ._plan import Array, Plan, load
+from ._sequence import SequencePlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,9 @@ class Flights:
     statistics: dict[str, Any]
     #: ``[ζ, δΩ]`` at the end, true minus planned, rad and rad/s, shape (runs, 6).
     end: Array
+    #: ``[ζ, δΩ]`` at each instant at which a sequence has to be at a stop, shape (runs, instants,
+    #: 6); ``statistics["stops"]`` names the instants. No instants for a single maneuver.
+    stops: Array
     #: The smallest room to each constraint along the motion, shape (runs, constraints): rad for
     #: cones, relative to the limit for rates; negative for a violation.
     room: Array
@@ -77,7 +81,7 @@ class Flights:
 
 
 def closed_loop(
-    plan: Plan | str | os.PathLike[str] | Mapping[str, Any],
+    plan: Plan | SequencePlan | str | os.PathLike[str] | Mapping[str, Any],
     *,
     runs: int = 1000,
     seed: int = 1,
@@ -90,15 +94,15 @@ def closed_loop(
     ``[plant]`` of its spec state. The numbers equal the results of ``slew fly``: with its gains, or
     in open loop with ``gains=False``.
 
-    ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of
-    its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
+    ``plan`` is a :class:`Plan`, a :class:`SequencePlan` (flown over all legs and holds), the plan
+    file of a maneuver, or the dictionary of one; ``overrides`` sets keys of its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
     number of ``threads``, by default the number of processors, does not change the result. Other
     threads run meanwhile.
 
     Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains;
     :class:`SpecError`; :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted`
     if ``progress`` stops it."""
-    flown = plan if isinstance(plan, Plan) else load(plan)
+    flown = plan if isinstance(plan, (Plan, SequencePlan)) else load(plan)
     text, arrays, raised = _slewkit.fly(flown._planned, runs, seed, threads, gains, overrides, _told(progress))
     if raised is not None:
         raise raised
@@ -112,6 +116,7 @@ def closed_loop(
         seed=seed,
         statistics=document["loop"],
         end=arrays["end"].reshape(rows, 6),
+        stops=arrays["stops"].reshape(rows, -1, 6) if len(arrays["stops"]) else np.zeros((rows, 0, 6)),
         room=arrays["room"].reshape(rows, len(constraints)),
         input_room=arrays["input_room"].reshape(rows, -1) if len(arrays["input_room"]) else np.zeros((rows, 0)),
         saturated=arrays["saturated"],

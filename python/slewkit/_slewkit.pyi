@@ -130,7 +130,7 @@ def plan(
     progress: _Progress = None,
 ) -> tuple[Planned, BaseException | None]: ...
 def fly(
-    planned: Planned,
+    planned: Planned | PlannedSequence,
     count: int,
     seed: int,
     threads: int | None = None,

@@ -65,9 +65,9 @@ fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
 }
 
 impl PlannedSequence {
-    fn file(&self) -> SequenceFile<'_> {
-        let LoadedSequence { sequence, settings, identity, .. } = &self.loaded;
-        SequenceFile::new(sequence, settings, &self.plan, identity)
+    /// Returns the document of the plan.
+    pub(crate) fn file(&self) -> SequenceFile<'_> {
+        SequenceFile::new(&self.loaded, &self.plan)
     }
 }
 

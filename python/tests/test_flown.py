@@ -74,3 +74,32 @@ def test_what_cannot_be_flown_is_refused(plan, problems):
         slewkit.closed_loop(plan, overrides={"uncertainty.inertia.relative": -1})
     with pytest.raises(slewkit.Interrupted):
         slewkit.closed_loop(plan, runs=1_000_000, progress=lambda told: told.stage != "flights")
+
+
+def test_a_sequence_is_flown_over_all_its_stops(slew, tmp_path):
+    spec = {
+        "format": 1,
+        "name": "two stops",
+        "body": {"inertia_kg_m2": [1, 2, 2.5]},
+        "actuators": {"torque_limit_n_m": 0.5, "torque_limit_reserve_n_m": 0.1},
+        "start": {"attitude": {"axis": [0, 0, 1], "angle_deg": 0}},
+        "maneuver": {"minimize": "time", "steps": 40},
+        "stop": [
+            {"name": "near", "attitude": {"axis": [1, 0, 0], "angle_deg": 50}, "hold_s": 8},
+            {"name": "far", "attitude": {"axis": [1, 0, 0], "angle_deg": 120}},
+        ],
+        "uncertainty": {"inertia": {"relative": 0.02}},
+        "feedback": {"kind": "tvlqr"},
+    }
+    plan = slewkit.plan_sequence(spec)
+    flights = slewkit.closed_loop(plan, runs=60, seed=3)
+    assert flights.stops.shape == (60, 3, 6)
+    instants = [(one["stop"], one["event"]) for one in flights.statistics["stops"]]
+    assert instants == [("near", "hold begins"), ("near", "hold ends"), ("far", "hold begins")]
+    assert np.array_equal(flights.stops[:, 2], flights.end)
+    turn = np.linalg.norm(flights.stops[:, :, :3], axis=2)
+    assert np.median(turn[:, 1]) < 0.1 * np.median(turn[:, 0])
+    plan.save(tmp_path / "plan.json")
+    slew("fly", tmp_path / "plan.json", "--cases", 60, "--seed", 3, "-q", "-o", tmp_path / "cases.json")
+    of_program = json.loads((tmp_path / "cases.json").read_text())
+    assert flights.statistics == of_program["loops"][0]

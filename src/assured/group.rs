@@ -1,4 +1,5 @@
-//! Limits that share a chance: how many deviations they keep, from the normal law or from flights.
+//! Limits that share a chance: the number of standard deviations that they keep, from the normal
+//! distribution or from flights.
 
 use super::limit::Limit;
 use super::{Beside, Kept, NotKept, Over};
@@ -7,42 +8,42 @@ use crate::maneuver::Problem;
 use crate::uncertainty::Uncertainty;
 use crate::uncertainty::chance::{Quantity, normal_quantile};
 
-/// Seed of the flights that are counted. It differs from the seed of `slew fly`, which therefore
-/// judges the margin by other cases.
+/// Seed of the flights that are counted. It differs from the seed of `slew fly`, so `slew fly`
+/// tests the margins with other cases.
 const SEED: u64 = 0x6368_616e_6365;
 
-/// Counted margins that differ by less than this part of a deviation count as equal: it changes a
+/// Tolerance, in standard deviations, within which counted margins count as equal. It changes a
 /// chance by some hundredths.
 const SAME_COUNTED: f64 = 0.01;
 
-/// Reserves that differ by less than this part of a deviation count as equal: it changes a chance
-/// by less than a thousandth.
+/// Tolerance, in standard deviations, within which reserves count as equal. It changes a chance by
+/// less than a thousandth.
 const SAME_RESERVE: f64 = 1e-4;
 
-/// Margins of cones that differ by less count as equal \[rad\]: a hundredth of the error that
-/// witnesses allow at a cone.
+/// Tolerance within which margins of cones count as equal \[rad\]: a hundredth of the error that
+/// the witnesses allow at a cone.
 const SAME_MARGIN: f64 = 1e-8;
 
-/// Limits that share a chance.
+/// Limits with a common chance.
 pub(super) struct Group {
     pub limits: Vec<Limit>,
     at_most: f64,
     over: Over,
-    /// The number of deviations that each limit keeps.
+    /// The number of standard deviations that each limit keeps.
     z: f64,
     pub counted: Option<Proportion>,
 }
 
-/// The part of a limit that a chance needs, at least the requested one.
+/// The reserve that a chance requires of a limit; at least the reserve that the spec requests.
 pub(super) struct Needed {
     pub margins: Vec<f64>,
-    /// Margins that differ by less count as equal.
+    /// Tolerance within which two reserves count as equal, for each part.
     same: Vec<f64>,
 }
 
 impl Needed {
-    /// Returns whether these margins equal the held ones; with `grown`, whether none of them is
-    /// larger than the held one.
+    /// Returns whether the required reserves equal the reserves `held`. If `grown` is true, returns
+    /// whether no required reserve exceeds the reserve held.
     pub fn is(&self, held: &[f64], grown: bool) -> bool {
         let parts = self.margins.iter().zip(held).zip(&self.same);
         parts.into_iter().all(|((needed, held), same)| {
@@ -55,7 +56,8 @@ impl Needed {
 impl Group {
     pub fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
         let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
-        // The number of deviations with which the flights begin, if the chance is over the motion.
+        // For a chance over the motion this is the number of standard deviations of the first
+        // flights.
         let z = normal_quantile(1.0 - kept.at_most);
         let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
         Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
@@ -76,14 +78,14 @@ impl Group {
     }
 }
 
-/// Returns the deviation of each part of a limit at its worst instant.
+/// Returns the standard deviation of each part of a limit at its worst instant; 0 if it is unknown.
 fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
     let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
     (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
 }
 
-/// The simulated flights of a plan in which the room to the limits is counted.
+/// The simulated flights of a plan in which the distances from the limits are counted.
 pub(super) struct Flights<'a> {
     pub beside: &'a Beside,
     pub planned: &'a Problem,
@@ -92,11 +94,12 @@ pub(super) struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// The number of cases in memory at once.
+    /// The number of cases that are kept in memory at once.
     const CHUNK: usize = 8192;
 
-    /// Counts, for each chance of a motion, the part of the flights that exceed a limit, and sets
-    /// the number of deviations that its limits must keep.
+    /// Counts the fraction of flights that exceed a limit, for each group whose chance refers to
+    /// the motion. Then sets the number of standard deviations that the limits of the group must
+    /// keep.
     pub fn count(&self, groups: &mut [Group]) {
         for group in groups {
             let Over::Motion(plant) = group.over else { continue };
@@ -107,8 +110,8 @@ impl Flights<'_> {
         }
     }
 
-    /// Returns the least room, in standard deviations, that each flight leaves to the limits of a
-    /// group, sorted. A case that was lost leaves none.
+    /// Returns the smallest distance of each flight from the limits of a group, in standard
+    /// deviations, in ascending order. A lost case counts as minus infinity.
     fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
         let gains = self.beside.gains.as_ref();
         let mut watched = Vec::new();
@@ -143,8 +146,8 @@ impl Flights<'_> {
     }
 }
 
-/// Returns the room that is left in standard deviations. A plan keeps its limits if nothing is
-/// uncertain.
+/// Returns the remaining distance in standard deviations. Without uncertainty the distance is
+/// infinite, because the plan itself keeps its limits.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

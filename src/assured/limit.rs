@@ -1,5 +1,5 @@
-//! A limit that a chance is given for: a constraint or a limit of the torques, by name, and the
-//! reserve that a plan keeps to it.
+//! A limit with a chance of being exceeded: a constraint or a torque limit, identified by its name,
+//! and the reserve of this limit that a plan leaves unused.
 
 use super::{Held, NotKept};
 use crate::Vector3;
@@ -10,7 +10,7 @@ use crate::mechanics::actuators::{ActuatorSet, InputLimit, LimitKind};
 use crate::numerics::figures::significant;
 use crate::uncertainty::chance::Quantity;
 
-/// A constraint or a limit of a maneuver.
+/// A constraint or a torque limit of a maneuver.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Limit {
     pub name: String,
@@ -19,21 +19,21 @@ pub(super) struct Limit {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Which {
-    /// Index among the constraints.
+    /// Index of the constraint in the maneuver.
     Constraint(usize),
-    /// A limit of the torques, and the index of its first bound among the bounds of size, norm and
-    /// rate.
+    /// A kind of torque limit, and the index of its first bound in the list of size, norm and rate
+    /// bounds.
     Inputs(LimitKind, usize),
 }
 
-/// Returns the limits of the torques, in the order of their rooms in flights.
+/// Returns the torque limits, in the order in which flights record the distances from them.
 fn of_torques(problem: &Problem) -> impl Iterator<Item = InputLimit<'_>> {
     let counts = [LimitKind::Size, LimitKind::Norm, LimitKind::Rate];
     problem.actuation.limits().filter(move |limit| !limit.of_force && counts.contains(&limit.kind))
 }
 
 impl Limit {
-    /// Builds the limit with the name `name` in reports.
+    /// Returns the limit that reports call `name`; `None` if no limit has this name.
     pub fn named(problem: &Problem, name: &str) -> Option<Self> {
         let named = |which| Self { name: name.into(), which };
         if let Some(index) = problem.constraints.iter().position(|constraint| constraint.name == name) {
@@ -60,8 +60,8 @@ impl Limit {
         }
     }
 
-    /// Returns the bounds that the maneuver sets, one number for each part. A cone has no bound
-    /// that a margin could exceed: infinity.
+    /// Returns the bound of each part of the limit as the maneuver states it. A cone has the bound
+    /// infinity, because no margin can exceed it.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -76,8 +76,8 @@ impl Limit {
         }
     }
 
-    /// Returns the reserve that the maneuver keeps to the limit, one number for each part: the
-    /// margin of a cone, or the part of a bound that the plan may not use.
+    /// Returns the reserve of each part of the limit: the margin of a cone, or the amount of a
+    /// bound that the plan must not use.
     pub fn held(&self, problem: &Problem) -> Vec<f64> {
         let reserve = &problem.reserve;
         let mut held = match self.which {
@@ -93,8 +93,8 @@ impl Limit {
         held
     }
 
-    /// Makes a maneuver keep the reserve `held` to the limit: one number for each part, each less
-    /// than its bound in `craft`.
+    /// Sets the reserve that a maneuver keeps: one value for each part, each less than the bound of
+    /// this part in `craft`.
     pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
         let parts = self.bounds(craft).into_iter().zip(held);
         let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();
@@ -128,7 +128,7 @@ impl Limit {
         }
     }
 
-    /// Checks that the limit of the craft exceeds the reserve.
+    /// Checks that every reserve is less than the limit of the craft.
     pub fn check(&self, craft: &Problem, held: &[f64]) -> Result<(), NotKept> {
         let bounds = self.bounds(craft);
         let Some(part) = bounds.iter().zip(held).position(|(bound, held)| held >= bound) else {
@@ -150,7 +150,8 @@ impl Limit {
         })
     }
 
-    /// Returns the reserve that a plan of `problem` holds, in displayed units.
+    /// Returns the reserve that plans of `problem` leave unused, together with the limits of the
+    /// craft.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),
@@ -160,8 +161,8 @@ impl Limit {
         }
     }
 
-    /// Returns the constraints for which flights record the room of each part; empty for limits
-    /// of the torques, which flights always record.
+    /// Returns the constraints that flights must watch to record the distance of each part. The
+    /// list is empty for torque limits, which flights always record.
     pub fn watched(&self, craft: &Problem) -> Vec<Constraint> {
         let Which::Constraint(index) = self.which else { return Vec::new() };
         let constraint = &craft.constraints[index];
@@ -173,14 +174,14 @@ impl Limit {
         (0..3).map(alone).collect()
     }
 
-    /// Returns the room of each part in a flight, SI; the constraints of this limit begin with
-    /// `first` in the record of the flight.
+    /// Returns the distance of a flight from each part of the limit, SI. `first` is the index of
+    /// the limit's first constraint in the record of the flight.
     pub fn room(&self, craft: &Problem, flown: &Flown, first: usize) -> Vec<f64> {
         let bounds = self.bounds(craft);
         match self.which {
             Which::Inputs(_, first) => flown.input_room[first..first + bounds.len()].to_vec(),
             Which::Constraint(_) => {
-                // Flights report the room of rates as a part of the limit.
+                // Flights record the distance from a rate limit as a fraction of the limit.
                 let unit = |bound: &f64| if bound.is_finite() { *bound } else { 1.0 };
                 flown.room[first..].iter().zip(&bounds).map(|(room, bound)| room * unit(bound)).collect()
             }

@@ -1,4 +1,4 @@
-//! Margins by iteration against the reference.
+//! Tests of the iterated margins against reference values.
 
 use super::*;
 use crate::closed_loop::{Campaign, Flown};
@@ -38,8 +38,8 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
     (file, problem, uncertainty)
 }
 
-/// The iteration of cl04, with torques at nodes as it has them: margin, chance and deviation of
-/// each plan.
+/// Compares margin, chance and deviation of each plan with the iteration of the reference file
+/// cl04, which has torques at nodes.
 #[test]
 fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     use crate::optimize::discrete::linear_plan::Timing;
@@ -59,8 +59,8 @@ fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     }
 }
 
-/// Margin and cost of cl04. There torques act at nodes, half a step later than our held torques, so
-/// our loop is a little tighter.
+/// Compares margin and cost with the reference file cl04. Its torques act at nodes, half a step
+/// later than the held torques here, so the loop here is slightly tighter.
 #[test]
 fn a_chance_takes_the_margin_of_the_reference() {
     let (file, problem, uncertainty) = maneuver();
@@ -86,8 +86,8 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
 
-/// Flights of other cases keep the chance of a motion. It needs a larger margin than the chance of
-/// an instant, and a smaller one than the sum over the nodes.
+/// Flights of other cases keep the chance over a motion. This chance needs a larger margin than the
+/// chance at an instant, and a smaller one than the sum over the nodes.
 #[test]
 fn the_chance_of_a_motion_is_that_of_other_flights() {
     let (_, problem, uncertainty) = maneuver();
@@ -115,7 +115,7 @@ fn the_chance_of_a_motion_is_that_of_other_flights() {
     let flown = campaign.fly_all(0, 20_000);
     let violated = flown.iter().filter(|flown| flown.as_ref().is_ok_and(|flown| flown.room[0] < 0.0));
     let found = Proportion::new(violated.count() as u64, 20_000);
-    // Both counts err: by a tenth, and by a twentieth.
+    // The two counts have relative errors of about a tenth and a twentieth.
     assert!(found.part() > 0.75 * asked && found.part() < 1.33 * asked, "{found:?}");
 }
 
@@ -135,12 +135,11 @@ fn an_end_too_near_to_its_cone_is_refused() {
     assert!(matches!(found, Err(NotKept::Plan(PlanError::Problem(_)))), "{:?}", found.map(|found| found.2));
 }
 
-/// Returns the slew of the reference without its cone, with limits that it is at: torques, and
-/// rates.
+/// Returns the slew of the reference without its cone, with active limits of torques and rates.
 fn limited() -> (Problem, Uncertainty) {
     use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
     let (_, mut problem, mut uncertainty) = maneuver();
-    // A third of the deviations: limits of both kinds leave little room.
+    // Deviations are reduced to a third, because limits of both kinds leave little reserve.
     uncertainty.start /= 9.0;
     uncertainty.parameters.iter_mut().for_each(|(_, _, sigma)| *sigma /= 3.0);
     problem.constraints.clear();
@@ -156,7 +155,7 @@ fn limited() -> (Problem, Uncertainty) {
     (problem, uncertainty)
 }
 
-/// Chances of limits at their worst instants: every active part keeps its chance, and flights
+/// At the worst instant every active part of a limit keeps the requested chance, and flights
 /// confirm it.
 #[test]
 fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
@@ -168,12 +167,12 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
         super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent).unwrap();
     assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
     assert!(plan.solution.cost > margins.cost_without);
-    // The limits that are kept and the reserve together make the limits of the problem.
+    // Adding the reserve to the limits that the plan keeps gives the limits of the problem.
     assert_eq!(with.of_craft().actuation, problem.actuation);
     assert_eq!(with.of_craft().constraints, problem.constraints);
     let on_grid = plan.solution.on_grid(&with);
     let beside = Beside::along(&on_grid, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
-    // Commands are not clipped, so that they show the requested torque.
+    // The large authority prevents clipping, so that commands show the requested torque.
     let plant = Plant { authority: 1e3, ..Plant::default() };
     let gains = beside.gains.as_ref();
     let campaign = Campaign::new(&on_grid, &beside.linear, gains, &uncertainty, plant, 1);
@@ -198,7 +197,7 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
             active += usize::from(worst.chance > 0.98 * asked);
             let beyond = flown.iter().filter(|case| case.as_ref().unwrap()[index][part]).count();
             let found = Proportion::new(beyond as u64, 20_000);
-            // The interval of 95 %, and the nonlinear part.
+            // The tolerance covers the 95 % interval and the nonlinear part.
             assert!(
                 found.low < 1.25 * worst.chance && found.high > worst.chance / 1.25,
                 "{} {part}: {found:?} for {worst:?}",
@@ -235,9 +234,9 @@ fn a_chance_that_limits_share_is_that_of_other_flights() {
         |flown: &Flown| flown.room.iter().chain(&flown.input_room).copied().fold(f64::INFINITY, f64::min);
     let any = flown.iter().filter(|flown| flown.as_ref().is_ok_and(|flown| least(flown) < 0.0)).count();
     let found = Proportion::new(any as u64, 20_000);
-    // Both counts err: by some 5 %, and by 3 %.
+    // The two counts have relative errors of about 5 % and 3 %.
     assert!(found.part() > 0.8 * asked && found.part() < 1.25 * asked, "{found:?}");
-    // Both share it: neither alone is exceeded as often.
+    // The two limits share the chance: each of them alone is exceeded less often.
     for limits in [&|flown: &Flown| flown.room[0], &|flown: &Flown| {
         flown.input_room.iter().copied().fold(f64::INFINITY, f64::min)
     }] as [&dyn Fn(&Flown) -> f64; 2]

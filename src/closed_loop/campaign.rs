@@ -31,15 +31,10 @@ pub struct Campaign<'a> {
     constraints: Vec<Constraint>,
     /// The converged nominal motion.
     nominal: Flight<'a>,
-    /// The number of ticks in a step of the plan.
-    ticks: usize,
     /// Commands without feedback, with the time from which each acts: first the commands given
     /// before the start, then the commands of the steps.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
-
-/// The largest number of ticks of the plant in a step of the plan.
-const MOST_TICKS: usize = 1000;
 
 impl<'a> Campaign<'a> {
     /// The largest number of cases of a run.
@@ -55,9 +50,6 @@ impl<'a> Campaign<'a> {
         plant: Plant,
         seed: u64,
     ) -> Self {
-        let step = plan.times()[1] - plan.times()[0];
-        let ticks =
-            if plant.tick > 0.0 { ((step / plant.tick).round() as usize).clamp(1, MOST_TICKS) } else { 1 };
         let mut nominal = Flight::new(problem);
         let steps: Vec<(Held, f64)> = (0..plan.count())
             .map(|k| (held(&problem.actuation.torque, plan.inputs(k)), plan.times()[k + 1] - plan.times()[k]))
@@ -75,8 +67,7 @@ impl<'a> Campaign<'a> {
             actuators: craft.actuation.torque,
             constraints: craft.constraints,
             nominal,
-            ticks,
-            feedforward: Feedforward { plan, plant: &plant, ticks }.commands(),
+            feedforward: Feedforward { plan, plant: &plant }.commands(),
         }
     }
 
@@ -158,7 +149,7 @@ impl<'a> Campaign<'a> {
         mut watch: impl FnMut(&dyn Fn() -> Moment),
     ) -> Result<Flown, Lost> {
         let set = &self.problem.actuation.torque;
-        let (m, ticks, count) = (set.count(), self.ticks, self.plan.count());
+        let (m, count) = (set.count(), self.plan.count());
         let errors = Errors::of(&self.uncertainty.parameters, parameters, m);
         let mut start = self.problem.start;
         start.attitude *= lie::exp(&beside.fixed_rows::<3>(0).into_owned());
@@ -177,9 +168,13 @@ impl<'a> Campaign<'a> {
             line.command(*from, command);
         }
         let mut less = vec![0.0; m];
+        let mut stops = Vec::with_capacity(self.plan.stops().len());
         for (k, (acts, planned)) in during.iter().enumerate() {
             let (time, step) = (self.plan.times()[k], self.plan.times()[k + 1] - self.plan.times()[k]);
             let state = flight.state(time, &body);
+            if self.plan.stops().get(stops.len()) == Some(&k) {
+                stops.push(self.beside(k, &state));
+            }
             let mut command = planned.clone();
             if let Some(gains) = self.gains.filter(|gains| k % gains.every == 0) {
                 let mut z = self.measured(k, &state, &errors, &mut sensors).as_slice().to_vec();
@@ -195,6 +190,7 @@ impl<'a> Campaign<'a> {
             }
             watch(&|| self.moment(k, time, &state, command.clone()));
             line.command(*acts, command);
+            let ticks = self.plant.ticks(step);
             let tick = step / ticks as f64;
             for index in 0..ticks {
                 let (mut now, end) = (time + index as f64 * tick, time + (index + 1) as f64 * tick);
@@ -225,6 +221,7 @@ impl<'a> Campaign<'a> {
         }
         Ok(Flown {
             end,
+            stops,
             room: excess.worst.iter().map(|worst| -worst).collect(),
             input_room: limited.room,
             saturated: cut as f64 / count as f64,

@@ -1,12 +1,13 @@
-//! The differences of a craft from the model, and the response of its actuators to a command:
-//! limits, then the delay.
+//! The differences between the true craft and its model, and the response of its actuators to a
+//! command: limits first, then the delay.
 
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::discrete::linear_plan::Parameter;
 use crate::{Matrix3, Vector3, lie};
 use std::collections::VecDeque;
 
-/// Constant errors of a case.
+/// The constant errors of one case: scale errors of the inputs, misalignment of the actuators,
+/// constant torque, misalignment of the attitude sensor, scale error and bias of the rate sensor.
 pub(super) struct Errors {
     scale: Vec<f64>,
     turn: Matrix3,
@@ -36,7 +37,8 @@ impl Errors {
         Self { scale, turn: lie::exp(&turn), constant, sensor_turn: lie::exp(&sensor), rate_scale, rate_bias }
     }
 
-    /// Returns `exp S(α) B (1 + s) u`.
+    /// Returns the true torque `exp S(α) B (1 + s) u` in body axes: `α` is the misalignment of the
+    /// actuators, and `s` holds the scale errors of the inputs.
     pub fn torque(&self, set: &ActuatorSet, inputs: &[f64]) -> Vector3 {
         let axes = set.axes().iter().zip(inputs).zip(&self.scale);
         let torque: Vector3 = axes.map(|((axis, input), scale)| axis * (input * scale)).sum();
@@ -44,9 +46,10 @@ impl Errors {
     }
 }
 
-/// Commands on their way to the actuators.
+/// Commands that have been given, in the order in which the actuators receive them.
 pub(super) struct DelayLine {
-    /// The waiting commands with the time from which each acts; zero before the first.
+    /// The commands that do not act yet, each with the time from which it acts. The inputs are zero
+    /// before the first command acts.
     waiting: VecDeque<(f64, Vec<f64>)>,
     acting: Vec<f64>,
 }
@@ -60,7 +63,8 @@ impl DelayLine {
         self.waiting.push_back((from, inputs));
     }
 
-    /// Returns the active command at a time, and the time of its end.
+    /// Returns the command that acts at `time`, and the time at which the next command replaces it
+    /// (infinity if no command waits).
     pub fn at(&mut self, time: f64) -> (&[f64], f64) {
         while self.waiting.front().is_some_and(|(from, _)| *from <= time) {
             if let Some((_, inputs)) = self.waiting.pop_front() {
@@ -71,23 +75,24 @@ impl DelayLine {
     }
 }
 
-/// The limits of the inputs, and the room that commands leave to each limit.
+/// The limits of the inputs, and the smallest distance that the commands have kept from each of
+/// them.
 ///
-/// Sizes and norm are cut to their limits. The rate of a command is recorded and not cut, because a
-/// held command jumps.
+/// Commands are cut to the limits of size and norm. The rate of change of a command is recorded but
+/// not limited, because a held command jumps.
 pub(super) struct Limited<'a> {
     set: &'a ActuatorSet,
     /// The capacity of the actuators, as a multiple of the limits of the plan.
     authority: f64,
-    /// The command before.
+    /// The previous command; `None` before the first.
     before: Option<Vec<f64>>,
-    /// The smallest room so far, SI: of each size, of the norm, of the rate of each input, for
-    /// the limits that exist.
+    /// The smallest distance so far from each limit that exists, SI: from the size limit of each
+    /// input, the norm limit, and the rate limit of each input, in this order.
     pub room: Vec<f64>,
 }
 
 impl<'a> Limited<'a> {
-    /// The relative excess over a limit that does not count as a violation.
+    /// The relative excess over a limit that still counts as round-off.
     const ROUNDING: f64 = 1e-9;
 
     pub fn new(set: &'a ActuatorSet, authority: f64) -> Self {
@@ -97,8 +102,7 @@ impl<'a> Limited<'a> {
         Self { set, authority, before: None, room: vec![f64::INFINITY; count] }
     }
 
-    /// Cuts a command to the limits of sizes and norm. Returns whether the command exceeded a
-    /// limit.
+    /// Cuts a command to the limits of size and norm. Returns whether the command exceeded a limit.
     pub fn cut(&self, inputs: &mut [f64]) -> bool {
         let limits = self.set.limits();
         let mut cut = false;
@@ -106,9 +110,9 @@ impl<'a> Limited<'a> {
             for (input, size) in inputs.iter_mut().zip(sizes) {
                 let size = size * self.authority;
                 let least = if limits.one_sided { 0.0 } else { -size };
-                // An input at a limit by round-off is not saturated.
+                // An input that exceeds its limit by round-off does not count as saturated.
                 cut |= *input > size * (1.0 + Self::ROUNDING) || *input < least - size * Self::ROUNDING;
-                // `clamp` would panic on invalid bounds.
+                // The code avoids `clamp`, which panics on invalid bounds.
                 *input = if *input > size {
                     size
                 } else if *input < least {
@@ -128,10 +132,11 @@ impl<'a> Limited<'a> {
         cut
     }
 
-    /// Records the room of a command that is given for `step` \[s\], before saturation.
+    /// Records the distance of a command from each limit, before the command is cut. The command
+    /// lasts `step` \[s\].
     pub fn meet(&mut self, step: f64, inputs: &[f64]) {
         let limits = self.set.limits();
-        // A one-sided input has no lower limit except zero.
+        // The lower limit of a one-sided input is zero.
         let size = |input: f64| if limits.one_sided { input } else { input.abs() };
         let sizes = limits.size.iter().flatten().zip(inputs);
         let sizes = sizes.map(|(limit, input)| limit * self.authority - size(*input));

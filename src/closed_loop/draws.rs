@@ -1,7 +1,8 @@
-//! The draws of each case, and the square roots of the covariances that are drawn at every step.
+//! The random draws of each case, and the square roots of the covariances that are sampled at every
+//! step.
 //!
-//! Every quantity has its own stream of random numbers, from the seed, the case and its purpose: a
-//! new sensor does not change the numbers of another.
+//! Every quantity has its own stream of random numbers, determined by the seed, the case and the
+//! purpose of the stream. Adding a sensor therefore does not change the numbers of another one.
 
 use super::Lost;
 use crate::Matrix3;
@@ -11,7 +12,7 @@ use crate::optimize::discrete::linear_plan::{Matrix6, Parameter, Vector6};
 use crate::uncertainty::Uncertainty;
 use nalgebra::{Const, DefaultAllocator, DimDiff, DimSub, SMatrix, ToTypenum, U1, allocator::Allocator};
 
-/// The purposes of the streams.
+/// The identifiers of the streams, one for each purpose.
 pub(super) mod stream {
     pub const PARAMETERS: u32 = 1 << 16;
     pub const START: u32 = PARAMETERS + 1;
@@ -19,29 +20,30 @@ pub(super) mod stream {
     pub const TORQUE: u32 = PARAMETERS + 3;
 }
 
-/// The largest number of inertias drawn for a case. For a plate about half of the draws are
-/// impossible.
+/// Largest number of inertias that are drawn for a case. For a flat plate about half of the draws
+/// are impossible.
 const MOST_DRAWS: u32 = 64;
 
-/// The random numbers of all cases of a seed.
+/// The random numbers of all cases that belong to a seed.
 #[derive(Clone, Debug)]
 pub(super) struct Draws<'a> {
     uncertainty: &'a Uncertainty,
     nominal: Inertia,
     seed: u64,
-    /// Square roots of the covariances of start, torque noise and sensors.
+    /// Square roots of the covariances of the start, the torque noise and the sensor noise, in this
+    /// order.
     start: Matrix6,
     pub torque: Matrix3,
     pub sensors: Matrix6,
 }
 
-/// The craft of a case.
+/// The true craft of a case.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
-    /// The values of its parameters, in their order.
+    /// Drawn values of the uncertain parameters, in the order of [`Uncertainty::parameters`].
     pub parameters: Vec<f64>,
     pub inertia: Inertia,
-    /// Draws of the inertia that were none.
+    /// Number of drawn matrices that are not the inertia of a body.
     pub rejected: u32,
 }
 
@@ -57,10 +59,10 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// Returns the craft of a case.
+    /// Draws the true craft of a case.
     ///
     /// # Errors
-    /// Returns [`Lost`] if no drawn matrix is the inertia of a body.
+    /// [`Lost`] if no drawn matrix is the inertia of a body.
     pub fn craft(&self, case: u64) -> Result<Drawn, Lost> {
         let parameters = &self.uncertainty.parameters;
         let mut stream = Stream::new(self.seed, case, stream::PARAMETERS);
@@ -88,19 +90,19 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// Returns `[ζ; δΩ]` of a case at the start.
+    /// Draws the initial error `[ζ; δΩ]` of a case, rad and rad/s.
     pub fn start(&self, case: u64) -> Vector6 {
         let mut normal = Stream::new(self.seed, case, stream::START);
         self.start * Vector6::from_fn(|_, _| normal.normal())
     }
 
-    /// Returns the streams of a case that are read at every step: of sensors and of the torque.
+    /// Returns the streams that a case reads at every step: for the sensors, then for the torque.
     pub fn noise(&self, case: u64) -> [Stream; 2] {
         [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(self.seed, case, of))
     }
 }
 
-/// Returns a square root of a covariance, `root rootᵀ`.
+/// Returns a square root of a covariance: a matrix `root` with `root rootᵀ` equal to it.
 fn root<const N: usize>(covariance: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N>
 where
     Const<N>: DimSub<U1> + ToTypenum,

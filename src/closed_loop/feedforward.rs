@@ -1,25 +1,25 @@
-//! The commands of a plan: its inputs unchanged, or corrected for a known lag and a known delay.
+//! The commands of a plan: its inputs unchanged, or corrected for a known actuator lag and delay.
 //!
-//! A command is then the mean of the plan's inputs while it acts, a delay after it is given, and
-//! compensates the lag. With `v` the output of the actuators before, and `m` the mean of
-//! `e^{−t/τ}` over the ticks, the mean output is `c + (v − c) m`, so `c = (u* − m v)/(1 − m)`.
+//! A corrected command is given one delay early. It is the mean of the plan's inputs over the time
+//! for which it acts, and compensates the lag. Let `v` be the output of the actuators before the
+//! step, and `m` the mean of `e^{−t/τ}` over the ticks. The mean output is `c + (v − c) m`, so the
+//! command is `c = (u* − m v)/(1 − m)`.
 
 use super::Plant;
 use crate::optimize::discrete::linear_plan::LinearPlan;
 
-/// The part of a tick by which two equal times may differ.
+/// Fraction of a tick within which two times count as equal.
 pub(super) const SAME_TIME: f64 = 1e-6;
 
-/// The commands of a plan for a plant that changes its torque `ticks` times a step.
+/// The commands of a plan for a plant.
 pub(super) struct Feedforward<'a> {
     pub plan: &'a LinearPlan,
     pub plant: &'a Plant,
-    pub ticks: usize,
 }
 
 impl Feedforward<'_> {
-    /// Returns the commands with the time from which each acts: first the commands given before the
-    /// start, then the commands of the steps.
+    /// Returns the commands, each with the time \[s\] from which it acts: first the commands that
+    /// are given before the start, then one command per step.
     pub fn commands(&self) -> Vec<(f64, Vec<f64>)> {
         let times = self.plan.times();
         let count = self.plan.count();
@@ -29,7 +29,7 @@ impl Feedforward<'_> {
         }
         let delay = self.plant.delay;
         let step = times[1] - times[0];
-        // No more than the plan has steps, however long the delay.
+        // There are at most as many early commands as steps, however long the delay.
         let early = ((delay / step - SAME_TIME).ceil().max(0.0) as usize).min(count);
         let before = (1..=early).rev().map(|j| (delay - j as f64 * step).max(0.0));
         let starts: Vec<f64> = before.chain(times.iter().map(|time| time + delay)).collect();
@@ -37,9 +37,9 @@ impl Feedforward<'_> {
         for ends in starts.windows(2) {
             let mut command = self.planned(ends[0], ends[1]);
             if self.plant.lag > 0.0 {
-                let parts = self.ticks as f64;
-                let kept = ((ends[0] - ends[1]) / (parts * self.plant.lag)).exp();
-                let (mean, whole) = (self.mean_kept(kept), kept.powf(parts));
+                let ticks = self.plant.ticks(ends[1] - ends[0]);
+                let kept = ((ends[0] - ends[1]) / (ticks as f64 * self.plant.lag)).exp();
+                let (mean, whole) = (mean_kept(kept, ticks), kept.powf(ticks as f64));
                 for (command, reached) in command.iter_mut().zip(&mut reached) {
                     *command = (*command - mean * *reached) / (1.0 - mean);
                     *reached = *command + whole * (*reached - *command);
@@ -50,13 +50,8 @@ impl Feedforward<'_> {
         commands
     }
 
-    /// Returns the mean of `q, q², … qⁿ` over the ticks of a step.
-    fn mean_kept(&self, kept: f64) -> f64 {
-        (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
-    }
-
-    /// Returns the mean of the plan's inputs between two times; after its end, the inputs of its
-    /// last step.
+    /// Returns the mean of the plan's inputs between two times \[s\]. After the end of the plan the
+    /// inputs of its last step apply.
     fn planned(&self, from: f64, to: f64) -> Vec<f64> {
         let times = self.plan.times();
         let last = self.plan.count() - 1;
@@ -72,4 +67,9 @@ impl Feedforward<'_> {
         }
         mean
     }
+}
+
+/// Returns the mean of `q, q², … qⁿ` over the n ticks of a step, for `q = kept`.
+fn mean_kept(kept: f64, ticks: usize) -> f64 {
+    (1..=ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / ticks as f64
 }

@@ -1,29 +1,29 @@
-//! Statistics of many cases: counts with confidence intervals, quantiles, and covariances next to
-//! the linear prediction.
+//! Statistics of many cases: proportions with confidence intervals, quantiles, and sampled
+//! covariances compared with the linear prediction.
 
 use crate::optimize::discrete::linear_plan::{Matrix6, Vector6};
 use nalgebra::DMatrix;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
-/// A proportion of cases, with its interval of 95 % (Clopper and Pearson 1934).
+/// A proportion of cases, with its 95 % confidence interval (Clopper and Pearson 1934).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proportion {
-    /// The number.
+    /// The number of cases with the counted property.
     pub count: u64,
-    /// The number of all cases.
+    /// The number of all cases, with and without the property.
     pub of: u64,
-    /// The lower end of the interval.
+    /// Lower bound of the confidence interval, as a fraction.
     pub low: f64,
-    /// The upper end.
+    /// Upper bound of the confidence interval, as a fraction.
     pub high: f64,
 }
 
 impl Proportion {
-    /// The probability outside of the interval.
+    /// The probability that the confidence interval does not contain the true proportion.
     const OUTSIDE: f64 = 0.05;
 
-    /// Creates the proportion of `count` of `of` cases.
+    /// Builds the proportion for `count` out of `of` cases.
     pub fn new(count: u64, of: u64) -> Self {
         let (k, n) = (count as f64, of as f64);
         let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
@@ -33,45 +33,49 @@ impl Proportion {
         Self { count, of, low, high }
     }
 
-    /// Returns the part.
+    /// Returns the proportion as a fraction; NaN if there are no cases.
     pub fn part(&self) -> f64 {
         if self.of == 0 { f64::NAN } else { self.count as f64 / self.of as f64 }
     }
 }
 
-/// Returns the value that the part `level` of sorted values does not exceed.
+/// Returns the quantile `level` of values in ascending order: the smallest value that at least the
+/// fraction `level` of the values does not exceed. NaN without values.
 pub fn quantile(sorted: &[f64], level: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let index = (level * sorted.len() as f64).ceil() as usize;
     sorted.get(index.saturating_sub(1).min(last)).copied().unwrap_or(f64::NAN)
 }
 
-/// Ends of many cases.
+/// The terminal errors of many cases, compared with the linear prediction.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sampled {
     /// Number of cases.
     pub cases: usize,
-    /// The mean `[ζ; δΩ]` of the cases, rad and rad/s.
+    /// Mean of the terminal errors `[ζ; δΩ]`, rad and rad/s.
     pub mean: Vector6,
-    /// The covariance of `[ζ; δΩ]`.
+    /// Sample covariance of the terminal errors `[ζ; δΩ]`.
     pub covariance: Matrix6,
-    /// The least and the largest eigenvalue of the sampled covariance relative to the linear
-    /// covariance, in the directions that have a covariance. Both are near 1 if the motion is
-    /// linear enough.
+    /// Smallest and largest eigenvalue of the sample covariance relative to the linear covariance,
+    /// in the directions whose linear covariance is not zero. Both are near 1 if the motion is
+    /// nearly linear. `None` if a covariance is not finite or the linear one is zero.
     pub eigenvalues: Option<[f64; 2]>,
-    /// The proportion inside of the ellipsoid that holds 99.73 % by the linear covariance.
+    /// The proportion of cases inside the ellipsoid that contains 99.73 % of them according to the
+    /// linear covariance.
     pub inside: Proportion,
 }
 
-/// The number of cases in a block of a sum: blocks are summed in order, on any thread.
+/// The number of cases per block of a sum. Blocks are summed in order, so the result does not
+/// depend on the threads.
 const BLOCK: usize = 1024;
 
-/// Eigenvalues of a scaled covariance below this part of the largest are directions of no extent.
+/// Threshold on eigenvalues of the scaled covariance, relative to the largest: directions with
+/// smaller eigenvalues count as having no variance.
 const FLAT: f64 = 1e-12;
 
 impl Sampled {
-    /// Compares the ends `[ζ; δΩ]` of cases with the predicted covariance `linear`.
+    /// Compares the terminal errors `[ζ; δΩ]` of many cases with the predicted covariance `linear`.
     pub fn of(ends: &[Vector6], linear: &Matrix6) -> Self {
         let n = ends.len() as f64;
         let summed = |of: &dyn Fn(&Vector6) -> Matrix6| -> Matrix6 {
@@ -84,7 +88,7 @@ impl Sampled {
             let inside = Proportion::new(0, ends.len() as u64);
             return Self { cases: ends.len(), mean, covariance, eigenvalues: None, inside };
         }
-        // Scaled to unit variances first: radians and rad/s are not of one size.
+        // First scale to unit variances, because errors in rad and in rad/s differ in magnitude.
         let scale =
             linear.diagonal().map(|variance| if variance > 0.0 { variance.sqrt().recip() } else { 0.0 });
         let scaled = Matrix6::from_diagonal(&scale) * linear * Matrix6::from_diagonal(&scale);
@@ -108,34 +112,36 @@ impl Sampled {
             cases: ends.len(),
             mean,
             covariance,
-            // Some eigenvalues are zero, or negative by round-off, if there are few cases.
+            // With few cases some eigenvalues are zero, or negative by round-off.
             eigenvalues: ratios.map(|ratios| [ratios.min().max(0.0), ratios.max()]),
             inside: Proportion::new(inside as u64, ends.len() as u64),
         }
     }
 
-    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s].
+    /// Returns the sample standard deviations of attitude \[rad\] and rate [rad/s], each along the
+    /// three body axes.
     pub fn sigma(&self) -> Vector6 {
-        // `max` would make a zero of NaN.
+        // `max` would turn NaN into zero.
         self.covariance.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })
     }
 }
 
-/// The probability that the ellipsoid is to hold.
+/// The probability that the ellipsoid of [`Sampled::inside`] should contain.
 const LEVEL: f64 = 0.9973;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Published values: 22 of 1000 in 95 % (R: binom.test), and the closed forms of none and all.
+    /// Expected values: 22 of 1000 at 95 % as published (R: binom.test), and closed forms if no
+    /// case or all cases count.
     #[test]
     fn intervals_are_those_of_clopper_and_pearson() {
         let none = Proportion::new(0, 100_000);
         assert!((none.high - (1.0 - 0.025_f64.powf(1e-5))).abs() < 1e-9 * none.high && none.low == 0.0);
         let all = Proportion::new(50, 50);
         assert!((all.low - 0.025_f64.powf(1.0 / 50.0)).abs() < 1e-9 && all.high == 1.0);
-        // tests/reference/closed_loop/cl02: 22211 of 100,000.
+        // From tests/reference/closed_loop/cl02: 22211 of 100,000 cases.
         let found = Proportion::new(22_211, 100_000);
         assert!((found.low - 0.219_536_818_221_151_04).abs() < 1e-9, "{found:?}");
         assert!((found.high - 0.224_699_308_913_425_82).abs() < 1e-9, "{found:?}");

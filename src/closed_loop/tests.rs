@@ -1,4 +1,4 @@
-//! Compares the flown loop with its linear model, with closed forms, and with itself.
+//! Compares the simulated loop with its linear model, with closed forms, and with itself.
 
 use super::draws::stream;
 use super::*;
@@ -29,7 +29,7 @@ fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
 }
 
-/// Returns one parameter of each kind about each axis.
+/// Returns one uncertain parameter of each kind about each axis.
 fn parameters(sigma: f64) -> Vec<(String, Parameter, f64)> {
     let mut all = Vec::new();
     for axis in 0..3 {
@@ -67,7 +67,7 @@ fn without_errors_the_plan_is_flown_to_its_end() {
     }
 }
 
-/// Returns the inertia of a craft of these parameters.
+/// Returns the inertia of a craft with these parameter values.
 fn inertia(problem: &Problem, parameters: &[(String, Parameter, f64)], values: &[f64]) -> Inertia {
     let mut j = *problem.body.inertia.j();
     for (value, (_, parameter, _)) in values.iter().zip(parameters) {
@@ -78,16 +78,16 @@ fn inertia(problem: &Problem, parameters: &[(String, Parameter, f64)], values: &
     Inertia::new(j).unwrap()
 }
 
-/// Returns the end of a craft of these parameters, `[ζ; δΩ]`, that begins at `beside`, without
-/// noise.
+/// Returns the terminal error `[ζ; δΩ]` of a craft with these parameter values, without noise,
+/// whose start deviates by `beside`.
 fn end_of(campaign: &Campaign<'_>, values: &[f64], beside: &Vector6) -> Vector6 {
     let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
     let inertia = inertia(campaign.problem, &campaign.uncertainty.parameters, values);
     campaign.run(values, inertia, beside, streams, |_| ()).unwrap().end
 }
 
-/// Returns the largest relative difference between the derivatives of the flown loop by its
-/// parameters and the linear ones.
+/// Returns the largest relative difference between the simulated loop and the linear model in the
+/// derivatives by the parameters.
 fn derivatives_apart(problem: &Problem, closed: bool) -> f64 {
     let linear = LinearPlan::flown(problem, &planned(problem)).unwrap();
     let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
@@ -118,14 +118,14 @@ fn falls_fourfold_with_half_the_step(problem: impl Fn(usize) -> Problem) {
     }
 }
 
-/// The derivative of the flown loop by every parameter is the linear one, to the order of the
-/// scheme.
+/// The simulated loop and the linear model have equal derivatives by every parameter, to the order
+/// of the scheme.
 #[test]
 fn the_loop_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(maneuver);
 }
 
-/// Checks wheels too: their momenta are states, and are as large as the momentum of the body.
+/// Tests the loop with wheels, whose momenta are states as large as the momentum of the body.
 #[test]
 fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(|steps| {
@@ -157,7 +157,8 @@ fn everything() -> Uncertainty {
     }
 }
 
-/// Every deviation of 4,000 cases within five standard errors (1.1 %) of the linear one.
+/// Every standard deviation of 4,000 cases is within five standard errors (1.1 %) of the linear
+/// one.
 #[test]
 fn sampled_covariances_are_the_linear_ones() {
     let problem = maneuver(100);
@@ -180,8 +181,8 @@ fn sampled_covariances_are_the_linear_ones() {
     }
 }
 
-/// No motion leaves the ellipsoids if every error is at its own bound, small enough to be linear.
-/// One source alone fills its own ellipsoid.
+/// No motion leaves the ellipsoids if every error is at its bound and small enough to be linear. A
+/// single error source reaches the boundary of its own ellipsoid.
 #[test]
 fn bounded_errors_stay_within_their_ellipsoid() {
     use crate::uncertainty::Bounded;
@@ -233,7 +234,7 @@ fn a_case_is_the_same_alone_and_among_others() {
     assert_ne!(others, alone);
 }
 
-/// A known lag and delay that are compensated have a fraction of their effect, in open loop too.
+/// Compensating a known lag and delay reduces their effect to a fraction, also in open loop.
 #[test]
 fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
     let problem = maneuver(60);
@@ -258,7 +259,7 @@ fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
         let (late, led) = (missed(plant, true), missed(Plant { leads: true, ..plant }, true));
         assert!(led < 2.0 * part * late + 1e-4, "{plant:?}: {late:e}, led {led:e}");
     }
-    // A quantum of a thousandth of the torque is corrected to less than it moves the body open
+    // The feedback corrects a quantum of a thousandth of the torque to less than its effect in open
     // loop.
     assert!(missed(Plant { quantum: 1e-3, ..Plant::default() }, true) < 1e-3);
 }
@@ -282,7 +283,7 @@ fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
 }
 
 /// If a plan uses all of its limits, gains have no effect within them. If it keeps a tenth in
-/// reserve, they bring the body to the end.
+/// reserve, the gains bring the body to the end.
 #[test]
 fn authority_held_back_flies_a_plan_of_least_time() {
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -308,9 +309,9 @@ fn authority_held_back_flies_a_plan_of_least_time() {
     assert!(held < 0.02 * open && held < 0.2 * cut, "{open:e} {cut:e} {held:e}");
 }
 
-/// Compares every deviation of flights at some nodes (the rates, the commands and their changes
-/// from step to step) with the linear one. The error of 4,000 cases is 1.1 %. Wheels are included;
-/// their gains use the stored momentum.
+/// Compares the standard deviations of rates, commands and changes of commands between steps with
+/// the linear ones at some nodes. The statistical error of 4,000 cases is 1.1 %. Wheels are
+/// included; their gains use the stored momentum.
 #[test]
 fn sampled_rates_and_commands_have_the_linear_deviations() {
     let uncertainty = everything();
@@ -372,8 +373,8 @@ fn sampled_rates_and_commands_have_the_linear_deviations() {
     }
 }
 
-/// The derivatives of a loop that acts every fourth step are the linear ones: it holds the
-/// measured correction.
+/// A loop that measures every fourth step and holds its correction has the derivatives of the
+/// linear model.
 #[test]
 fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
     let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };
@@ -408,8 +409,8 @@ fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
 }
 
 /// About a principal axis the motion near a slew is a double integrator. The deviations of
-/// attitude, rate and torque follow a recursion of two numbers, with a start, a constant torque,
-/// noise of the sensor, and a correction that is held over a tick.
+/// attitude, rate and torque follow a recursion of two numbers. It includes the initial error, a
+/// constant torque, sensor noise, and a correction that is held over a tick.
 #[test]
 fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
     use nalgebra::{Matrix2, RowVector2, Vector2};
@@ -438,8 +439,8 @@ fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
         let a = Matrix2::new(1.0, h, 0.0, 1.0);
         let b = Vector2::new(h * h / 2.0, h) / j;
         let square = |of: [f64; 2]| Matrix2::new(of[0] * of[0], 0.0, 0.0, of[1] * of[1]);
-        // The state and the held correction as one vector: their joint covariance, and their
-        // response to a constant torque.
+        // The state and the held correction form one vector. These variables are its joint
+        // covariance and its response to a constant torque.
         let (mut p, mut s) = (square(start), Vector2::zeros());
         let (mut held, mut with_held, mut s_held) = (0.0, Vector2::zeros(), 0.0);
         for k in 0..steps {

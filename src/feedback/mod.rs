@@ -1,33 +1,35 @@
-//! Gains along a plan. They keep a craft near the plan on it, and bring it to the end.
+//! Feedback gains along a plan. They keep a craft that starts near the plan close to it, and bring
+//! it to the end.
 //!
 //! ```text
 //! u = u*_k − K_k z_k ,     z = [log(R*_kᵀ R); Π − Π*_k]
 //! ```
 //!
-//! - [`Kind::Neighbouring`]: the neighbouring extremal. It is the correction of least cost among
-//!     all corrections that bring the craft to the end to first order. A backward sweep of 6×6
-//!     blocks computes it, with `Q = B S Bᵀ/h` and `S` the authority `B W⁻¹Bᵀ` of the inputs that
-//!     are not at their limits:
+//! - [`Kind::Neighbouring`]: the gains of the neighbouring extremal, the correction of least cost
+//!   among all corrections that bring the craft to the end to first order. A backward sweep of 6×6
+//!   blocks computes them, with `Q = B S Bᵀ/h` and `S` the authority `B W⁻¹Bᵀ` of the inputs that
+//!   are not at their limits:
 //!
 //!   ```text
 //!   Λ_{N−1} = I ,  Z_N = −K₋⁻¹ Q/2 (torques at nodes, Lie–Verlet), else 0
 //!   Z_k = A_k⁻¹ (Z_{k+1} + Q_k Λ_k) ,   P_k = Λ_k Z_k⁻¹ ,   K_k = W⁻¹Bᵀ (B_kᵀ P_k)/h ,   Λ_{k−1} = A_kᵀ Λ_k + H_k Z_k
 //!   ```
 //!
-//!   With reaction wheels the stored momentum is a state too, `[ζ; δΠ; δμ]`. Its end is free,
-//!   `λ^μ = 0`, because conservation determines it.
+//!   With reaction wheels the stored momentum is a state too, `[ζ; δΠ; δμ]`. Its terminal value
+//!   is free, `λ^μ = 0`, because conservation of momentum determines it.
 //!
 //!   A torque that is held, or whose axes turn, also enters the second derivatives of its step.
 //!   `A`, `H` and `K` then have the additional terms of `linear_plan::stage`.
 //!
-//!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of
-//!   sensors with all the torque there is, so they are held from [`Gains::frozen_from`] on.
-//! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
-//! - [`Kind::Switching`]: the same behind a correction of the switching times at the start
-//!   ([`SwitchingGains`]).
+//!   The gains grow like `4/(T − t)` and `6/(T − t)²` towards the end. There they would amplify
+//!   sensor noise to the full torque, so they are constant from step [`Gains::frozen_from`] on.
+//! - [`Kind::Tvlqr`]: the time-varying linear-quadratic regulator of given weights, from the
+//!   Riccati recursion.
+//! - [`Kind::Switching`]: this regulator, after the switching times have been corrected once at the
+//!   start ([`SwitchingGains`]).
 //!
-//! The landing law checks signs, orders and the index of every step: the miss of the corrected
-//! motion falls with the square of the initial deviation from the plan (tests).
+//! The tests check signs, orders and step indices by the terminal miss of the corrected motion: it
+//! falls with the square of the initial deviation from the plan.
 
 pub mod replan;
 mod sweep;
@@ -36,6 +38,7 @@ mod switching;
 pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
+use crate::maneuver::duration::Duration;
 use crate::maneuver::{Problem, Trajectory};
 use crate::optimize::discrete::linear_plan::{
     LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, Unlinearised, kick,
@@ -45,51 +48,63 @@ use nalgebra::{DMatrix, SMatrix};
 use sweep::{Swept, neighbouring, regulator};
 use thiserror::Error;
 
-/// Three by six: torques by states.
+/// Matrix that maps a state (six components) to a torque (three components).
 type Matrix3x6 = SMatrix<f64, 3, 6>;
 
-/// The design of gains.
+/// The design method of feedback gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// The neighbouring extremal, held over the last part of the plan.
+    /// Gains of the neighbouring extremal, held constant over the last part of the plan.
     Neighbouring {
-        /// Part of the steps over which gains are held, [`Kind::FREEZE`] by default. A smaller
-        /// part improves the rate at the end, and costs torque due to noise.
+        /// Fraction of the steps, counted from the end, over which the gains are held constant; by
+        /// default [`Kind::FREEZE`]. A smaller fraction reduces the rate error at the end, and
+        /// costs more torque due to sensor noise.
         freeze: f64,
     },
-    /// The regulator with these weights.
+    /// Time-varying linear-quadratic regulator with these weights; `None` selects default weights.
     Tvlqr(Option<RegulatorWeights>),
-    /// Switching times corrected once, at the start, and then the regulator with these weights
-    /// near the resulting motion.
+    /// Switching times that are corrected once, at the start, and then a regulator with these
+    /// weights about the corrected motion; `None` selects default weights.
     Switching(Option<RegulatorWeights>),
 }
 
 impl Kind {
-    /// Part of the steps over which neighbouring gains are held, at least four steps.
+    /// Default fraction of the steps over which neighbouring gains are held constant. If it is
+    /// positive, at least four steps are held.
     pub const FREEZE: f64 = 0.15;
     const LEAST_FROZEN: usize = 4;
 }
 
-/// Weights of a regulator `∫ (a |ζ|² + b |δΩ|² + δuᵀW δu) dt + e T (a |ζ|² + b |δΩ|²)`.
+/// Weights of a regulator with the cost
+/// `∫ (a |ζ|² + b |δΩ|² + δuᵀW δu) dt + e T (a |ζ|² + b |δΩ|²)`, where `ζ` is the attitude error,
+/// `δΩ` the rate error, `δu` the correction and `T` the duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegulatorWeights {
-    /// `a`, of the attitude error, in the unit of the cost over s·rad².
+    /// Weight `a` of the attitude error, in the unit of the cost per s·rad².
     pub attitude: f64,
-    /// `b`, of the error of the rate, in the unit of the cost over s·(rad/s)².
+    /// Weight `b` of the rate error, in the unit of the cost per s·(rad/s)².
     pub rate: f64,
-    /// `e`: the weight of the end, relative to the weight of the whole duration.
+    /// Factor `e` of the terminal weight, relative to the running weights times the duration.
     pub end: f64,
 }
 
 impl RegulatorWeights {
-    /// The default weight of the end, relative to the duration.
+    /// Default factor of the terminal weight, relative to the running weights times the duration.
     pub const END: f64 = 1000.0;
 
-    /// Returns the weights for which an error of a radian costs as much as the torque that turns
-    /// the body by a radian in the duration.
+    /// Returns the weights of a sequence that lasts `whole` seconds: an error of a radian costs as
+    /// much as the torque that turns the body by a radian in `leg` seconds, and at the end of a leg
+    /// [`RegulatorWeights::END`] times as much as all along it.
+    pub fn of_legs(problem: &Problem, leg: f64, whole: f64) -> Self {
+        let cost = Units::of(&Problem { duration: Duration::Given(leg), ..problem.clone() }).cost;
+        Self { attitude: cost / leg, rate: cost * leg, end: Self::END * leg / whole }
+    }
+
+    /// Returns default weights of the state, running and terminal: an attitude error of one radian
+    /// costs as much as the torque that turns the body by one radian in the duration.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
-        // In the solver's units the torque weight applies to all four; the weight of the force
-        // applies to position and velocity.
+        // The weight of the torque applies to attitude and momentum, and the weight of the force to
+        // position and velocity, all in the solver's units.
         let authority = |first: usize| {
             let of = |stage: &&Stage<N, C>| {
                 (first..first + 3).map(|row| stage.authority[(row, row)]).sum::<f64>() / 3.0
@@ -103,7 +118,7 @@ impl RegulatorWeights {
         [running, running * Self::END]
     }
 
-    /// Returns the weights of the state, running and at the end, in the solver's units.
+    /// Returns the running and the terminal weight of the state, in the solver's units.
     fn scaled(&self, units: &Units, momentum_of_rate: &Matrix3) -> [Matrix6; 2] {
         let per = units.time / units.cost;
         let inverse = momentum_of_rate.try_inverse().unwrap_or_else(Matrix3::identity);
@@ -113,93 +128,100 @@ impl RegulatorWeights {
     }
 }
 
-/// The reason for which no gains exist.
+/// The reason why no gains exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NoGains {
-    /// Inputs that switch have no neighbouring extremal of continuous gains.
+    /// The plan is bang-bang. Its neighbouring extremals have other switching times, so no
+    /// continuous gains exist.
     #[error(
         "neighbouring gains do not exist if inputs switch between their limits: a neighbour has \
         other switching times"
     )]
     Switching,
     /// The inputs that are not at their limits cannot bring the craft to the end from every
-    /// neighbour of the start.
+    /// neighbouring start.
     #[error("the inputs that are not at their limits along the plan cannot correct every error of its start")]
     Unreachable,
-    /// The arcs of the plan do not have lengths that a start can change.
+    /// The lengths of the plan's arcs cannot be corrected for another start; the text names the
+    /// reason.
     #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
-    /// Weights of attitude and rate alone, for a body that translates.
+    /// Weights of attitude and rate alone were given for a body that also translates.
     #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
     Weights,
-    /// Covariances are requested for a motion whose switches are moved at the start.
+    /// A covariance is requested for a motion whose switching times are corrected at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
-    /// The motion near the plan is unknown.
+    /// The motion about the plan could not be linearised.
     #[error(transparent)]
     Plan(#[from] Unlinearised),
-    /// A number is not finite.
+    /// A gain is not finite.
     #[error("a gain is not finite")]
     NotFinite,
 }
 
-/// Gains along a plan.
+/// Feedback gains along a plan.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Gains {
-    /// The design of the gains.
+    /// The design method of the gains.
     pub kind: Kind,
-    /// The time at which a correction acts.
+    /// Whether a correction is held over a step or acts as an impulse at a node.
     pub timing: Timing,
-    /// Number of inputs m.
+    /// Number m of inputs.
     pub inputs: usize,
-    /// The first step whose gains repeat the gains of the step before it, held to the end; the
-    /// number of steps if no gains repeat.
+    /// Index of the first step whose gains repeat the gains of the step before it, to the end of
+    /// the plan; equals the number of steps if no gains repeat.
     pub frozen_from: usize,
-    /// Steps from one measurement to the next; a correction is held over them. These steps have
-    /// equal rows.
+    /// Number of steps between two measurements. A correction is held over these steps, so their
+    /// rows are equal.
     pub every: usize,
-    /// The number n of components of `z`: 6; 9 for neighbouring gains of wheels, `[ζ; δΠ; δμ]`
-    /// with the momentum of the wheels, body axes; 12 for bodies that translate,
-    /// `[δx; δγ; ζ; δΠ]`.
+    /// Number n of components of the deviation `z`:
+    /// - 6: `[ζ; δΠ]`, attitude and angular momentum;
+    /// - 9: `[ζ; δΠ; δμ]`, neighbouring gains with wheels, whose momentum μ is in body axes;
+    /// - 12: `[δx; δγ; ζ; δΠ]`, for bodies that translate.
     pub states: usize,
-    /// `K_k`, m×n a step, row-major: SI input for each rad and N·m·s, m and N·s.
+    /// The gain matrices `K_k` of all steps, one m×n block per step, row-major. Units: SI input per
+    /// rad, N·m·s, m and N·s.
     pub rows: Vec<f64>,
-    /// The correction of the first input, m×6, if half a kick opens the maneuver (torques at
-    /// nodes, neighbouring).
+    /// The gain of the first input, m×6. It exists for neighbouring gains if the maneuver begins
+    /// with a half kick (torques at nodes).
     pub first: Option<Vec<f64>>,
-    /// `P_k` of the cost to go, scaled, one a step; in the order of `rows`, empty for frozen steps.
+    /// The matrices `P_k` of the quadratic cost to go, scaled, one per step in the order of `rows`.
+    /// Empty for frozen steps.
     pub(crate) to_go: Vec<Matrix6>,
 }
 
 impl Gains {
-    /// Designs the regulator of default weights along a plan of `problem`, for the true motion
-    /// under the inputs of the plan, held over its steps. An error of a radian weighs as much as
-    /// the torque that turns the body by a radian in the duration.
+    /// Designs the regulator with default weights along a plan of `problem`. It applies to the true
+    /// motion under the inputs of the plan, held over its steps. An attitude error of one radian
+    /// has the same weight as the torque that turns the body by one radian in the duration.
     ///
     /// # Errors
-    /// [`NoGains`]: the trajectory is not of this problem, or the body translates.
+    /// [`NoGains`] if the trajectory does not belong to this problem, or if the body translates.
     pub fn regulator(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
         let linear = LinearPlan::flown(problem, plan)?;
         Self::along(&linear, Kind::Tvlqr(None), problem.objective.switches())
     }
 
-    /// Designs the gains of the neighbouring extremal along a plan of `problem`, for the true
-    /// motion under the inputs of the plan, held over its steps: the craft follows the cheapest
-    /// motion from its present state. The gains of the last steps repeat the gains of the step
-    /// before.
+    /// Designs the gains of the neighbouring extremal along a plan of `problem`: the craft follows
+    /// the cheapest motion from its present state to the end. They apply to the true motion under
+    /// the inputs of the plan, held over its steps. The last steps repeat the gains of the step
+    /// before them.
     ///
     /// # Errors
-    /// [`NoGains`]: also for plans whose inputs switch, or are at their limits for too long.
+    /// [`NoGains`], also for bang-bang plans and for plans whose inputs stay at their limits too
+    /// long.
     pub fn neighbouring(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
         let linear = LinearPlan::flown(problem, plan)?;
         Self::along(&linear, Kind::Neighbouring { freeze: Kind::FREEZE }, problem.objective.switches())
     }
 
-    /// Designs gains along a plan.
+    /// Designs gains of the given kind along a linearised plan. `switches` states whether the plan
+    /// is bang-bang.
     ///
     /// # Errors
-    /// [`NoGains`]: the neighbouring extremal needs inputs that are not at their limits.
+    /// [`NoGains`]. The neighbouring extremal requires inputs that are not at their limits.
     pub fn along(plan: &LinearPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
         match kind {
             Kind::Neighbouring { .. } if switches => Err(NoGains::Switching),
@@ -217,14 +239,14 @@ impl Gains {
                     Some(weights) => weights.scaled(plan.units(), &plan.momentum_of_rate()),
                     None => RegulatorWeights::of(&stages),
                 };
-                let swept = regulator(stages.len(), |k| stages[k], weights);
+                let swept = regulator(stages.len(), |k| stages[k], weights, plan.stops());
                 Self::new(plan, kind, swept, None)
             }
         }
     }
 
-    /// Computes the neighbouring extremal with wheels: their momentum is a state next to `z`, and
-    /// conservation determines its end.
+    /// Computes the neighbouring extremal with wheels. The wheel momentum is a state in addition to
+    /// `z`, and conservation of momentum determines its terminal value.
     fn of_wheels(plan: &LinearPlan, kind: Kind, freeze: f64) -> Result<Self, NoGains> {
         let (mut left, mut costates) = (Matrix9::zeros(), Matrix9::identity());
         left.fixed_view_mut::<3, 3>(6, 6).fill_with_identity();
@@ -234,12 +256,12 @@ impl Gains {
         Self::new(plan, kind, swept, None)
     }
 
-    /// Designs gains along a plan of a body that translates, or whose torques are fixed in the
+    /// Designs gains along the plan of a body that translates, or whose torques are fixed in the
     /// reference frame.
     ///
     /// # Errors
-    /// [`NoGains`], as of [`Gains::along`]; also where weights of attitude and rate are given for a
-    /// body that translates.
+    /// [`NoGains`], as [`Gains::along`] returns it; also if weights of attitude and rate are given
+    /// for a body that translates.
     pub fn along_pose(plan: &PosedPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
         match &plan.stages {
             Stages::Attitude(stages) => {
@@ -267,7 +289,7 @@ impl Gains {
             Kind::Tvlqr(weights) | Kind::Switching(weights) => {
                 let each: Vec<_> = stages.iter().collect();
                 let weights = weights.map_or_else(|| Ok(RegulatorWeights::of(&each)), scaled)?;
-                regulator(stages.len(), |k| &stages[k], weights)
+                regulator(stages.len(), |k| &stages[k], weights, &[])
             }
         };
         let rows = si_rows(&swept, |k| &plan.to_inputs[k], |column| plan.unit(column))?;
@@ -276,7 +298,7 @@ impl Gains {
         Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first: None, to_go })
     }
 
-    /// Builds the gains from the sweep of a plan with torques.
+    /// Builds the gains from the backward sweep along a plan of torques.
     fn new<const N: usize>(
         plan: &LinearPlan,
         kind: Kind,
@@ -291,29 +313,29 @@ impl Gains {
         Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first, to_go })
     }
 
-    /// Builds the gains that were designed along ticks of `every` steps for a plan of `count`
-    /// steps, over which each correction is held.
+    /// Expands gains that were designed for ticks of `every` steps to a plan of `count` steps, with
+    /// each correction held over its tick.
     pub(crate) fn held_over(self, every: usize, count: usize) -> Self {
         let rows = (0..count).flat_map(|step| self.row(step / every).iter().copied()).collect();
         Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }
     }
 
-    /// Returns `K_k`, row-major.
+    /// Returns the gain matrix `K_k` of a step, m×n, row-major.
     pub fn row(&self, step: usize) -> &[f64] {
         let width = self.inputs * self.states;
         &self.rows[step * width..(step + 1) * width]
     }
 
-    /// Returns `K_k z`, which is subtracted from each input, for a `z` with [`Gains::states`]
-    /// numbers, SI.
+    /// Returns the correction `K_k z` of each input in SI units, which the caller subtracts from
+    /// the planned input. The deviation `z` has [`Gains::states`] components in SI units.
     pub fn correction<'a>(&'a self, step: usize, z: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.row(step)
             .chunks_exact(self.states)
             .map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
     }
 
-    /// Returns `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, with N = 9 if
-    /// `z` includes the momentum of wheels.
+    /// Returns `B K_k` in the solver's units, a 3×N matrix from the scaled deviation `z` to the
+    /// scaled torque. N is 9 if `z` includes the momentum of wheels.
     pub(crate) fn torque<const N: usize>(&self, plan: &LinearPlan, step: usize) -> SMatrix<f64, 3, N> {
         let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
@@ -326,7 +348,7 @@ impl Gains {
     }
 }
 
-/// Returns `K` of a step, SI, row-major, from its dual.
+/// Returns the gain matrix `K` of a step in SI units, row-major, computed from the step's dual.
 fn si_row<const N: usize, const C: usize>(
     to_inputs: &DMatrix<f64>,
     dual: &SMatrix<f64, C, N>,
@@ -336,7 +358,7 @@ fn si_row<const N: usize, const C: usize>(
     (0..gain.nrows() * N).map(|index| gain[(index / N, index % N)] / unit(index % N)).collect()
 }
 
-/// Returns the rows of all steps in SI units; frozen rows repeat the step before.
+/// Returns the gain matrices of all steps in SI units; frozen steps repeat the step before.
 fn si_rows<'a, const N: usize, const C: usize>(
     swept: &Swept<N, C>,
     to_inputs: impl Fn(usize) -> &'a DMatrix<f64>,
@@ -354,8 +376,8 @@ fn si_rows<'a, const N: usize, const C: usize>(
     if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
 }
 
-/// Returns the free part of the end states of a plan with torques, and the costates at the end:
-/// `Z_N = −K₋⁻¹ Q/2` if half a kick follows.
+/// Returns the free part of the terminal states of a plan of torques, `Z_N = −K₋⁻¹ Q/2` if a half
+/// kick ends the maneuver and 0 otherwise, and the terminal costates.
 fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     let mut z = Matrix6::zeros();
     let half = plan.half_kick(1);
@@ -367,16 +389,17 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     Ok((z, Matrix6::identity()))
 }
 
-/// Returns `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`,
-/// scaled: 6×6, `z` physical.
+/// Returns the derivative `∂λ_{k−1}/∂z` of the first costate of a motion that begins at node `k` of
+/// the plan: a scaled 6×6 matrix, with the physical deviation `z`. `P_k` is the matrix of the
+/// plan's cost to go.
 ///
 /// ```text
 /// G = A_kᵀ P_k + H_k ,             δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,
 /// K₊ = [[I, 0], [w ∂M/∂R, I]] ,    Q/2 = [0, 0; 0, w S]
 /// ```
 ///
-/// with the weight `w` of the half kick at the start of the motion, 0 if the maneuver has no half
-/// kick. It is NaN if `I + G Q/2` is singular.
+/// Here `w` is the weight of the half kick that opens the motion, 0 if the maneuver has no half
+/// kick. The matrix is NaN if `I + G Q/2` is singular.
 fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
     let step = &plan.steps()[node];
     let g = step.stage.a.transpose() * to_go + step.stage.h;

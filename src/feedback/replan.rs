@@ -1,5 +1,5 @@
-//! Replanning from the present state of the craft: the plan's own extremal, moved to a
-//! neighbouring start and solved.
+//! Replanning from the present state of the craft: the extremal of the plan is moved to a
+//! neighbouring start, and then solved by Newton's method.
 //!
 //! ```text
 //! guess     λ_{k−1} = λ*_{k−1} + D_k z ,        z = [log(R*_kᵀ R); Π − Π*_k] ,
@@ -7,21 +7,23 @@
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!
-//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of
-//! `z`, so that Newton, whose own error is squared by every step, needs two or three. Another end
-//! enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction. All that the plan alone
-//! decides is computed once.
+//! `D_k` is the derivative of the neighbouring extremal ([`Gains`]). The guess misses the end by an
+//! error of order `|z|²`, and each Newton step squares the error, so Newton's method needs two or
+//! three steps. A change of the requested end enters with the first Newton step: `−Ψ₁₂⁻¹ e` is its
+//! linear prediction. All quantities that depend on the plan alone are computed once.
 //!
-//! Between nodes, at `t`, the plan is interpolated, and the remaining time is divided into equal
-//! steps whose length is nearest to the length of the plan's steps. The end keeps its time, and
-//! each of n steps differs from the plan's by at most 1/2n of it.
+//! If the time `t` lies between two nodes, the plan is interpolated, and the remaining time is
+//! divided into equal steps whose length is nearest to the length of the plan's steps. The end
+//! keeps its time, and each of n steps differs in length from a step of the plan by at most the
+//! fraction 1/2n.
 //!
-//! A plan that lands has a discrete target near its end. Here each moment has its own target,
-//! which the plan's inputs reach from the true motion at that time. A start on the plan has the
-//! inputs of the plan again, and a moved start lands up to `O(h²)` of `z`.
+//! A landed plan has a discrete target near its end. Each moment here has its own discrete target,
+//! the state that the plan's inputs reach from the true motion at that time. A start on the plan
+//! therefore reproduces the inputs of the plan. A start that deviates by `z` misses the end of the
+//! true motion by `O(h²)` times `z`.
 //!
-//! The result is the neighbour of the plan. It does not show whether another homotopy class has
-//! become cheaper.
+//! The result is the plan's own neighbour. It does not show whether another homotopy class now has
+//! a lower cost.
 
 use super::{Gains, Kind, first_costate};
 use crate::lie;
@@ -41,53 +43,54 @@ use crate::optimize::{Obstacle, shooting_obstacle};
 use std::fmt;
 use thiserror::Error;
 
-/// The number of Newton steps after which a start counts as outside the basin of the plan: inside
-/// it three suffice.
+/// Newton steps after which a start counts as outside the basin of convergence of the plan; inside
+/// it three steps suffice.
 const MOST_STEPS: usize = 8;
-/// The largest ratio of the errors after and before a step: within the basin a step leaves the
-/// square of the error.
+/// Largest accepted ratio of the errors after and before a Newton step. Inside the basin of
+/// convergence a step squares the error.
 const PROGRESS: f64 = 0.5;
-/// The error from which a step with the previous derivatives meets any tolerance: these
-/// derivatives are accurate to 1e-3.
+/// Scaled error from which one more Newton step with the previous derivatives meets any tolerance,
+/// because these derivatives are accurate to 1e-3.
 const NEARLY: f64 = 1e-9;
-/// The scaled terminal error up to which recorded costates belong to their plan.
+/// Largest scaled terminal error with which recorded costates count as the costates of their plan.
 const OWN: f64 = 1e-6;
-/// The largest relative excess of the cost of a neighbour over the cost to go of the plan, which
-/// is of second order.
+/// Largest accepted excess of the cost of a neighbour over the plan's cost to go, as a fraction of
+/// it. The excess is of second order in the deviation.
 const DEARER: f64 = 0.5;
-/// The part of a step within which a time counts as the time of a node: the round-off of times in
-/// files.
+/// Fraction of a step within which a time counts as the time of a node. It covers the round-off of
+/// times in files.
 const AT_NODE: f64 = 1e-9;
-/// The relative difference of numbers of one body: the round-off of notations.
+/// Relative tolerance within which numbers of two bodies count as equal. It covers the round-off of
+/// notations.
 const SAME: f64 = 1e-9;
 
-/// The reason for which replanning from a plan is impossible.
+/// The reason why no replanning from this plan is possible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
-    /// The plan has positions in addition to attitudes.
+    /// The body translates, and replanning supports attitude maneuvers only.
     #[error("the body translates: replanning supports attitudes alone")]
     Translation,
-    /// The inputs of the plan switch, or its duration was free.
+    /// The plan is bang-bang, or its duration was free.
     #[error(
         "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
         or a free duration has no neighbour on its grid"
     )]
     Form,
-    /// The maneuver has a limit that the method `shooting` cannot hold.
+    /// The maneuver has a limit that the method `shooting` cannot enforce.
     #[error("its limits have no continuous costates: {0}")]
     Limited(Obstacle),
-    /// The maneuver leaves its end attitude to the plan.
+    /// The terminal attitude of the maneuver is free.
     #[error("its end attitude is free: replanning needs a given attitude and rate at the end")]
     End,
-    /// The plan has no trajectory with costates, or one that does not lead to the end of the
+    /// The plan has no trajectory with costates, or its costates do not lead to the end of the
     /// maneuver.
     #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
-    /// The plan belongs to another maneuver.
+    /// The plan belongs to another maneuver; the text names the quantity that differs.
     #[error("it belongs to a maneuver with {0}")]
     Other(&'static str),
-    /// A time before the plan or within its last two steps.
+    /// The requested time is before the plan begins, or within its last two steps.
     #[error(
         "at {at} s replanning is impossible, because it needs at least two remaining steps: choose a \
         time from 0 to {latest} s"
@@ -95,32 +98,32 @@ pub enum NotReplanned {
     Time {
         /// The requested time \[s\].
         at: f64,
-        /// The latest time \[s\].
+        /// The latest time at which replanning can start \[s\].
         latest: f64,
     },
 }
 
-/// The reason for which no neighbour of the plan was found.
+/// The reason why no neighbour of the plan was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Left {
-    /// Newton did not converge in a few steps.
+    /// Newton's method did not converge within a few steps.
     NotConverged {
-        /// The outcome.
+        /// The outcome of Newton's method.
         outcome: Outcome,
-        /// The steps that Newton took.
+        /// The number of Newton steps taken.
         steps: usize,
-        /// The terminal error that it left, scaled; NaN if no sweep reached its end.
+        /// The remaining terminal error, scaled; NaN if no sweep reached its end.
         residual: f64,
     },
-    /// Newton converged to an extremal that costs more than a neighbour can.
+    /// Newton's method converged to an extremal that costs more than a neighbour of the plan can.
     Dearer {
-        /// Cost of the extremal.
+        /// Cost of the extremal that was found.
         cost: f64,
-        /// The expected cost of a neighbour, to second order.
+        /// Cost that a neighbour of the plan should have, to second order in the deviation.
         expected: f64,
     },
-    /// The extremal is not a minimum, or has another homotopy class than requested.
+    /// The extremal is not a minimum, or it lies in another homotopy class than the requested one.
     NoMinimum,
 }
 
@@ -139,72 +142,75 @@ impl fmt::Display for Left {
     }
 }
 
-/// A time of a plan at which replanning starts: a node, or between two nodes.
+/// A time of a plan at which replanning starts. It is the time of a node, or lies between two
+/// nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Time \[s\].
+    /// Time since the start of the plan \[s\].
     pub time: f64,
-    /// The number of remaining steps, at least two.
+    /// Number of steps from this time to the end, at least two.
     pub steps: usize,
-    /// The rest of the duration \[s\].
+    /// Time from this moment to the end of the plan \[s\].
     pub duration: f64,
-    /// The node at or before it.
+    /// Index of the last node at or before this time.
     node: usize,
-    /// The part of the step that has passed since then.
+    /// Fraction of the step from that node that has passed.
     share: f64,
 }
 
-/// A plan's neighbour from another start, or to another end.
+/// The extremal next to a plan, for another start or another end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Replanned {
-    /// Newton steps.
+    /// Number of Newton steps taken.
     pub newton_steps: usize,
-    /// Scaled terminal error of the guess.
+    /// Terminal error of the initial guess, scaled.
     pub guess_error: f64,
-    /// The remaining scaled terminal error.
+    /// Terminal error after the last Newton step, scaled.
     pub residual: f64,
-    /// Cost from that moment to the end, in the unit of the plan's.
+    /// Cost from the start of replanning to the end, in the unit of the plan's cost.
     pub cost: f64,
-    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its
-    /// start.
+    /// The first costates `λ_{−1} = [λ^R, λ^Π]`, SI units, for both schemes. `u = −W⁻¹Bᵀλ^Π` is the
+    /// input at the start of the new plan.
     pub costates: [f64; 6],
 }
 
-/// A plan, ready to be begun from.
+/// A plan prepared for replanning from any of its times.
 #[derive(Clone, Debug)]
 pub struct Replanner {
     problem: Problem,
     bvp: BoundaryValueProblem<'static, 6>,
     nodes: Vec<Beginning>,
     tolerance: f64,
-    /// Whether costates are corrected: not where inputs are at their limits too long for gains.
+    /// Whether gains correct the costates. They do not if inputs stay at their limits too long for
+    /// gains to exist.
     corrects: bool,
-    /// Whether the true motion, and not the discrete one, reaches the end.
+    /// Whether the true motion reaches the end, instead of the discrete motion (a landed plan).
     lands: bool,
 }
 
-/// The rest of the plan from a node on, scaled.
+/// The plan from one of its nodes on, in scaled units.
 #[derive(Clone, Copy, Debug)]
 struct Beginning {
-    /// The physical state.
+    /// The physical state at the node.
     point: Point,
-    /// `λ_{k−1}`.
+    /// The costate `λ_{k−1}` at the node.
     costate: Vector6,
-    /// The matrix `D_k`, by which the error `z` corrects the costate.
+    /// The matrix `D_k`, which maps the deviation `z` to the correction of the costate.
     correction: Matrix6,
-    /// Cost to go, and its derivatives by the physical state but for the curvature of a field.
+    /// The cost to go, and its first and second derivatives by the physical state. The second
+    /// derivative omits the curvature of a force field.
     cost: f64,
     slope: Vector6,
     curvature: Matrix6,
 }
 
 impl Replanner {
-    /// Prepares a plan of `problem` to be begun from.
+    /// Prepares a plan of `problem` for replanning.
     ///
     /// # Errors
-    /// Returns [`NotReplanned`] unless the plan has least effort in a given duration, from an
-    /// attitude to an attitude and a rate, with no limits or limits of torques.
+    /// [`NotReplanned`] unless the plan is a minimum-effort plan in a given duration, from an
+    /// attitude to an attitude and a rate, without limits or with torque limits only.
     pub fn new(problem: &Problem, plan: &Solution) -> Result<Self, NotReplanned> {
         if problem.motion == Motion::RigidBody {
             return Err(NotReplanned::Translation);
@@ -246,7 +252,8 @@ impl Replanner {
         let (corrects, lands) = (gains.is_some(), trajectory.target.is_some());
         let mut new = Self { problem, bvp, nodes: Vec::new(), tolerance, corrects, lands };
         let costs = new.costs_to_go(&nodes);
-        // No replanning starts in the last two steps: no gains lead to the end.
+        // Replanning cannot start in the last two steps, because no gains bring the motion to the
+        // end.
         for (node, swept) in nodes.iter().enumerate().take(new.problem.steps - Problem::MIN_STEPS + 1) {
             let point = match trajectory.target {
                 Some(_) => new.bvp.dynamics.point(&State::attitude(
@@ -277,15 +284,15 @@ impl Replanner {
         Ok(new)
     }
 
-    /// Returns the maneuver of the plan, on its grid.
+    /// Returns the maneuver of the plan, with the plan's grid.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// Returns the moment of a node.
+    /// Returns the moment at which a node of the plan is reached.
     ///
     /// # Errors
-    /// [`NotReplanned::Time`] where fewer than two steps are left.
+    /// [`NotReplanned::Time`] if fewer than two steps follow the node.
     pub fn node(&self, node: usize) -> Result<Moment, NotReplanned> {
         let steps = self.problem.steps;
         if node + Problem::MIN_STEPS > steps {
@@ -296,11 +303,11 @@ impl Replanner {
         Ok(Moment { time: node as f64 * step, steps: left, duration, node, share: 0.0 })
     }
 
-    /// Returns the moment of a time \[s\]: a node, if the time equals the time of the node to
-    /// round-off.
+    /// Returns the moment for a time \[s\]. It is the moment of a node if the time equals the
+    /// node's time within round-off.
     ///
     /// # Errors
-    /// [`NotReplanned::Time`] before the plan begins, or where fewer than two steps are left.
+    /// [`NotReplanned::Time`] if the time is before the plan, or if fewer than two steps follow it.
     pub fn at(&self, time: f64) -> Result<Moment, NotReplanned> {
         let (step, steps) = (self.problem.step(), self.problem.steps);
         let along = time / step;
@@ -322,27 +329,27 @@ impl Replanner {
         NotReplanned::Time { at, latest }
     }
 
-    /// Returns the state of the plan at a moment: of one that lands, of its true motion; between
-    /// nodes interpolated.
+    /// Returns the planned state at a moment, interpolated between nodes. For a landed plan it is
+    /// the state of the true motion.
     pub fn planned(&self, moment: &Moment) -> State {
         let point = self.beginning(moment).point;
         let rate = self.bvp.dynamics.j_inverse * point.momentum.value / self.bvp.dynamics.units.time;
         State::attitude(lie::project_to_rotation(&point.attitude.value), rate)
     }
 
-    /// Returns whether gains correct the costates. If inputs are at their limits for too long, no
-    /// gains exist; then the plan's own costates are the guess.
+    /// Returns whether gains correct the costates. No gains exist if inputs stay at their limits
+    /// too long; the plan's own costates are then the initial guess.
     pub fn corrects(&self) -> bool {
         self.corrects
     }
 
-    /// Replans from `start` at `moment`, to `end` or to the end of the plan. The second order is
-    /// not tested. For a plan that lands, the target is reached by its own inputs
-    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes; its memory
-    /// does not grow with the plan.
+    /// Replans from `start` at `moment`, to `end` or, if it is `None`, to the end of the plan. The
+    /// second-order conditions are not tested. For a landed plan the target is the state that its
+    /// own inputs reach; only [`Replanner::solution`] lands exactly. Each Newton step allocates a
+    /// factor of 300 bytes; the memory does not grow with the plan.
     ///
     /// # Errors
-    /// [`Left`] if the neighbour of the plan is not found; the maneuver then needs a search.
+    /// [`Left`] if the neighbour of the plan is not found; the maneuver must then be planned anew.
     pub fn replan(&self, start: &State, moment: &Moment, end: Option<&State>) -> Result<Replanned, Left> {
         let dynamics = &self.bvp.dynamics;
         let from = self.beginning(moment);
@@ -367,19 +374,19 @@ impl Replanner {
         Ok(Replanned { newton_steps, guess_error, residual, cost, costates: costates.into() })
     }
 
-    /// Returns the rest of `problem` at a moment, with its start and its end, in the remaining
-    /// time and on the remaining steps. The homotopy class is the plan's; at its start it is the
-    /// requested one.
+    /// Returns `problem` restricted to the time from `moment` on: the remaining duration and number
+    /// of steps, with the start and the end of `problem`. At time 0 the requested homotopy class is
+    /// kept. Later it is left free, because the neighbour keeps the class of the plan.
     pub fn remaining(&self, problem: &Problem, moment: &Moment) -> Problem {
         let path = if moment.time > 0.0 { Path::Best } else { problem.path };
         Problem { path, ..problem.clone().with_duration(moment.duration).with_steps(moment.steps) }
     }
 
-    /// Returns the result as a plan like any other: recorded, tested to second order, and landed
-    /// if `settings` request it.
+    /// Returns the result as a complete plan: recorded, tested to second order, and landed if
+    /// `settings` request it.
     ///
     /// # Errors
-    /// [`PlanError`] when start, end or settings cannot be used.
+    /// [`PlanError`] if start, end or settings are invalid.
     pub fn solution(
         &self,
         remaining: &Problem,
@@ -390,11 +397,11 @@ impl Replanner {
         search::warm(remaining, settings, &replanned.costates, MOST_STEPS, observer)
     }
 
-    /// Checks that `problem` is the maneuver of the plan except for its ends, its duration and its
-    /// steps.
+    /// Checks that `problem` equals the maneuver of the plan except for start, end, duration and
+    /// number of steps.
     ///
     /// # Errors
-    /// [`NotReplanned::Other`] with the quantity that differs.
+    /// [`NotReplanned::Other`], which names the quantity that differs.
     pub fn fits(&self, problem: &Problem) -> Result<(), NotReplanned> {
         let own = &self.problem;
         let (j, other) = (own.body.inertia.j(), problem.body.inertia.j());
@@ -412,7 +419,8 @@ impl Replanner {
         same.iter().find(|(same, _)| !same).map_or(Ok(()), |(_, what)| Err(NotReplanned::Other(what)))
     }
 
-    /// Returns the boundary value problem from a moment on, in the plan's units.
+    /// Returns the boundary value problem for the rest of the plan from a moment on, in the plan's
+    /// units.
     fn rest(
         &self,
         moment: &Moment,
@@ -424,8 +432,8 @@ impl Replanner {
         BoundaryValueProblem::of_parts(&self.bvp.dynamics.on_grid(grid), start, terminal)
     }
 
-    /// Returns the target of the discrete motion: the end, or for a plan that lands the state to
-    /// which the inputs of the plan lead.
+    /// Returns the target of the discrete motion: the end of the maneuver, or for a landed plan the
+    /// state that the inputs of the plan reach.
     fn target(&self, moment: &Moment, from: &Beginning) -> Result<Point, Left> {
         let dynamics = &self.bvp.dynamics;
         if !self.lands {
@@ -442,8 +450,8 @@ impl Replanner {
         swept.map(|_| reached).map_err(failed)
     }
 
-    /// Returns `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled. The first node of each sum has the
-    /// weight of a start.
+    /// Returns the effort to go `Σ κ_j ½ u_jᵀWu_j` from each node, scaled. In each sum the first
+    /// node has the weight of the opening kick.
     fn costs_to_go(&self, nodes: &[Node]) -> Vec<f64> {
         let (dynamics, grid) = (&self.bvp.dynamics, &self.bvp.dynamics.grid);
         let begins = grid.kick(0);
@@ -456,7 +464,7 @@ impl Replanner {
         costs
     }
 
-    /// Returns the rest of the plan from a moment on.
+    /// Returns the data of the plan at a moment, interpolated between nodes.
     fn beginning(&self, moment: &Moment) -> Beginning {
         let (a, share) = (&self.nodes[moment.node], moment.share);
         let Some(b) = self.nodes.get(moment.node + 1).filter(|_| share > 0.0) else { return *a };
@@ -471,7 +479,8 @@ impl Replanner {
         }
     }
 
-    /// Returns a target moved as the end is.
+    /// Returns the target shifted by the difference between the requested end `end` and the planned
+    /// end.
     fn moved(&self, target: &Point, end: &State) -> Point {
         let planned = &self.problem.end;
         let dynamics = &self.bvp.dynamics;
@@ -485,7 +494,7 @@ impl Replanner {
     }
 }
 
-/// An extremal, scaled.
+/// A converged extremal, in scaled units.
 struct Solved {
     costate: Vector6,
     cost: f64,
@@ -494,11 +503,12 @@ struct Solved {
     newton_steps: usize,
 }
 
-/// Runs Newton from a guess in its basin: every step is a full step, and must at least halve the
-/// error.
+/// Runs Newton's method from a guess inside the basin of convergence. Every step is a full step,
+/// and must at least halve the error.
 ///
-/// The next error after `e₀, e₁` is about `e₁ (e₁/e₀)²`. If that nearly meets the tolerance, its
-/// sweep omits the derivatives, which take longer: the present factor suffices for the rest.
+/// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If this nearly meets the
+/// tolerance, the next sweep omits the derivatives, which take longer than the sweep itself: the
+/// present factorisation suffices for the last step.
 fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Result<Solved, Left> {
     let failed = |outcome, steps, residual| Left::NotConverged { outcome, steps, residual };
     let (mut end, psi) =
@@ -526,7 +536,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
         let ratio = end.residual() / residual;
         residual = end.residual();
         next = residual * ratio * ratio;
-        // The comparison counts NaN as no progress.
+        // A NaN ratio counts as no progress in this comparison.
         if !(ratio <= PROGRESS || residual <= tolerance) {
             return Err(failed(Outcome::Stalled, newton_steps + 1, residual));
         }
@@ -534,7 +544,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
     Err(failed(Outcome::IterationLimit, MOST_STEPS, residual))
 }
 
-/// Interpolates between two states, on the shortest rotation.
+/// Interpolates between two states, along the shortest rotation.
 fn between(a: &Point, b: &Point, share: f64) -> Point {
     let turn = lie::minus(&b.attitude.value, &a.attitude.value) * share;
     Point {

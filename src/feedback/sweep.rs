@@ -1,4 +1,5 @@
-//! Backward sweeps along the steps near a plan, for any states and inputs (`linear_plan::stage`).
+//! Backward sweeps along the linearised steps of a plan, for any number of states and inputs
+//! (`linear_plan::stage`).
 
 use super::{Kind, NoGains};
 use crate::optimize::discrete::linear_plan::Stage;
@@ -6,20 +7,20 @@ use nalgebra::{DMatrix, SMatrix};
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// Part of the largest singular value of `Z`; no input reaches a direction whose singular value is
-/// smaller.
+/// Threshold on the singular values of `Z`, relative to the largest one. No input can control a
+/// direction whose singular value is smaller.
 const UNREACHED: f64 = 1e-11;
 
-/// The result of a sweep: the duals `(h + U S)⁻¹(V + BᵀP)` of each step, from which inputs follow
-/// by `W⁻¹Bᵀ`, and `P`.
+/// The result of a backward sweep. `duals` holds `(h + U S)⁻¹(V + BᵀP)` of each step, from which
+/// `W⁻¹Bᵀ` gives the inputs; `to_go` holds the matrix `P` of the cost to go.
 pub(super) struct Swept<const N: usize, const C: usize> {
     pub duals: Vec<SMatrix<f64, C, N>>,
     pub to_go: Vec<Square<N>>,
     pub frozen_from: usize,
 }
 
-/// Computes the cheapest corrections that lead to the end. `end` is `(Z_N, Λ_{N−1})`: the free part
-/// of the states and the costates at the end.
+/// Computes the cheapest corrections that bring the motion to the end. The last argument is
+/// `(Z_N, Λ_{N−1})`: the free part of the terminal states, and the terminal costates.
 pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
@@ -28,8 +29,8 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
 ) -> Result<Swept<N, C>, NoGains> {
     let held =
         if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
-    // The gain of step N − held is the last that is designed; the gain of the first step is
-    // always designed.
+    // Step N − held is the last one with gains of its own. The first step always has gains of its
+    // own.
     let frozen_from = (count + 1).saturating_sub(held).clamp(1, count);
     let mut duals = vec![SMatrix::zeros(); count];
     let mut to_go = vec![Square::zeros(); count];
@@ -58,23 +59,28 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     Ok(Swept { duals, to_go, frozen_from })
 }
 
-/// Returns the regulator of the weights of the state, running and at the end.
+/// Computes the linear-quadratic regulator for the running and the terminal weight of the state.
 pub(super) fn regulator<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
     [running, end]: [Square<N>; 2],
+    stops: &[usize],
 ) -> Swept<N, C> {
     let mut p = end;
     let mut duals = vec![SMatrix::zeros(); count];
     let mut to_go = vec![Square::zeros(); count];
     for k in (0..count).rev() {
-        // K = (hW + B̄ᵀP B̄)⁻¹ B̄ᵀP A, by its torque: S (hI + B̄ᵀP B̄ S)⁻¹ B̄ᵀP A.
+        // The gain `K = (hW + B̄ᵀP B̄)⁻¹ B̄ᵀP A`, written for its torque:
+        // `S (hI + B̄ᵀP B̄ S)⁻¹ B̄ᵀP A`.
         let &Stage { a, b, authority, length, .. } = stage(k);
         let b_p = b.transpose() * p;
         let inner = Square::<C>::from_diagonal_element(length) + b_p * b * authority;
         let dual = inner.try_inverse().unwrap_or_else(|| Square::repeat(f64::NAN)) * b_p * a;
         let closed = a - b * (authority * dual);
         p = running * length + a.transpose() * p * closed;
+        if stops.binary_search(&k).is_ok() {
+            p += end;
+        }
         p = 0.5 * (p + p.transpose());
         duals[k] = dual;
         to_go[k] = p;
@@ -82,13 +88,13 @@ pub(super) fn regulator<'a, const N: usize, const C: usize>(
     Swept { duals, to_go, frozen_from: count }
 }
 
-/// Returns `Z⁻¹`, and whether it is the full inverse. Otherwise it is the least-squares inverse,
-/// because inputs at their limits, or a last kick, cannot control all numbers.
+/// Returns `Z⁻¹`, and whether it is the full inverse. If inputs at their limits or a terminal kick
+/// leave some directions uncontrolled, it is the least-squares inverse.
 fn inverse_of<const N: usize>(z: &Square<N>) -> Option<(Square<N>, bool)> {
     if !z.iter().all(|value| value.is_finite()) {
         return None;
     }
-    // An inverse below this size shows that all directions are reached.
+    // If the inverse is below this size, all directions are controllable.
     if let Some(inverse) = z.try_inverse()
         && inverse.norm() * z.norm() * UNREACHED < 1.0
     {

@@ -1,17 +1,19 @@
-//! Gains of plans whose inputs switch: the lengths of the arcs from a neighbouring start.
+//! Gains of bang-bang plans: the lengths of the arcs from a neighbouring start.
 //!
 //! ```text
 //! d = d* + K z ,     z = [log(R*_0ᵀ R_0); Π_0 − Π*_0]
 //! ```
 //!
-//! The neighbour of a plan of arcs has these arcs with other lengths
+//! A neighbouring bang-bang plan has the arcs of the plan with other lengths
 //! (`optimize::methods::switching::moved` has the equations). The motion from the corrected start
-//! misses the end by the square of `z`, and its duration equals the duration of the neighbouring
-//! optimum. Too few lengths remain for six errors after the first switches. A plan is therefore
-//! corrected once, at its start, and a regulator with reserved torque follows the corrected motion.
+//! misses the end by an error of order `|z|²`, and its duration equals the duration of the
+//! neighbouring optimum. After the first switches too few arc lengths remain to correct six errors.
+//! A plan is therefore corrected once, at its start, and a regulator with reserved torque follows
+//! the corrected motion.
 //!
-//! If an error would make an arc shorter than zero, the optimal plan has other arcs, which no
-//! derivative gives ([`Reversed`]): plan again.
+//! If an error would make the length of an arc negative, the neighbouring optimal plan has other
+//! arcs, which derivatives cannot give. The result is then [`Reversed`], and the maneuver must be
+//! planned again.
 
 use super::NoGains;
 use crate::flight::Flight;
@@ -26,38 +28,38 @@ use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
 use crate::optimize::methods::switching::scaled::scaled;
 use thiserror::Error;
 
-/// The relative distance from a limit, or from zero, within which an input counts as at it: the
+/// Relative tolerance within which an input counts as at its limit or as off. It covers the
 /// round-off of impulses in recorded times.
 const AT_LIMIT: f64 = 1e-6;
 
-/// Relative difference within which a duration counts as the longest allowed one.
+/// Relative tolerance within which a duration counts as equal to the longest allowed one.
 const ALL_OF_IT: f64 = 1e-9;
 
-/// An arc of a plan, on which the inputs stay.
+/// An arc of a bang-bang plan: a time interval over which the inputs are constant.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arc {
-    /// Number of the first step of the arc.
+    /// Index of the first step of the arc.
     pub first_step: usize,
-    /// Number of steps in the arc.
+    /// Number of steps of the plan in the arc.
     pub steps: usize,
     /// Length of the arc \[s\].
     pub length: f64,
-    /// The inputs on the arc, SI.
+    /// The constant inputs on the arc, SI.
     pub inputs: Vec<f64>,
 }
 
-/// The derivatives of the lengths of the arcs of a plan by the start.
+/// Derivatives of the arc lengths of a plan with respect to the initial state.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SwitchingGains {
-    /// The arcs.
+    /// The arcs of the plan, in the order of time.
     pub arcs: Vec<Arc>,
-    /// `K`, a row of six for each arc: \[s\] for each rad, body axes, and N·m·s.
+    /// The matrix `K`, one row of six per arc: \[s\] per rad and per N·m·s, body axes.
     pub rows: Vec<f64>,
 }
 
-/// An arc would last for no time, or less.
+/// An error of the start would make the length of an arc zero or negative.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
     "arc {} would have the length {length:.3} s from this start: the optimal plan from there has \
@@ -65,31 +67,31 @@ pub struct SwitchingGains {
     arc + 1
 )]
 pub struct Reversed {
-    /// Index of the arc.
+    /// Index of the arc in [`SwitchingGains::arcs`].
     pub arc: usize,
     /// The length that the arc would have \[s\].
     pub length: f64,
 }
 
-/// The reason for which a plan is not corrected.
+/// The reason why a plan cannot be corrected for another start.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotCorrected {
-    /// The corrected plan needs other arcs.
+    /// The neighbouring optimal plan has other arcs.
     #[error(transparent)]
     Reversed(#[from] Reversed),
-    /// The plan is not the plan of the gains, or its motion cannot be propagated.
+    /// The gains were computed for another plan, or the motion of the plan cannot be propagated.
     #[error("the plan is not the plan of the gains, or its motion cannot be propagated")]
     Trajectory,
 }
 
 impl SwitchingGains {
-    /// Designs gains for the arcs of `plan`, a trajectory of `problem` on its own grid. These are
-    /// the flown arcs; their switches differ from the switches of the continuous extremal by the
-    /// square of the step.
+    /// Computes the gains for the arcs of `plan`, a trajectory of `problem` on its own grid. The
+    /// arcs are the flown ones: their switching times differ from the switching times of the
+    /// continuous extremal by `O(h²)`, with the step h.
     ///
     /// # Errors
-    /// [`NoGains::Arcs`] if the inputs of the plan do not stay at limits or off, if something else
-    /// limits them, or if its arcs are too few or too alike to correct six errors.
+    /// [`NoGains::Arcs`] in these cases: inputs are neither at limits nor off, another constraint
+    /// limits them, or the arcs are too few or too similar to correct six errors.
     pub fn along(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
         Self::suits(problem)?;
         let arcs = arcs(problem, plan)?;
@@ -121,30 +123,30 @@ impl SwitchingGains {
         Ok(Self { arcs, rows })
     }
 
-    /// Checks that the arcs of a plan of `problem` determine its whole motion, and lead to a
-    /// given state.
+    /// Checks that the arcs of a plan of `problem` determine its whole motion, and that the
+    /// maneuver ends in a given state.
     ///
     /// # Errors
-    /// Returns [`NoGains::Arcs`] with the obstacle.
+    /// Returns [`NoGains::Arcs`] with the obstacle, in words.
     pub fn suits(problem: &Problem) -> Result<(), NoGains> {
         suited(problem)
     }
 
-    /// Returns the row of an arc.
+    /// Returns the gain row of an arc: derivatives of its length by the six components of `z`.
     pub fn row(&self, arc: usize) -> &[f64] {
         &self.rows[6 * arc..6 * arc + 6]
     }
 
-    /// Returns the additional length of an arc from a start that differs from the plan by `z`, in
-    /// rad and N·m·s.
+    /// Returns the change of the length of an arc \[s\] for a start that deviates from the plan by
+    /// `z`, in rad and N·m·s.
     pub fn change(&self, arc: usize, z: &Vector6) -> f64 {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
 
-    /// Returns the lengths of the arcs from a start \[s\].
+    /// Returns the lengths of all arcs \[s\] for a start that deviates from the plan by `z`.
     ///
     /// # Errors
-    /// Returns [`Reversed`] if an arc would be shorter than zero.
+    /// [`Reversed`] if the length of an arc would be zero or negative.
     pub fn lengths(&self, z: &Vector6) -> Result<Vec<f64>, Reversed> {
         let length = |(index, arc): (usize, &Arc)| {
             let length = arc.length + self.change(index, z);
@@ -154,8 +156,8 @@ impl SwitchingGains {
         self.arcs.iter().enumerate().map(length).collect()
     }
 
-    /// Returns, for each component of `z`, the least error that reduces an arc to length zero when
-    /// all other components are zero, and the number of the arc: rad and N·m·s.
+    /// Returns, for each component of `z`, the smallest error \[rad or N·m·s\] that reduces an arc
+    /// to length zero if all other components are zero, and the index of this arc.
     pub fn reach(&self) -> [(f64, usize); 6] {
         std::array::from_fn(|column| {
             let least = |(index, arc): (usize, &Arc)| (arc.length / self.row(index)[column].abs(), index);
@@ -164,7 +166,8 @@ impl SwitchingGains {
         })
     }
 
-    /// Returns `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
+    /// Returns the deviation `z = [log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start from the first node of
+    /// the plan, in rad and N·m·s; `None` if the plan has no nodes.
     pub fn beside(problem: &Problem, plan: &Trajectory, start: &State) -> Option<Vector6> {
         let planned = lie::rotation_from_quaternion(plan.quaternion.first()?);
         let turn = lie::minus(&start.attitude, &planned);
@@ -173,11 +176,11 @@ impl SwitchingGains {
         Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
     }
 
-    /// Returns the plan corrected for the start of `problem`: its arcs with new lengths and the
-    /// same numbers of steps, and the true motion from that start at the nodes.
+    /// Returns the plan corrected for the start of `problem`. Its arcs have new lengths and keep
+    /// their numbers of steps; its nodes record the true motion from that start.
     ///
     /// # Errors
-    /// [`NotCorrected`].
+    /// [`NotCorrected`] if the plan cannot be corrected for this start.
     pub fn corrected(&self, problem: &Problem, plan: &Trajectory) -> Result<Trajectory, NotCorrected> {
         let steps: usize = self.arcs.iter().map(|arc| arc.steps).sum();
         let z = Self::beside(problem, plan, &problem.start).filter(|_| plan.time.len() == steps + 1);
@@ -199,7 +202,8 @@ impl SwitchingGains {
     }
 }
 
-/// Checks that the arcs of a plan determine its whole motion, and lead to a given state.
+/// Checks that the arcs of a plan determine its whole motion, and that the maneuver ends in a given
+/// state.
 fn suited(problem: &Problem) -> Result<(), NoGains> {
     let limits = problem.actuation.torque.limits();
     let refused = [
@@ -219,7 +223,7 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
 }
 
-/// Returns the arcs of a plan.
+/// Returns the arcs of a plan: maximal runs of steps with constant inputs.
 fn arcs(problem: &Problem, plan: &Trajectory) -> Result<Vec<Arc>, NoGains> {
     let (steps, limits) = (plan.time.len().saturating_sub(1), problem.actuation.torque.limits());
     let sizes = limits.size.as_deref().unwrap_or_default();

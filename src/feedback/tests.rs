@@ -1,4 +1,5 @@
-//! Gains against reference values, the forward sensitivities, and the landing law.
+//! Tests of gains against reference values, against forward sensitivities, and of the order of the
+//! terminal miss.
 
 mod poses;
 mod wheels;
@@ -53,7 +54,7 @@ fn gains_are_those_of_the_references() {
     }
 }
 
-/// Returns `∂z_N/∂z_0`, or `∂z_N/∂λ_{−1}`, by the forward recursion.
+/// Returns `∂z_N/∂z_0` or `∂z_N/∂λ_{−1}`, computed by the forward recursion.
 fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
     let momenta = |block: Matrix3, weight: f64| {
         let mut out = Matrix6::zeros();
@@ -71,8 +72,8 @@ fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
     plan.last() * z + momenta(authority(plan.count() - 1), plan.half_kick(1)) * costate
 }
 
-/// `δλ_{−1} = −Ψ₁₂⁻¹ Ψ₁₁ z_0` of the sweep forward, another way to the same number; by its gradient
-/// in `u_0`.
+/// The forward sweep gives `δλ_{−1} = −Ψ₁₂⁻¹ Ψ₁₁ z_0`, an independent value of the first
+/// correction, which is compared by its gradient in `u_0`.
 #[test]
 fn the_first_correction_is_that_of_the_forward_sensitivities() {
     for name in ["g01_diag123_100", "g02_full_nonrest", "g03_xte_si"] {
@@ -88,7 +89,7 @@ fn the_first_correction_is_that_of_the_forward_sensitivities() {
         assert!(apart < 1e-12, "{name}: {apart:e}");
         let expected = -swept.try_inverse().unwrap() * psi_11;
         let found = gains.first.as_ref().map(|first| Matrix3x6::from_row_slice(first)).unwrap();
-        // u_0 = −λ^Π under unit weights: K_first = [δλ]_Π.
+        // For unit weights u_0 = −λ^Π, so K_first = [δλ]_Π.
         let rows = Matrix3x6::from_fn(|row, column| {
             expected[(3 + row, column)] * unit[3 + row] / linear.unit(column)
         });
@@ -96,8 +97,8 @@ fn the_first_correction_is_that_of_the_forward_sensitivities() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, `G_k = A_kᵀP_k + H_k`: the Hessian of the
-/// cost to go is symmetric but for the curvature of the rotations.
+/// Claim: `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, with `G_k = A_kᵀP_k + H_k`. The
+/// Hessian of the cost to go is symmetric except for the curvature of the rotations.
 #[test]
 fn the_cost_to_go_has_a_symmetric_hessian() {
     for name in ["g01_diag123_100", "g02_full_nonrest", "g03_xte_si"] {
@@ -118,8 +119,8 @@ fn the_cost_to_go_has_a_symmetric_hessian() {
     }
 }
 
-/// Checks torques that are held. They act in the drift of their step, along costates that follow
-/// its own matrices; also in a field, and held over one step or three.
+/// Checks held torques, also in a force field, and held over one step or three. They act in the
+/// drift of their step, and the costates follow the matrices of that step.
 #[test]
 fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
     let mut random = Random(23);
@@ -149,7 +150,7 @@ fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
     }
 }
 
-/// The discrete motion under corrected inputs.
+/// Propagation of the discrete motion under corrected inputs.
 struct Loop<'a> {
     problem: &'a Problem,
     plan: &'a LinearPlan,
@@ -164,8 +165,8 @@ impl<'a> Loop<'a> {
         Self { problem, plan, gains, dynamics: Dynamics::on(problem, grid.clone()), grid }
     }
 
-    /// Returns the states before each drift, and the physical end, from `z_0` near the start,
-    /// scaled; `planned` is the result without `z_0`.
+    /// Returns the states before each drift and the physical terminal state, scaled, for a start
+    /// that deviates by `z_0` from the plan. `planned` is the result for `z_0 = 0`.
     fn fly(&self, recorded: &Trajectory, z: &Vector6, planned: Option<&[Point]>) -> Vec<Point> {
         let units = self.plan.units();
         let set = &self.problem.actuation.torque;
@@ -212,7 +213,7 @@ impl<'a> Loop<'a> {
         points
     }
 
-    /// Returns the largest of the scaled error at the physical end.
+    /// Returns the largest component of the scaled terminal error.
     fn miss(&self, recorded: &Trajectory, z: &Vector6, planned: &[Point]) -> f64 {
         let flown = self.fly(recorded, z, Some(planned));
         let end = |points: &[Point]| *points.last().unwrap();
@@ -220,8 +221,8 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// Returns the random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a
-/// full weight, a field, limited torques.
+/// Returns a random maneuver of one of five kinds: either scheme, full inertia, skewed inputs with
+/// a full weight matrix, a force field, or limited torques.
 pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     use crate::maneuver::objective::Weights;
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -247,7 +248,7 @@ pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
             UniformGravity::new(1.0, 0.4, -Vector3::z(), Vector3::new(0.3, 0.1, -0.6)).unwrap(),
         ),
         4 => {
-            // Limits of nine tenths of the largest inputs of the plan without limits.
+            // The limits are nine tenths of the largest inputs of the unconstrained plan.
             let free = planned(&problem);
             let most = (0..free.torque.len())
                 .flat_map(|row| free.inputs(row).to_vec())
@@ -260,8 +261,8 @@ pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     }
 }
 
-/// The miss of a corrected motion falls with the square of its initial deviation from the plan:
-/// slope 2.00 ± 0.1 between 1e-2 and 1e-3.
+/// The terminal miss of a corrected motion falls with the square of the initial deviation from the
+/// plan: the slope is 2.00 ± 0.1 between 1e-2 and 1e-3.
 #[test]
 fn neighbouring_gains_land_to_second_order() {
     let mut random = Random(42);
@@ -274,8 +275,8 @@ fn neighbouring_gains_land_to_second_order() {
         let direction = Vector6::from_fn(|_, _| random.uniform()).normalize();
         let flown = Loop::new(&problem, &linear, Some(&gains));
         let planned = Loop::new(&problem, &linear, None).fly(&plan, &Vector6::zeros(), None);
-        // A change of the active limits has a first-order effect over its duration: too small to
-        // appear here.
+        // A change of the active limits has an effect of first order over its duration, which is
+        // too small to show here.
         let miss = |size: f64| flown.miss(&plan, &(direction * size), &planned);
         slopes.push(((miss(1e-2) / miss(1e-3)).log10(), case % 5, miss(1e-3)));
     }
@@ -284,8 +285,8 @@ fn neighbouring_gains_land_to_second_order() {
     }
 }
 
-/// A wrong sign of the gains, or the gains of the next step, give slope 1, so that the law can
-/// fail.
+/// Gains with a wrong sign, or the gains of the next step, give an error of slope 1 instead of 2.
+/// This shows that the test can fail.
 #[test]
 fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     let mut random = Random(7);
@@ -310,8 +311,8 @@ fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     }
 }
 
-/// The held model is the derivative of the motion that is flown, to the order of the scheme:
-/// halving the steps makes it four times as near.
+/// The held model is the derivative of the true motion to the order of the scheme: with half the
+/// step the difference is a quarter.
 #[test]
 fn the_held_model_is_the_derivative_of_the_true_motion() {
     use crate::flight::Flight;
@@ -358,9 +359,9 @@ fn the_held_model_is_the_derivative_of_the_true_motion() {
 }
 
 /// The mean torque of the first step differs between plans from neighbouring starts. The gains of
-/// this step for the true motion equal that difference, to second order in the step, in a field and
-/// with torques in axes that turn against the body. Costates that are taken half a kick beyond the
-/// nodes leave an error of first order.
+/// this step for the true motion equal this difference to second order in the step, in a force
+/// field and for torques in axes that rotate relative to the body. Costates taken half a kick
+/// beyond the nodes would leave an error of first order.
 #[test]
 fn gains_in_fields_are_of_second_order() {
     use crate::flight::Flight;
@@ -433,7 +434,7 @@ fn what_cannot_be_corrected_is_said() {
     assert_eq!(refused(&problem, &Trajectory::default()), Unlinearised::Trajectory);
     let fuel = Problem { objective: Objective::Fuel(Default::default()), ..problem.clone() };
     assert_eq!(refused(&fuel, &plan), Unlinearised::Switching);
-    // One axis alone cannot bring it back.
+    // A torque about one axis only cannot bring the body back.
     let mut weak = problem.clone();
     weak.actuation = crate::mechanics::actuators::Actuation::torques(
         crate::mechanics::actuators::ActuatorSet::new(

@@ -1,23 +1,24 @@
-//! The true motion under the inputs of a plan, held over each step. The planner lands its plans on
-//! this motion.
+//! The true motion under the inputs of a plan, which are held over each step. The planner lands its
+//! plans on this motion.
 //!
 //! ```text
 //! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
 //! R(t) = exp(−t S(n)) A(t)    in a reference frame that turns at n
 //! ```
 //!
-//! with the force and torque that the plan holds over a step: the mean of its rows at both ends for
-//! Lie–Verlet, the row at the end for Lie–Euler, the row of the step where inputs switch.
+//! with the force and torque that the plan holds over a step. For Lie–Verlet they are the mean of
+//! the rows at both ends of the step, for Lie–Euler the row at its end. For switching inputs they
+//! are the row of the step.
 //!
-//! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a
+//! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999). On a part of a
 //! step `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors
-//! (`numerics/tableau`). The witnesses judge by other flows (`verify::continuous`,
-//! `verify::symplectic`). This module and the witnesses share no code.
+//! (`numerics/tableau`). The witnesses (`verify::continuous`, `verify::symplectic`) use other
+//! flows, and share no code with this module.
 //!
-//! A part turns and nutates by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a
-//! turn of a few radians (a test checks this). Momentum in wheels makes even a body nutate that
-//! hardly turns. Fields may change faster than the body turns: if the body is in a field, parts are
-//! halved until two runs agree ([`Flight::settle`]).
+//! In a part the body turns and nutates by at most [`Flight::PART`]. Over a turn of a few radians
+//! this leaves errors of some 1e-11, as a test checks. Nutation counts because the momentum of
+//! wheels makes even a body nutate that hardly turns. Force fields may change faster than the body
+//! turns; in a field, parts are halved until two runs agree ([`Flight::settle`]).
 
 mod limits;
 
@@ -30,19 +31,20 @@ use crate::mechanics::environment::Pose;
 use crate::numerics::tableau::{FOURTH, SIXTH, Tableau};
 use crate::{Matrix3, Vector3, lie};
 
-/// The outputs of the actuators over a step, each in the axes in which its set is fixed [N, N·m].
+/// The outputs of the actuators over a step [N, N·m], each in the axes in which its actuator set is
+/// fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
     pub force: Vector3,
     pub torque: Vector3,
-    /// A torque that no actuator produces, body axes [N·m]: wheels do not store its reaction.
+    /// A torque that no actuator produces, body axes [N·m]. The wheels do not store its reaction.
     pub outside: Vector3,
 }
 
-/// A body in flight, SI units.
+/// The state of the body in flight, SI units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
-    /// Body → inertial.
+    /// Attitude, from body to inertial.
     attitude: Matrix3,
     momentum: Vector3,
     /// The momentum in the wheels, body axes.
@@ -51,7 +53,7 @@ pub(crate) struct Body {
     linear_momentum: Vector3,
 }
 
-/// Derivatives, or a change, of `(u, Π, x, γ)`.
+/// The derivative, or a change, of `(u, Π, x, γ)`.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     turn: Vector3,
@@ -60,40 +62,39 @@ struct Change {
     linear_momentum: Vector3,
 }
 
-/// The true motion of a maneuver.
+/// The true (continuous-time) motion of a maneuver.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight<'a> {
     problem: &'a Problem,
     j_inverse: Matrix3,
     per_mass: f64,
     moves: bool,
-    /// Whether force or moment depends on the pose.
+    /// Whether the force or the moment depends on attitude or position.
     posed: bool,
     has_wheels: bool,
     torque_frame: AxisFrame,
     force_frame: AxisFrame,
     frame_rate: Option<Vector3>,
     start: Body,
-    /// The least number of parts of every step.
+    /// Smallest number of parts into which every step is divided.
     parts: usize,
 }
 
 impl<'a> Flight<'a> {
-    /// Largest turn, with the angle of nutation, in a part of a step \[rad\].
+    /// Largest angle of turn plus nutation in a part of a step \[rad\].
     const PART: f64 = 0.04;
 
-    /// The turn and nutation of a step \[rad\] below which the method of fourth order suffices: its
-    /// error is
-    /// of the fifth power, some 1e-13 for each step.
+    /// Angle of turn plus nutation in a step \[rad\] below which the fourth-order method suffices.
+    /// Its error is of fifth power in this angle, some 1e-13 per step.
     const SLOW: f64 = 8e-3;
 
-    /// The scaled difference below which two ends belong to one motion.
+    /// Scaled difference below which two computed ends count as equal.
     const SETTLED: f64 = 1e-10;
 
-    /// The largest number of parts of a step.
+    /// Largest number of parts into which a step is divided.
     const MOST_PARTS: usize = 256;
 
-    /// Starts a flight at the start of `problem`.
+    /// Builds the motion that starts at the start of `problem`.
     pub fn new(problem: &'a Problem) -> Self {
         let moves = problem.motion == Motion::RigidBody;
         let torque_frame = problem.actuation.torque.frame();
@@ -124,8 +125,8 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Returns the outputs that a recorded plan holds over each step, and the length of each step
-    /// \[s\].
+    /// Returns the outputs that a recorded plan holds over each step, each with the length of the
+    /// step \[s\].
     pub fn of_plan(problem: &Problem, plan: &Trajectory) -> Vec<(Held, f64)> {
         let output = |row: usize| {
             let (force, torque) = problem.actuation.split(plan.inputs(row));
@@ -151,8 +152,8 @@ impl<'a> Flight<'a> {
             .collect()
     }
 
-    /// Chooses the number of parts of a step that the field needs, from `steps` like the steps that
-    /// will be flown.
+    /// Chooses the number of parts per step that the force field requires. `steps` should be
+    /// similar to the steps that will be flown.
     pub fn settle(&mut self, steps: &[(Held, f64)]) {
         if !self.posed {
             return;
@@ -169,7 +170,7 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Returns the scaled distance of two ends.
+    /// Returns the scaled difference between two terminal states.
     fn apart(&self, a: &State, b: &State, steps: &[(Held, f64)]) -> f64 {
         let duration: f64 = steps.iter().map(|(_, step)| step).sum();
         let turn = lie::minus(&a.attitude, &b.attitude).norm();
@@ -180,13 +181,13 @@ impl<'a> Flight<'a> {
     }
 
     /// Returns the state of the body after `steps`; `None` if a number is not finite. `excess`
-    /// receives the motion.
+    /// records the violations of constraints by this motion.
     pub fn fly(&self, steps: &[(Held, f64)], excess: Option<&mut Excess>) -> Option<State> {
         self.pass(steps, excess, |_, _| ())
     }
 
-    /// Returns a plan with the true motion at its nodes in place of the discrete one, and torques
-    /// and forces in the axes of that; `None` if it cannot be followed.
+    /// Returns a plan whose nodes hold the true motion instead of the discrete one, with torques
+    /// and forces in the axes of the true motion; `None` if the motion cannot be propagated.
     pub fn recorded(problem: &Problem, plan: &Trajectory) -> Option<Trajectory> {
         let steps = Self::of_plan(problem, plan);
         let mut flight = Flight::new(problem);
@@ -194,7 +195,7 @@ impl<'a> Flight<'a> {
         let mut states = Vec::with_capacity(steps.len());
         flight.pass(&steps, None, |time, body| states.push(flight.state(time, body)))?;
         let mut flown = plan.clone();
-        // The start is the maneuver's own.
+        // The first node keeps the start of the maneuver.
         for (node, state) in (1..).zip(states) {
             let quaternion = lie::quaternion_from_rotation(&state.attitude);
             let same_sign =
@@ -205,8 +206,8 @@ impl<'a> Flight<'a> {
                 (flown.position[node], flown.velocity[node]) = (state.position, state.velocity);
             }
         }
-        // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the
-        // first.
+        // Row k of switching inputs belongs to the step that begins at node k. Lie–Euler has no row
+        // at the first node.
         let first = if problem.switches() { 0 } else { plan.time.len() - plan.torque.len() };
         for row in 0..plan.torque.len() {
             let node = row + first;
@@ -221,8 +222,8 @@ impl<'a> Flight<'a> {
         Some(flown)
     }
 
-    /// Flies as [`Flight::fly`] does, and calls `visit` with the time and the state of the body
-    /// after each step.
+    /// Propagates as [`Flight::fly`] does, and calls `visit` with the time and the state of the
+    /// body after each step.
     fn pass(
         &self,
         steps: &[(Held, f64)],
@@ -246,8 +247,8 @@ impl<'a> Flight<'a> {
         finite.then_some(state)
     }
 
-    /// Carries a body over a step from `time`, in `least` parts at least; `None` if it turns
-    /// more than can be followed.
+    /// Propagates a body over a step that begins at `time`, in at least `least` parts. Returns
+    /// `None` if the body turns too fast for the largest number of parts.
     pub fn carry(
         &self,
         body: &mut Body,
@@ -264,7 +265,7 @@ impl<'a> Flight<'a> {
             turn += step * (nutation(&body.stored) + 0.5 * step * nutation(&held.torque));
         }
         let needed = (turn / Self::PART).ceil();
-        // A number that is not finite counts as too many.
+        // NaN counts as too many parts.
         if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
             return None;
         }
@@ -288,22 +289,22 @@ impl<'a> Flight<'a> {
         Some(())
     }
 
-    /// Returns the body at the start.
+    /// Returns the state of the body at the start.
     pub fn start(&self) -> Body {
         self.start
     }
 
-    /// Returns the momentum in the wheels, body axes [N·m·s].
+    /// Returns the momentum stored in the wheels, body axes [N·m·s].
     pub fn stored(body: &Body) -> Vector3 {
         body.stored
     }
 
-    /// Starts with the subdivision of the steps that another flight has reached.
+    /// Returns this motion with the number of parts per step that another flight has chosen.
     pub fn refined_as(&self, other: &Self) -> Self {
         Self { parts: other.parts, ..self.clone() }
     }
 
-    /// Returns the state of the body at `time`, in the form of a maneuver's state.
+    /// Returns the state of the body at `time` as a state of the maneuver, in its reference frame.
     pub fn state(&self, time: f64, body: &Body) -> State {
         let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
         State {
@@ -314,12 +315,13 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Returns the rotation inertial → reference at `time`.
+    /// Returns the rotation from inertial to reference at `time`; `None` if the frame does not
+    /// rotate.
     fn frame(&self, time: f64) -> Option<Matrix3> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// Advances the body over a part of a step.
+    /// Advances the body over one part of a step by an explicit Runge–Kutta method.
     #[inline(always)]
     fn advance<const POSED: bool, const S: usize>(
         &self,
@@ -350,8 +352,8 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Returns the equations of motion, `since` after the beginning of a part at `time`, where the
-    /// body has changed by `change`.
+    /// Evaluates the equations of motion at the time `since` after the start of a part, where the
+    /// body has changed by `change` since that start.
     #[inline(always)]
     fn slope<const POSED: bool>(
         &self,
@@ -406,7 +408,7 @@ impl Held {
     }
 }
 
-/// Returns `h Σ a_j k_j` over the first `count` stages.
+/// Returns the increment `h Σ a_j k_j` over the first `count` stages.
 #[inline(always)]
 fn weighted<const POSED: bool, const S: usize>(
     weights: &[f64; S],
@@ -428,8 +430,8 @@ fn weighted<const POSED: bool, const S: usize>(
     sum
 }
 
-/// Returns `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of
-/// `g = (1 − (t/2) cot(t/2))/t²`, `t = |u|` below a tenth.
+/// Returns the derivative `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)` of the rotation vector. The
+/// factor `g = (1 − (t/2) cot(t/2))/t²`, `t = |u|`, is a series for `t` below a tenth.
 #[inline(always)]
 fn of_rate(u: &Vector3, rate: &Vector3) -> Vector3 {
     let t2 = u.norm_squared();

@@ -1,5 +1,5 @@
-//! Evidence for the flow: comparison with the flow of the witness, which shares no code with it,
-//! and slopes of the error over shorter and shorter parts.
+//! Tests of the flow: comparison with the flow of the witness, which shares no code with it, and
+//! the observed order of convergence as the parts become shorter.
 
 use super::*;
 use crate::maneuver::problem::Problem;
@@ -9,7 +9,7 @@ use crate::propagate::plant::{Output, Plant};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::verify::continuous_flow;
 
-/// Returns the random held inputs over steps of unequal lengths.
+/// Returns random held inputs over steps of unequal lengths.
 fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)> {
     let mean = problem.seconds() / steps as f64;
     let mut vector = || random.vector3();
@@ -19,7 +19,7 @@ fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)
     outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()
 }
 
-/// Returns the distance from the end of the witness's flow.
+/// Returns the scaled difference between the terminal states of the flow and of the witness.
 fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
     let mut flight = Flight::new(problem);
     flight.settle(steps);
@@ -29,9 +29,9 @@ fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
     flight.apart(&found, &witness, steps)
 }
 
-/// The flow ends where the flow of the witness ends: for free bodies and bodies in fields,
-/// torques and forces in either axes, a frame that turns, and a turn of some radians on coarse
-/// and on fine steps.
+/// The flow reaches the same terminal state as the flow of the witness. The cases are free bodies
+/// and bodies in force fields, torques and forces in body and reference axes, a rotating frame, and
+/// a turn of some radians on coarse and fine steps.
 #[test]
 fn the_flow_is_that_of_the_witness() {
     let mut random = Random(41);
@@ -57,7 +57,7 @@ fn the_flow_is_that_of_the_witness() {
 }
 
 /// The flow agrees with the flow of the witness even if the momentum of wheels makes a body nutate
-/// ten times as fast as it turns. The rate of the nutation agrees with the linear equations.
+/// ten times as fast as it turns. The nutation rate agrees with the linear equations.
 #[test]
 fn a_body_that_nutates_is_followed() {
     let mut random = Random(43);
@@ -81,7 +81,7 @@ fn a_body_that_nutates_is_followed() {
     }
 }
 
-/// Claim: both tableaux have the order that they state.
+/// Claim: both Runge–Kutta tableaux have the order that they state.
 #[test]
 fn tableaux_have_their_orders() {
     let mut random = Random(3);

@@ -5,13 +5,13 @@
 //! R(s) = R₀ exp(φ(s)),   φ(0) = 0,  φ'(0) = h Ω₀,  φ(1) = log(R₀ᵀ R₁),  φ'(1) = J_r⁻¹(φ(1)) h Ω₁
 //! ```
 //!
-//! The error of such an interpolation is measured on the rows themselves: every second row is
-//! omitted and interpolated from its neighbours. Twice the distance makes it an upper bound for
-//! the full rows.
+//! The interpolation error is measured on the rows themselves: every second row is omitted and
+//! interpolated from its neighbours. The distance between rows is then twice as large, so that the
+//! measured error is an upper bound for the full rows.
 
 use crate::{Matrix3, Vector3, lie};
 
-/// An attitude with its rate, body axes [rad/s].
+/// An attitude and its angular velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// Attitude, body → reference.
@@ -20,8 +20,8 @@ pub struct Row {
     pub rate: Vector3,
 }
 
-/// The rotation vector from the first of two rows, as `s (φ'(0) + s (c + s b))` with `s` from 0 to
-/// 1.
+/// The rotation vector from the first of two rows to a point between them, as
+/// `s (φ'(0) + s (c + s b))` with `s` from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic {
     start: Vector3,
@@ -30,21 +30,21 @@ pub struct Cubic {
 }
 
 impl Cubic {
-    /// Builds the cubic through two rows `h` apart.
+    /// Builds the cubic through two rows at the time difference `h` \[s\].
     pub fn between(first: &Row, second: &Row, h: f64) -> Self {
         let turn = lie::minus(&second.attitude, &first.attitude);
         let (start, end) = (h * first.rate, lie::right_jacobian_inverse(&turn) * (h * second.rate));
         Self { start, curve: 3.0 * turn - 2.0 * start - end, bend: start + end - 2.0 * turn }
     }
 
-    /// Returns the rotation vector at the share `s`, and its slope in `s`.
+    /// Returns the rotation vector at the fraction `s` of the interval, and its derivative by `s`.
     pub fn at(&self, s: f64) -> (Vector3, Vector3) {
         let Self { start, curve, bend } = self;
         (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
     }
 
-    /// Returns a bound on the slope in `s`, from the Bernstein coefficients of the slope. No
-    /// angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
+    /// Returns a bound on the derivative by `s`, from its Bernstein coefficients. The angular
+    /// velocity times `h` does not exceed the bound, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
         [*start, start + curve, start + 2.0 * curve + 3.0 * bend]
@@ -54,18 +54,19 @@ impl Cubic {
     }
 }
 
-/// Returns the cubic at the share `s` of the time `h` between two rows.
+/// Returns the row of the cubic at the fraction `s` of the time `h` \[s\] between two rows.
 pub fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
     let (vector, slope) = Cubic::between(first, second, h).at(s);
     Row { attitude: first.attitude * lie::exp(&vector), rate: lie::right_jacobian(&vector) * slope / h }
 }
 
-/// Returns the rotation about one axis at one rate.
+/// Returns the attitude at the fraction `s` of a rotation about a fixed axis at a constant rate.
 pub fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
     first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
 }
 
-/// Returns bounds of the errors between rows of a rotation at one rate and of the cubic \[rad\].
+/// Returns bounds on the errors of two interpolations between rows \[rad\]: of the rotation at a
+/// constant rate, and of the cubic.
 pub fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for k in 1..rows.len().saturating_sub(1) {
@@ -84,8 +85,8 @@ mod tests {
     use super::{Row, cubic, missed};
     use crate::{Matrix3, Vector3, lie};
 
-    /// Returns a body that turns about one axis with the angle sin t: attitude and rate in closed
-    /// form.
+    /// Returns the attitude and rate of a body that turns about a fixed axis by the angle sin t, in
+    /// closed form.
     fn row(t: f64) -> Row {
         let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
         Row { attitude: lie::exp(&(t.sin() * axis)), rate: t.cos() * axis }
@@ -105,7 +106,7 @@ mod tests {
         let rows: Vec<Row> = time.iter().map(|t| row(*t)).collect();
         let (linear, bound) = missed(&rows, &time);
         assert!(off(0.1) < bound && bound < 20.0 * off(0.1), "{bound}");
-        // |θ''| h²/8 at the doubled distance 0.2, with |θ''| at most 1.
+        // The bound |θ''| h²/8 for the doubled distance 0.2, with |θ''| at most 1.
         assert!((linear - 0.005).abs() < 1e-4, "{linear}");
     }
 

@@ -1,4 +1,4 @@
-//! Coefficients of the maps on SO(3), as functions of `t² = |f|²`.
+//! Coefficients of the maps on SO(3), as functions of `t² = |f|²` for a rotation vector `f`.
 //!
 //! ```text
 //! A = sin t/t      B = (1 − cos t)/t²      C = (t − sin t)/t³      primes: d/d(t²)
@@ -7,17 +7,20 @@
 //! A'' = (3 sin t − 3t cos t − t² sin t)/(4t⁵)
 //! ```
 //!
-//! The closed forms of `C` and the primes cancel for small `t`; their Taylor series are entire and
-//! serve up to just beyond π, from where the closed forms lose nothing. `t²` may underflow to zero.
+//! The closed forms of `C` and of the derivatives cancel for small `t`. Their Taylor series
+//! converge everywhere and are used up to just beyond π, above which the closed forms are accurate.
+//! `t²` may underflow to zero.
 
-/// Series below, closed form above. `C'` still loses a digit at `t = 2` and nothing at π.
+/// The value of `t²` below which the series is used, and above which the closed form. The closed
+/// form of `C'` still loses a digit at `t = 2`, and nothing at π.
 pub(super) const SWITCH: f64 = 10.0;
 
-/// The number of terms of each series: the first omitted term is below 1e-18 of the sum at the
-/// switch.
+/// The number of terms of each series: at the switch the first omitted term is below 1e-18 of the
+/// sum.
 const TERMS: usize = 16;
 
-/// Returns Taylor coefficients of a derivative of `Σ (−1)ᵏ xᵏ/(2k + offset)!` with respect to `x`.
+/// Returns the Taylor coefficients of the derivative of order `derivative` of
+/// `Σ (−1)ᵏ xᵏ/(2k + offset)!` with respect to `x`.
 const fn taylor(offset: usize, derivative: usize) -> [f64; TERMS] {
     let mut coefficients = [0.0; TERMS];
     let (mut factorial, mut n) = (1.0, 1);
@@ -54,72 +57,73 @@ const C_SECOND: [f64; TERMS] = taylor(3, 2);
 
 const SECOND: [[f64; TERMS]; 6] = [B, C, B_PRIME, C_PRIME, B_SECOND, C_SECOND];
 
-/// The number of terms that suffice for `x < 1`: the first omitted term is below 1e-17.
+/// The number of terms that suffice for `x < 1`, where the first omitted term is below 1e-17.
 const FEW: usize = 9;
 
-/// Returns `Σ cₖ xᵏ`.
+/// Returns the polynomial `Σ cₖ xᵏ`.
 fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Returns `A = sin t/t`.
+/// Returns the coefficient `A = sin t/t`.
 pub(super) fn a(t2: f64) -> f64 {
     let t = t2.sqrt();
-    // Also guards the division: below this, 1 − t²/6 rounds to 1.
+    // This also guards the division: below the threshold, 1 − t²/6 rounds to 1.
     if t < 1e-8 { 1.0 } else { t.sin() / t }
 }
 
-/// Returns `B = (1 − cos t)/t² = ½ (sin(t/2)/(t/2))²`.
+/// Returns the coefficient `B = (1 − cos t)/t² = ½ (sin(t/2)/(t/2))²`.
 pub(super) fn b(t2: f64) -> f64 {
     0.5 * a(0.25 * t2).powi(2)
 }
 
-/// Returns the series below the switch, the closed form of `t` above.
+/// Returns the series below the switch, and the closed form as a function of `t` above.
 fn switched(series: &[f64], t2: f64, closed: impl Fn(f64) -> f64) -> f64 {
     if t2 < SWITCH { horner(series, t2) } else { closed(t2.sqrt()) }
 }
 
-/// Returns `C = (t − sin t)/t³`.
+/// Returns the coefficient `C = (t − sin t)/t³`.
 pub(super) fn c(t2: f64) -> f64 {
     switched(&C, t2, |t| (t - t.sin()) / (t * t2))
 }
 
-/// Returns `A' = (t cos t − sin t)/(2t³)`.
+/// Returns the coefficient `A' = (t cos t − sin t)/(2t³)`.
 pub(super) fn a_prime(t2: f64) -> f64 {
     switched(&A_PRIME, t2, |t| (t * t.cos() - t.sin()) / (2.0 * t * t2))
 }
 
-/// Returns `B' = (t sin t − 2(1 − cos t))/(2t⁴)`.
+/// Returns the coefficient `B' = (t sin t − 2(1 − cos t))/(2t⁴)`.
 pub(super) fn b_prime(t2: f64) -> f64 {
     switched(&B_PRIME, t2, |t| (t * t.sin() - 2.0 * (1.0 - t.cos())) / (2.0 * t2 * t2))
 }
 
-/// Returns `C' = (3 sin t − 2t − t cos t)/(2t⁵)`.
+/// Returns the coefficient `C' = (3 sin t − 2t − t cos t)/(2t⁵)`.
 pub(super) fn c_prime(t2: f64) -> f64 {
     switched(&C_PRIME, t2, |t| (3.0 * t.sin() - t * (2.0 + t.cos())) / (2.0 * t * t2 * t2))
 }
 
-/// Returns `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`, the second form free of
-/// cancellation.
+/// Returns the coefficient `g = (1 − (t/2) cot(t/2))/t² = −A'(t/2)/(2 A(t/2))`. The second form has
+/// no cancellation.
 ///
-/// Infinite at `t = 2π`.
+/// The result is infinite at `t = 2π`.
 pub(super) fn g(t2: f64) -> f64 {
     -0.5 * a_prime(0.25 * t2) / a(0.25 * t2)
 }
 
-/// Returns `A''`, the second derivative of `A` by `t²`.
+/// Returns `A''`, the second derivative of `A` with respect to `t²`.
 fn a_second(t2: f64) -> f64 {
     switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
 }
 
-/// Returns `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
+/// Returns the derivative `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, with `A` and its derivatives at
+/// `t/2`.
 pub(super) fn g_prime(t2: f64) -> f64 {
     let quarter = 0.25 * t2;
     let (a, first) = (a(quarter), a_prime(quarter));
     0.125 * (first * first / a - a_second(quarter)) / a
 }
 
-/// `B`, `C` and their first two derivatives with respect to `t²`, all at once.
+/// `B`, `C` and their first two derivatives with respect to `t²`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Second {
     pub b: f64,
@@ -131,7 +135,7 @@ pub(crate) struct Second {
 }
 
 impl Second {
-    /// Evaluates the kernel at `t²`. The closed forms are the derivatives of `B'` and `C'`.
+    /// Evaluates all values at `t²`. The closed forms are the derivatives of `B'` and `C'`.
     pub fn at(t2: f64) -> Self {
         if t2 < 1.0 {
             return Self::series(&SECOND, FEW, t2);
@@ -164,8 +168,8 @@ impl Second {
 mod tests {
     use super::*;
 
-    /// `t²` and its A, B, C, A', B', C', g, from the closed forms at 60 digits (1700 at 1e-300)
-    /// with mpmath 1.3.0.
+    /// Values of `t²`, A, B, C, A', B', C' and g, from the closed forms at 60 digits (1700 at
+    /// 1e-300) with mpmath 1.3.0.
     #[rustfmt::skip]
     const VALUES: [(f64, [f64; 7]); 12] = [
         (0.0, [
@@ -225,8 +229,8 @@ mod tests {
             for ((name, value), reference) in
                 ["A", "B", "C", "A'", "B'", "C'", "g"].iter().zip(computed).zip(expected)
             {
-                // A vanishes at π: there the rounding of t itself, an ulp of π times the slope, is
-                // left.
+                // A vanishes at π. The error there is the rounding of t itself: an ulp of π times
+                // the slope.
                 let scale = if *name == "A" { reference.abs().max(1.0) } else { reference.abs() };
                 let ulps = (value - reference).abs() / (scale * f64::EPSILON);
                 assert!(ulps <= 3.0, "{name}({t2}) = {value}, not {reference}: {ulps} ulps");
@@ -234,7 +238,7 @@ mod tests {
         }
     }
 
-    /// `g'` against central differences of `g`, and its limit at zero.
+    /// Compares `g'` with central differences of `g`, and checks its limit at zero.
     #[test]
     fn the_derivative_of_g_is_that_of_its_differences() {
         assert!((g_prime(0.0) - 1.0 / 720.0).abs() < 1e-18);
@@ -253,7 +257,7 @@ mod tests {
         }
     }
 
-    /// `t²` and its B'', C'', from their series at 80 digits with mpmath 1.3.0.
+    /// Values of `t²`, B'' and C'', from their series at 80 digits with mpmath 1.3.0.
     #[rustfmt::skip]
     const SECONDS: [(f64, [f64; 2]); 10] = [
         (1e-16, [0.002777777777777778, 0.0003968253968253968]),
@@ -272,8 +276,8 @@ mod tests {
     fn second_derivatives_are_accurate_and_agree_with_the_single_coefficients() {
         for (t2, [b_second, c_second]) in SECONDS {
             let all = Second::at(t2);
-            // The closed forms lose a digit or two just above the switch; they steer a Newton
-            // iteration.
+            // The closed forms lose a digit or two just above the switch. This is sufficient,
+            // because they are used in a Newton iteration.
             let limit = if t2 < SWITCH { 1e-15 } else { 2e-13 };
             assert!((all.b_second - b_second).abs() <= limit * b_second, "B''({t2}) = {}", all.b_second);
             assert!((all.c_second - c_second).abs() <= limit * c_second, "C''({t2}) = {}", all.c_second);

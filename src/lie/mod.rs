@@ -1,5 +1,5 @@
-//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions;
-//! [`Rotation`] as one value.
+//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map and quaternions,
+//! and the type [`Rotation`].
 //!
 //! With `t = |f|` every map of a rotation vector in this module is `I + a S(f) + b S(f)²`:
 //!
@@ -10,11 +10,12 @@
 //! | `J_r⁻¹(f)` | `½` | `(1 − (t/2) cot(t/2))/t²` |
 //! | `cay(f)` | `2/(1 + t²)` | `2/(1 + t²)` |
 //!
-//! `J_l(f) = J_r(−f) = J_r(f)ᵀ`. SE(3) needs nothing more: positions vary in the reference frame.
+//! `J_l(f) = J_r(−f) = J_r(f)ᵀ`. SE(3) needs no further maps: positions are varied in the reference
+//! frame.
 //!
-//! All are accurate to a few ulps, relative to the largest element that moves, for `|f|` from the
-//! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give
-//! NaN.
+//! All maps are accurate to a few ulps, relative to the largest element that is not constant, for
+//! `|f|` from the smallest normal numbers to π. Arguments that are not finite, or whose square
+//! overflows, give NaN.
 
 mod cayley;
 #[doc(hidden)]

@@ -1,19 +1,22 @@
-//! Hamilton quaternions `[w, x, y, z]` of rotations, body → reference, and the nearest rotation.
+//! Hamilton quaternions `[w, x, y, z]` of rotations, body → reference, and the rotation nearest to
+//! a matrix.
 
 use super::skew::{skew_polynomial, twice_vee};
 use crate::{Matrix3, Vector3};
 
 /// Returns the unit quaternion `[w, x, y, z]` of a rotation; its largest component is positive.
 ///
-/// Shepperd's method. `q` and `−q` are one rotation: keep continuity along a trajectory yourself.
+/// The method is Shepperd's. `q` and `−q` are the same rotation; the caller must choose the sign
+/// that is continuous along a trajectory.
 pub fn quaternion_from_rotation(rotation: &Matrix3) -> [f64; 4] {
     let q = shepperd(rotation);
     let norm = q.iter().map(|component| component * component).sum::<f64>().sqrt();
     q.map(|component| component / norm)
 }
 
-/// Returns the quaternion by Shepperd's method: divides by the largest of the four components,
-/// whose square is at least ¼. Unit to round-off when the input is orthogonal to round-off.
+/// Returns the quaternion by Shepperd's method, which divides by the largest of the four
+/// components, whose square is at least ¼. The quaternion is unit to round-off if the matrix is
+/// orthogonal to round-off.
 pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
     let skew = twice_vee(r);
     let (d, trace) = (r.diagonal(), r.trace());
@@ -35,16 +38,16 @@ pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
     }
 }
 
-/// Returns the sign of the quaternion that continues `before`: `q` or `−q`; without `before` it
-/// returns `q`.
+/// Returns `quaternion` or its negative, whichever is nearer to the quaternion `before`. Without
+/// `before` it returns `quaternion`.
 pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
     let dot = |before: &[f64; 4]| before.iter().zip(&quaternion).map(|(a, b)| a * b).sum::<f64>();
     if before.is_some_and(|before| dot(before) < 0.0) { quaternion.map(|part| -part) } else { quaternion }
 }
 
-/// Returns the rotation of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.
+/// Returns the rotation matrix of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.
 ///
-/// The quaternion need not be unit; zero gives NaN.
+/// The quaternion need not be a unit quaternion. The zero quaternion gives NaN.
 pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
     let [w, x, y, z] = *quaternion;
     let v = Vector3::new(x, y, z);
@@ -55,17 +58,18 @@ pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
 /// Returns the rotation nearest to a nearly orthogonal matrix: its polar factor, by Newton's
 /// iteration `X ← ½ (X + X⁻ᵀ)`.
 ///
-/// Use it for input with rounding errors or few digits. It converges for every matrix of positive
-/// determinant that is not nearly singular. A negative determinant gives a reflection, and a
-/// singular or non-finite matrix gives values that are not finite.
+/// It serves for input with rounding errors or few digits. The iteration converges for every matrix
+/// of positive determinant that is not nearly singular. A negative determinant gives a reflection,
+/// and a singular or non-finite matrix gives values that are not finite.
 pub fn project_to_rotation(matrix: &Matrix3) -> Matrix3 {
-    // Quadratic once near: five iterations from a percent off. The rest is slack for bad scale.
+    // The convergence is quadratic near the result: five iterations from an error of one percent.
+    // The rest is a margin for badly scaled matrices.
     const MAX_ITERATIONS: usize = 40;
     let mut x = *matrix;
     for _ in 0..MAX_ITERATIONS {
         let correction = 0.5 * (inverse_transpose(&x) - x);
         x += correction;
-        // The error left is the square of the correction, half of it.
+        // The remaining error is half of the square of the correction.
         if correction.amax() < 1e-9 {
             break;
         }
@@ -73,7 +77,7 @@ pub fn project_to_rotation(matrix: &Matrix3) -> Matrix3 {
     x
 }
 
-/// Returns `X⁻ᵀ`: the cofactors over the determinant.
+/// Returns `X⁻ᵀ`: the matrix of cofactors divided by the determinant.
 fn inverse_transpose(x: &Matrix3) -> Matrix3 {
     let (a, b, c) = (x.column(0), x.column(1), x.column(2));
     let bc = b.cross(&c);

@@ -1,13 +1,13 @@
 //! A rotation as one value, with composition and differences.
 //!
-//! # Where is an attitude a `Rotation`, and where a matrix?
+//! # Which functions use a `Rotation`, and which a matrix?
 //!
 //! Public constructors take a `Rotation`, into which every rotation of nalgebra converts. The
-//! solvers use a matrix: there an attitude is a compensated sum of increments of its nine
-//! numbers, and is a rotation only to round-off. `State`, `Pose` and derived values therefore
-//! hold the matrix, and `lie::minus` is ⊖ on matrices. A matrix becomes a `Rotation` unchecked,
-//! because the check is made where its message can name the end of the maneuver or the body
-//! (`Problem::check`, `System::check`).
+//! solvers use matrices, because they update an attitude as a compensated sum of increments of its
+//! nine elements, which is a rotation only to round-off. `State`, `Pose` and derived values
+//! therefore hold the matrix, and `lie::minus` is the difference ⊖ of matrices. A matrix converts
+//! to a `Rotation` without a check. The check is made later, where its message can name the end of
+//! the maneuver or the body (`Problem::check`, `System::check`).
 
 use super::{exp, log, quaternion_from_rotation, rotation_from_quaternion};
 use crate::{Matrix3, Vector3};
@@ -15,14 +15,14 @@ use nalgebra::{Rotation3, UnitQuaternion};
 use std::ops::Mul;
 use thiserror::Error;
 
-/// Returns `a ⊖ b = log(bᵀ a)` \[rad\]: the rotation vector from `b` to `a`,
-/// `b exp S(a ⊖ b) = a`, in the axes that turn with `b`. Its length is the angle between them, at
-/// most π.
+/// Returns `a ⊖ b = log(bᵀ a)` \[rad\]: the rotation vector from `b` to `a`, with
+/// `b exp S(a ⊖ b) = a`, in the body axes of `b`. Its length is the angle between the two
+/// rotations, at most π.
 pub fn minus(a: &Matrix3, b: &Matrix3) -> Vector3 {
     log(&b.tr_mul(a))
 }
 
-/// Returns `‖I − RᵀR‖`, Frobenius.
+/// Returns the Frobenius norm `‖I − RᵀR‖`.
 pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
     (rotation.tr_mul(rotation) - Matrix3::identity()).norm()
 }
@@ -30,8 +30,8 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body
 /// vectors to reference vectors.
 ///
-/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit
-/// quaternions and rotations of nalgebra, and matrices.
+/// Every constructor of this crate that takes an attitude accepts any type that converts to a
+/// `Rotation`: the unit quaternions and rotations of nalgebra, and matrices.
 ///
 /// ```
 /// use nalgebra::{Rotation3, UnitQuaternion};
@@ -48,9 +48,10 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// assert!((way.norm() - turn.angle()).abs() < 1e-15);
 /// ```
 ///
-/// A matrix is accepted unchecked: [`Problem::check`](crate::maneuver::problem::Problem::check)
-/// and [`System::check`](crate::propagate::integrator::System::check) refuse a matrix that is not
-/// a rotation. [`Rotation::new`] checks it at once.
+/// A matrix converts to a rotation without a check. Later,
+/// [`Problem::check`](crate::maneuver::problem::Problem::check) and
+/// [`System::check`](crate::propagate::integrator::System::check) reject a matrix that is not a
+/// rotation. [`Rotation::new`] checks the matrix at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     matrix: Matrix3,
@@ -60,19 +61,19 @@ pub struct Rotation {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
 pub struct NotARotation {
-    /// [`Rotation::defect`]; NaN if a number is not finite.
+    /// The value of [`Rotation::defect`]; NaN if an element is not finite.
     pub defect: f64,
 }
 
 impl Rotation {
-    /// The largest defect of a rotation matrix that is accepted, as for the boundary states of a
-    /// maneuver.
+    /// The largest accepted defect of a rotation matrix. It also applies to the boundary states of
+    /// a maneuver.
     pub const DEFECT: f64 = 1e-12;
 
     /// Builds a rotation from a matrix, and checks it.
     ///
     /// # Errors
-    /// [`NotARotation`] where the matrix misses one by more than [`Rotation::DEFECT`].
+    /// Returns [`NotARotation`] if the defect of the matrix exceeds [`Rotation::DEFECT`].
     pub fn new(matrix: Matrix3) -> Result<Self, NotARotation> {
         let defect = Self { matrix }.defect();
         if defect <= Self::DEFECT { Ok(Self { matrix }) } else { Err(NotARotation { defect }) }
@@ -83,24 +84,23 @@ impl Rotation {
         Self { matrix: Matrix3::identity() }
     }
 
-    /// Builds the turn by a rotation vector \[rad\] of any length.
+    /// Builds the rotation by a rotation vector \[rad\] of any length.
     pub fn exp(vector: &Vector3) -> Self {
         Self { matrix: exp(vector) }
     }
 
-    /// Returns the rotation vector \[rad\], at most π long; see [`log`].
+    /// Returns the rotation vector \[rad\], whose length is at most π; see [`log`].
     pub fn log(&self) -> Vector3 {
         log(&self.matrix)
     }
 
-    /// Builds a rotation from a Hamilton quaternion `[w, x, y, z]` of any nonzero length; zero
-    /// gives NaN.
+    /// Builds the rotation of a Hamilton quaternion `[w, x, y, z]` of any nonzero length. The zero
+    /// quaternion gives NaN.
     pub fn from_quaternion(quaternion: &[f64; 4]) -> Self {
         Self { matrix: rotation_from_quaternion(quaternion) }
     }
 
-    /// Returns the unit quaternion `[w, x, y, z]`: of the two, the one whose largest component is
-    /// positive.
+    /// Returns the unit quaternion `[w, x, y, z]` whose largest component is positive.
     pub fn quaternion(&self) -> [f64; 4] {
         quaternion_from_rotation(&self.matrix)
     }
@@ -115,8 +115,8 @@ impl Rotation {
         Self { matrix: self.matrix.transpose() }
     }
 
-    /// Returns `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one,
-    /// in the axes of the body that `other` is the attitude of.
+    /// Returns `R ⊖ other = log(otherᵀ R)` \[rad\]: the rotation vector from `other` to this
+    /// rotation, in the body axes of the attitude `other`.
     pub fn minus(&self, other: &Self) -> Vector3 {
         minus(&self.matrix, &other.matrix)
     }
@@ -129,7 +129,7 @@ impl Rotation {
     }
 }
 
-/// The turn by `other` first, then by this one.
+/// The product of rotations: `other` is applied first, then this rotation.
 impl Mul for Rotation {
     type Output = Self;
 
@@ -138,7 +138,7 @@ impl Mul for Rotation {
     }
 }
 
-/// Unchecked; see [`Rotation`].
+/// Converts a matrix without a check; see [`Rotation`].
 impl From<Matrix3> for Rotation {
     fn from(matrix: Matrix3) -> Self {
         Self { matrix }

@@ -2,22 +2,23 @@
 
 use crate::{Matrix3, Vector3};
 
-/// Returns skew matrix `S(a)`, `S(a) b = a × b`.
+/// Returns the skew matrix `S(a)`, with `S(a) b = a × b`.
 pub fn hat(a: &Vector3) -> Matrix3 {
     a.cross_matrix()
 }
 
-/// Returns the inverse of [`hat`], applied to the skew part: `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
+/// Returns the vector of the skew part of a matrix, the inverse of [`hat`]:
+/// `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
 pub fn vee(m: &Matrix3) -> Vector3 {
     0.5 * twice_vee(m)
 }
 
-/// Returns `vee(M − Mᵀ)`.
+/// Returns `vee(M − Mᵀ)`, twice the vector of the skew part.
 pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
 }
 
-/// Returns `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
+/// Returns `a S(f) + b S(f)²`, without the subtraction in `S(f)² = f fᵀ − |f|² I`.
 #[inline]
 pub(crate) fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
     let (x, y, z) = (f.x, f.y, f.z);

@@ -11,7 +11,7 @@ pub fn exp(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
 }
 
-/// Returns `exp S(f) − I`, formed without cancellation: the increment of an attitude by a small
+/// Returns `exp S(f) − I`, computed without cancellation: the increment of an attitude by a small
 /// rotation.
 pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let t2 = f.norm_squared();
@@ -20,10 +20,10 @@ pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
 
 /// Returns the rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
 ///
-/// The function computes the quaternion with the largest pivot (Shepperd):
-/// `f = 2 atan2(|v|, w) v/|v|`. The usual `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π,
-/// to round-off, `f` and `−f` are one rotation; the function returns the one whose first nonzero
-/// component is positive.
+/// The quaternion is computed with the largest pivot (Shepperd), and `f = 2 atan2(|v|, w) v/|v|`.
+/// The usual formula `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π, to round-off, `f` and
+/// `−f` are the same rotation; the function returns the vector whose first nonzero component is
+/// positive.
 pub fn log(rotation: &Matrix3) -> Vector3 {
     let [w, x, y, z] = shepperd(rotation);
     let v = Vector3::new(x, y, z);
@@ -32,8 +32,7 @@ pub fn log(rotation: &Matrix3) -> Vector3 {
     if norm < 1e-9 {
         return v * (2.0 / w);
     }
-    // Sign of a half turn: w and the components that are zero come out as a few ulps of either
-    // sign.
+    // For a half turn the sign is chosen: w and the zero components are a few ulps of either sign.
     let round_off = 4.0 * f64::EPSILON * norm;
     let negative = if w.abs() <= round_off {
         v.iter().find(|component| component.abs() > round_off).is_some_and(|first| *first < 0.0)
@@ -44,7 +43,7 @@ pub fn log(rotation: &Matrix3) -> Vector3 {
     v * (if negative { -angle } else { angle } / norm)
 }
 
-/// Returns right Jacobian `J_r(f) = I − B S(f) + C S(f)²`.
+/// Returns the right Jacobian `J_r(f) = I − B S(f) + C S(f)²`.
 ///
 /// `exp S(f + δ) ≈ exp S(f) exp S(J_r δ)`; the body velocity of `exp S(f(t))` is `J_r(f) ḟ`.
 pub fn right_jacobian(f: &Vector3) -> Matrix3 {
@@ -55,12 +54,12 @@ pub fn right_jacobian(f: &Vector3) -> Matrix3 {
 /// Returns the inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`]
 /// at `exp S(f)`.
 ///
-/// Singular at `|f| = 2π`.
+/// The matrix is singular at `|f| = 2π`.
 pub fn right_jacobian_inverse(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(0.5, g(f.norm_squared()), f)
 }
 
-/// Returns left Jacobian `J_l(f) = J_r(−f) = exp(S(f)) J_r(f)`.
+/// Returns the left Jacobian `J_l(f) = J_r(−f) = exp(S(f)) J_r(f)`.
 ///
 /// `exp S(f + δ) ≈ exp S(J_l δ) exp S(f)`.
 pub fn left_jacobian(f: &Vector3) -> Matrix3 {
@@ -68,12 +67,13 @@ pub fn left_jacobian(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(b(t2), c(t2), f)
 }
 
-/// Returns the inverse left Jacobian `J_l⁻¹(f) = I − ½ S(f) + g S(f)²`. Singular at `|f| = 2π`.
+/// Returns the inverse left Jacobian `J_l⁻¹(f) = I − ½ S(f) + g S(f)²`. It is singular at
+/// `|f| = 2π`.
 pub fn left_jacobian_inverse(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(-0.5, g(f.norm_squared()), f)
 }
 
-/// Returns the derivative `D(f, v)` of `J_r(f) v` with respect to `f`, `v` held fixed.
+/// Returns the derivative `D(f, v)` of `J_r(f) v` with respect to `f`, for a constant `v`.
 ///
 /// `D = B S(v) − 2B' (f×v) fᵀ + 2C' (f×(f×v)) fᵀ + C [(f·v) I + f vᵀ − 2 v fᵀ]`
 pub fn right_jacobian_directional(f: &Vector3, v: &Vector3) -> Matrix3 {
@@ -87,7 +87,7 @@ pub fn right_jacobian_directional(f: &Vector3, v: &Vector3) -> Matrix3 {
         + c * f.dot(v) * Matrix3::identity()
 }
 
-/// Returns the derivative of `J_l⁻¹(f) v = J_r⁻ᵀ(f) v` with respect to `f`, `v` held fixed.
+/// Returns the derivative of `J_l⁻¹(f) v = J_r⁻ᵀ(f) v` with respect to `f`, for a constant `v`.
 ///
 /// `½ S(v) + g [(f·v) I + f vᵀ − 2 v fᵀ] + 2g' (f×(f×v)) fᵀ`
 pub fn left_jacobian_inverse_directional(f: &Vector3, v: &Vector3) -> Matrix3 {

@@ -1,8 +1,8 @@
-//! An end on a target: a body axis points at it, which may move, and the roll about that axis is
-//! the plan's to choose, all of it or within a band.
+//! An end of a maneuver on a target: a body axis (the boresight) points at the target, which may
+//! move. The plan chooses the roll about the boresight, in full or within a band.
 //!
-//! A spin s about the boresight may be requested: `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`. Its phase is
-//! the roll.
+//! A spin s about the boresight may be requested: `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`. The roll is
+//! then the phase of the spin.
 //!
 //! The end states on a target are a family over the roll ρ and the time T. The target has the
 //! direction `d(t)` and a rate, both in inertial axes (the axes of the reference frame at that
@@ -18,8 +18,8 @@
 //! `t` from the directions ("align and constrain"). ω is then the rate of this frame, and the roll
 //! is zero or within a band about it.
 //!
-//! The least cost V of the family is stationary in its parameters. The costates `μ` of the
-//! physical state at the end give
+//! The minimum cost V over the family is stationary in its parameters. Let `μ^R`, `μ^Π` be the
+//! costates of attitude and momentum at the end, and ℋ the Hamiltonian. Then
 //!
 //! ```text
 //! dV/dρ = −(μ^R·b + μ^Π·J(Ω × b)) ,     dV/dT = ℋ − μ^R·v' − μ^Π·J v'' ,     v' = Rᵀω ,  v'' = Rᵀω̇ ,
@@ -38,46 +38,47 @@ use thiserror::Error;
 /// An end at which a body axis points at a target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aim {
-    /// The axis, a unit vector in body axes.
+    /// The body axis that points at the target, a unit vector in body axes.
     pub boresight: Vector3,
-    /// The target direction, in axes of the reference frame.
+    /// Direction of the target, in axes of the reference frame.
     pub at: Direction,
-    /// The choice of the roll about the boresight.
+    /// The condition on the roll about the boresight.
     pub roll: Roll,
-    /// The rate of the body at the end.
+    /// The angular velocity of the body at the end, apart from the spin.
     pub rate: AimRate,
-    /// The additional rate about the boresight \[rad/s\]: a spin that is kept.
+    /// Spin: additional rate about the boresight at the end \[rad/s\].
     pub roll_rate: f64,
 }
 
-/// The roll about the axis that points.
+/// The condition on the roll about the boresight at the end.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Roll {
-    /// The roll of least cost.
+    /// The plan chooses the roll with the lowest cost.
     Free,
-    /// A second axis points as nearly as possible towards a second direction, or up to an angle to
-    /// either side of it.
+    /// A second body axis points as closely as possible towards a second direction. The roll may
+    /// deviate from this by a given angle to either side.
     Towards {
         /// The second axis, a unit vector in body axes.
         axis: Vector3,
-        /// The direction to which it points as closely as possible.
+        /// The direction towards which the second axis points as closely as possible.
         at: Direction,
-        /// The angle about the boresight \[rad\], in [0, π]: 0 where the roll is given.
+        /// Largest deviation of the roll to either side \[rad\], in [0, π]; 0 fixes the roll.
         within: f64,
     },
 }
 
-/// The rate at an end on a target.
+/// The angular velocity of the body at an end on a target, apart from a spin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AimRate {
-    /// The body turns with the direction: the boresight stays on the target. The rate about the
-    /// boresight is zero, or the rate of the aligned frame.
+    /// The body turns with the target direction, so the boresight stays on the target. The rate
+    /// about the boresight is zero if the roll is free, and otherwise the rate of the aligned
+    /// frame.
     Matched,
-    /// The rate is zero.
+    /// The angular velocity is zero, apart from a spin.
     Zero,
 }
 
-/// The reason for which an end on a target cannot be used.
+/// The reason why an end on a target is invalid.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum AimError {
     /// An axis is not a unit vector.
@@ -86,7 +87,7 @@ pub enum AimError {
         /// Length of the axis.
         length: f64,
     },
-    /// The second axis is the first, or its opposite.
+    /// The second axis is parallel or antiparallel to the boresight.
     #[error("the axis that fixes the roll is parallel to the pointing axis: give another one")]
     Parallel,
     /// The band of the roll is not an angle from 0 to 180°.
@@ -95,60 +96,61 @@ pub enum AimError {
         /// Half width of the band \[deg\].
         degrees: f64,
     },
-    /// The two directions are nearly parallel at the end: they leave the roll undetermined, and
-    /// its rate has no bound.
+    /// The two directions are nearly parallel or antiparallel at the end. They do not determine the
+    /// roll, and the rate of the roll has no bound.
     #[error(
         "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they \
         do not determine the roll"
     )]
     Undefined {
-        /// The time \[s\].
+        /// The time of the end \[s\].
         time: f64,
-        /// The angle between the two directions, or between one and the opposite of the other
-        /// \[deg\].
+        /// The angle between the two directions, or between one of them and the opposite of the
+        /// other \[deg\].
         degrees: f64,
     },
 }
 
-/// Two directions that are less than this from parallel \[deg\] do not define a roll: its rate
-/// grows as the inverse of the angle.
+/// The smallest angle between two directions at which they define a roll \[deg\]: the rate of the
+/// roll grows as the inverse of this angle. Nearly opposite directions are excluded likewise.
 const LEAST_APART: f64 = 0.6;
 
-/// The states at which a maneuver may end at one time, over the roll.
+/// The end states on a target at one time, parametrised by the roll.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ends {
     boresight: Vector3,
-    /// Attitude without roll.
+    /// End attitude at zero roll.
     attitude: Matrix3,
     /// The rate of the attitude without roll relative to the reference frame, in axes of that frame
     /// \[rad/s\].
     carried: Vector3,
     /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,
-    /// Angular velocity of the body at the end \[rad/s\] and its derivative \[rad/s²\], same axes:
-    /// the values of the turning end, or zero for an end at rest.
+    /// Inertial angular velocity of the body at the end without spin \[rad/s\], and its time
+    /// derivative \[rad/s²\], in axes of the reference frame; both are zero for an end at rest.
     rate: Vector3,
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
-    /// The additional rate about the boresight \[rad/s\].
+    /// Spin: additional rate about the boresight \[rad/s\].
     roll_rate: f64,
 }
 
-/// An end that moves with the duration of the plan: a plan of least time meets its target at the
-/// position that the target has at the arrival.
+/// An end state that depends on the duration of the plan: a minimum-time plan meets a moving target
+/// at the position that the target has on arrival.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meeting {
     pub(crate) aim: Aim,
-    /// The time for which the end of the maneuver has the position of the target \[s\].
+    /// The assumed arrival time \[s\], for which the end state of the maneuver was computed.
     pub(crate) time: f64,
-    /// The derivative of the delay of a plan by its end time: −1 for a fixed target.
+    /// Derivative of the delay with respect to the assumed arrival time. The delay is the duration
+    /// of the plan minus the assumed arrival time; for a fixed target the derivative is −1.
     pub(crate) slope: f64,
 }
 
 impl Meeting {
-    /// Returns the next time \[s\] to aim at, after a plan with `duration` \[s\] to the position
-    /// of the target at `time` \[s\]: the root of the delay, by its slope.
+    /// Returns the next assumed arrival time \[s\], by a Newton step on the delay. `duration` \[s\]
+    /// is the duration of the plan to the position that the target has at `time` \[s\].
     pub(crate) fn next(&self, time: f64, duration: f64) -> f64 {
         let next = time - (duration - time) / self.slope;
         if next.is_finite() && next > 0.0 { next } else { duration }
@@ -156,14 +158,14 @@ impl Meeting {
 }
 
 impl Aim {
-    /// Builds an end at which a body axis points along a direction and moves with it, with the roll
-    /// of least cost.
+    /// Builds an end at which a body axis points along a direction and moves with it. The plan
+    /// chooses the roll.
     pub fn new(boresight: Vector3, at: Direction) -> Self {
         Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched, roll_rate: 0.0 }
     }
 
-    /// Returns this end with a second axis that points towards a second direction, as nearly as
-    /// possible or `within` \[rad\] of the nearest roll.
+    /// Returns this end with a second axis that points as closely as possible towards a second
+    /// direction. The roll may deviate from this by `within` \[rad\].
     pub fn with_roll_towards(self, axis: Vector3, at: Direction, within: f64) -> Self {
         Self { roll: Roll::Towards { axis, at, within }, ..self }
     }
@@ -178,7 +180,7 @@ impl Aim {
         Self { roll_rate, ..self }
     }
 
-    /// This end with other directions, each made of its own.
+    /// Returns this end with `change` applied to each of its directions.
     pub(crate) fn with_directions(&self, change: impl Fn(&Direction) -> Direction) -> Self {
         let roll = match &self.roll {
             Roll::Free => Roll::Free,
@@ -198,8 +200,8 @@ impl Aim {
         std::iter::once(&self.at).chain(second)
     }
 
-    /// Returns whether the end depends on the arrival time, in axes of a reference frame that
-    /// turns at `frame_rate`.
+    /// Returns whether the end state, in axes of a reference frame that turns at `frame_rate`,
+    /// depends on the arrival time.
     pub fn moves(&self, frame_rate: &Vector3) -> bool {
         self.directions().any(|direction| !direction.is_still(frame_rate))
             || (self.rate == AimRate::Matched && *frame_rate != Vector3::zeros())
@@ -213,7 +215,7 @@ impl Aim {
         }
     }
 
-    /// Checks the numbers.
+    /// Checks that axes have unit length and determine a roll, and that the roll band is in range.
     ///
     /// # Errors
     /// Returns the [`AimError`] of the first violated condition. [`Aim::ends`] reports
@@ -236,11 +238,11 @@ impl Aim {
         Ok(())
     }
 
-    /// Returns the ends at `time` \[s\] of a body that starts in `start`; the reference frame turns
-    /// at `frame_rate`, in its own axes.
+    /// Returns the end states on the target at `time` \[s\], for a body that starts in the attitude
+    /// `start`. The reference frame turns at `frame_rate` \[rad/s\], in its own axes.
     ///
     /// # Errors
-    /// [`AimError::Undefined`].
+    /// [`AimError::Undefined`] if two directions are nearly parallel at that time.
     pub fn ends(&self, time: f64, start: &Matrix3, frame_rate: &Vector3) -> Result<Ends, AimError> {
         // Rates are inertial, in the axes of the reference frame at that time.
         let turned = lie::exp(&(frame_rate * -time));
@@ -258,7 +260,7 @@ impl Aim {
                 let d = &first.direction;
                 let (turning, acceleration) = (d.cross(&first.rate), d.cross(&first.acceleration));
                 let passing = first.rate - frame_rate.cross(d);
-                // The shortest rotation from `from` to `d` turns about `d` too as `d` moves on.
+                // As `d` moves, the shortest rotation from `from` to `d` also turns about `d`.
                 let from = start * self.boresight;
                 let about = -from.cross(d).dot(&passing) / (1.0 + from.dot(d));
                 let about = if about.is_finite() { about } else { 0.0 };
@@ -269,7 +271,7 @@ impl Aim {
                 let second = seen(at);
                 let apart = angle_between(&first.direction, &second.direction);
                 let degrees = apart.min(PI - apart).to_degrees();
-                // The comparison refuses NaN.
+                // NaN does not count as defined.
                 let defined = degrees >= LEAST_APART;
                 if !defined {
                     return Err(AimError::Undefined { time, degrees });
@@ -288,7 +290,7 @@ impl Aim {
 }
 
 impl Ends {
-    /// Returns whether the roll can be chosen.
+    /// Returns whether the plan chooses the roll.
     pub fn has_roll(&self) -> bool {
         self.within > 0.0
     }
@@ -304,22 +306,24 @@ impl Ends {
         (attitude, attitude.tr_mul(&self.rate) + self.boresight * self.roll_rate)
     }
 
-    /// Returns the roll \[rad\] of the band at which the end is nearest to an attitude.
+    /// Returns the roll \[rad\] within the band at which the end is nearest to `attitude`.
     pub fn nearest(&self, attitude: &Matrix3) -> f64 {
         let turn = self.attitude.tr_mul(attitude);
-        // max over ρ of tr(exp(−ρS(b)) Q): the rotation about b alone.
+        // The roll ρ maximises tr(exp(−ρS(b)) Q): it is the part of the turn Q about b.
         let b = &self.boresight;
         let cosine = turn.trace() - b.dot(&(turn * b));
         let sine = 2.0 * b.dot(&lie::vee(&turn));
         sine.atan2(cosine).clamp(-self.within, self.within)
     }
 
-    /// Returns the derivative of a state by its roll: `(ζ, δΩ)` per \[rad\], body axes.
+    /// Returns the derivative of an end state with angular velocity `rate` with respect to the
+    /// roll: the changes `(ζ, δΩ)` of attitude and rate per radian, body axes.
     pub fn along_roll(&self, rate: &Vector3) -> (Vector3, Vector3) {
         (self.boresight, rate.cross(&self.boresight))
     }
 
-    /// Returns the derivative of the end at a roll by the time: `(ζ, δΩ)` per \[s\], body axes.
+    /// Returns the derivative of the end state at a roll with respect to time: the changes
+    /// `(ζ, δΩ)` of attitude and rate per second, body axes.
     pub(crate) fn along_time(&self, roll: f64) -> (Vector3, Vector3) {
         let (attitude, _) = self.at(roll);
         let change = self.acceleration - (self.frame_rate + self.carried).cross(&self.rate);

@@ -19,20 +19,20 @@ use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use thiserror::Error;
 
-/// The rounding by which a boundary value may exceed its limit, relative to the limit (in \[rad\]
-/// for a cone).
+/// Tolerance for rounding by which a boundary value may exceed its limit, relative to the limit, or
+/// in \[rad\] for a cone.
 pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 
-/// A constraint with the name that reports use.
+/// A constraint with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
-    /// The name for people.
+    /// The name of the constraint in reports and messages.
     pub name: String,
-    /// The condition on the motion.
+    /// The condition that the constraint imposes on the motion.
     pub rule: Rule,
 }
 
-/// The condition of a constraint.
+/// The condition that a constraint imposes on the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
     /// Boresights stay outside of, or inside, cones about directions.
@@ -43,16 +43,16 @@ pub enum Rule {
     RateAxes(Vector3),
 }
 
-/// Outside, inside, or on the surface.
+/// The side of a cone on which a boresight must stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
-    /// Every boresight stays at least the angle away from every direction.
+    /// Every boresight stays at least the half angle away from every direction.
     KeepOut,
-    /// Every boresight stays within the angle of every direction.
+    /// Every boresight stays within the half angle of every direction.
     KeepIn,
-    /// Every boresight is held at the angle from every direction: exactly at the nodes, and
-    /// within the stated tolerance on the arcs between them and at the ends. An arc between two
-    /// points of a cone deviates from it by a part of the square of its angle.
+    /// Every boresight is held at the half angle from every direction: exactly at the nodes, and
+    /// within the stated tolerance between them and at the ends. Between two nodes the boresight
+    /// leaves the cone by an angle proportional to the square of the arc.
     On {
         /// The largest deviation from the cone \[rad\].
         within: f64,
@@ -60,7 +60,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Returns the extremes on an arc at which the margin is smallest.
+    /// Returns the extremes of the angle along an arc at which the margin can be smallest.
     fn extremes(self) -> &'static [Extreme] {
         match self {
             Self::KeepOut => &[Extreme::Nearest],
@@ -70,12 +70,12 @@ impl Side {
     }
 }
 
-/// Cones about directions, for every pair of a boresight and a direction.
+/// Cones about directions. They apply to every pair of a boresight and a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pointing {
-    /// Outside or inside.
+    /// The side of the cones on which the boresights stay.
     pub side: Side,
-    /// Unit vectors, body axes.
+    /// Boresights, unit vectors in body axes.
     pub boresights: Vec<Vector3>,
     /// The axes of the cones.
     pub directions: Vec<Direction>,
@@ -84,11 +84,11 @@ pub struct Pointing {
     /// The margin \[rad\]. It enlarges a keep-out cone and reduces a keep-in cone. It is 0 if a
     /// boresight is held on the cone.
     pub margin: f64,
-    /// The times of activity. Default: always.
+    /// The times at which the cones are active. Default: always.
     pub during: During,
 }
 
-/// The reason for which a constraint cannot be used.
+/// The reason why a constraint is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
@@ -97,28 +97,29 @@ pub enum ConstraintError {
         /// Length of the vector.
         length: f64,
     },
-    /// There is nothing to point, or nothing to point at.
+    /// A pointing constraint has no boresight, or no direction.
     #[error("a pointing constraint needs at least one boresight and one direction")]
     Nothing,
-    /// The angle is not one of a cone.
+    /// The half angle with the margin is not between 0 and 180°.
     #[error("the half angle with the margin is {degrees} deg: it must be more than 0 and less than 180")]
     Angle {
         /// Half angle with margin \[deg\].
         degrees: f64,
     },
-    /// A boresight is held on a cone with a margin, or within nothing.
+    /// A constraint that holds a boresight on a cone has a margin, or a tolerance that is not
+    /// positive.
     #[error(
         "a boresight held on a cone has a margin, or no positive tolerance: remove the margin and give a \
      positive tolerance"
     )]
     OnCone,
-    /// Intervals of time are not finite, or overlap.
+    /// Time intervals are not finite, or overlap.
     #[error("the intervals of a constraint must be finite and in order, without overlap")]
     Intervals,
     /// A rate limit is not positive and finite.
     #[error("a rate limit is {value} rad/s: it must be positive and finite")]
     Rate {
-        /// The limit [rad/s].
+        /// The invalid limit [rad/s].
         value: f64,
     },
     /// Another constraint has this name, so reports could not distinguish the two.
@@ -127,13 +128,14 @@ pub enum ConstraintError {
 }
 
 impl Pointing {
-    /// Builds the cones of a half angle \[rad\] about directions, for boresights in body axes, both
-    /// of unit vectors: without a margin, acting always.
+    /// Builds cones of a half angle \[rad\] about directions, for boresights in body axes.
+    /// Boresights and directions must be unit vectors. The cones have no margin and are always
+    /// active.
     pub fn new(side: Side, boresights: Vec<Vector3>, directions: Vec<Direction>, half_angle: f64) -> Self {
         Self { side, boresights, directions, half_angle, margin: 0.0, during: During::default() }
     }
 
-    /// Returns the half angle of the cone that counts \[rad\]: with the margin.
+    /// Returns the half angle of the cone with the margin included \[rad\].
     pub fn effective_half_angle(&self) -> f64 {
         match self.side {
             Side::KeepOut => self.half_angle + self.margin,
@@ -159,9 +161,9 @@ impl Pointing {
         }
     }
 
-    /// Returns the time of the smallest margin on an arc of `step` \[s\] from `time` on, for a
-    /// boresight and a target, and that margin \[rad\]. Returns `None` if the constraint is not
-    /// active there.
+    /// Returns the point of an arc at which the margin of a boresight to a target is smallest, and
+    /// this margin \[rad\]. The arc begins at `time` and lasts `step` \[s\]. Returns `None` if the
+    /// constraint is not active on the arc.
     pub fn least_room(
         &self,
         arc: &Arc,
@@ -186,10 +188,11 @@ impl Pointing {
     }
 }
 
-/// Returns the direction on the arc of `step` \[s\] that begins at `time` \[s\], in the axes that
-/// the reference frame has at `t = 0`. The frame turns at `frame_rate`. A moving direction turns
-/// at one rate from its first to its last position on the arc, and a disc grows at one rate; the
-/// error in between is at most `h²|d̈|/8` and `h²|r̈|/8`.
+/// Returns the motion of a direction along the arc of `step` \[s\] that begins at `time` \[s\], in
+/// the axes that the reference frame has at `t = 0`. The frame turns at `frame_rate`. A moving
+/// direction is approximated by a rotation at a constant rate from its first to its last position
+/// on the arc, and the radius of a disc by linear growth; the error in between is at most
+/// `h²|d̈|/8` and `h²|r̈|/8`.
 pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3) -> Target {
     let start = direction.in_space(time, frame_rate).direction;
     match direction {
@@ -211,7 +214,8 @@ pub fn turn_between(from: &Vector3, to: &Vector3) -> Vector3 {
 }
 
 impl Constraint {
-    /// Checks the numbers.
+    /// Checks that vectors have unit length, that angles and limits are in range, and that time
+    /// intervals are in order.
     ///
     /// # Errors
     /// Returns a [`ConstraintError`] that names the wrong value.
@@ -334,7 +338,7 @@ fn distinct(value: f64, limit: f64) -> (String, String) {
     }
     let least = (2 - largest.log10().floor() as i32).max(0) as usize;
     let pair = |digits| (decimals(value, digits), decimals(limit, digits));
-    // A limit is shown as it was written where three more digits will do.
+    // The limit is shown exactly as written if at most three more digits suffice.
     let rounded = |digits: usize| (limit - decimals(limit, digits).parse().unwrap_or(limit)).abs();
     let fits = |digits: &usize| {
         let (a, b) = pair(*digits);
@@ -357,7 +361,8 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// Returns the boresight x, turned about −y by `angle`, is 90° − `angle` from z.
+    /// Returns the violation by a body whose boresight x is turned about −y by `angle`, so that the
+    /// boresight is 90° − `angle` from z.
     fn found(constraint: &Constraint, angle: f64) -> Option<String> {
         let attitude = crate::lie::exp(&(Vector3::y() * -angle.to_radians()));
         constraint.violation(&attitude, &Vector3::zeros(), Some(0.0), &Vector3::zeros())
@@ -422,8 +427,8 @@ mod tests {
         assert_eq!(both(1e9, 2.0), "1e9 2e0");
     }
 
-    /// A body at rest, and a sphere that comes nearer: the least room of a step is that at its
-    /// end, and that at its start where the sphere goes away.
+    /// Checks the smallest margin of a body at rest to a sphere. It is at the end of a step if the
+    /// sphere approaches, and at the start if the sphere recedes.
     #[test]
     fn a_disc_grows_along_an_arc() {
         let moving = |by: f64| {
@@ -445,7 +450,7 @@ mod tests {
                 pointing.least_room(&arc, &Vector3::x(), &target, [0.0, 4.0]).expect("it acts");
             assert_eq!(found.part, part);
             assert!((least - room(at_start - 4.0 * by * part)).abs() < 1e-12, "{by} {least}");
-            // In between to the second order of the step.
+            // Between the ends of the step the radius is accurate to second order in the step.
             let halves = [4.0, 2.0, 1.0].map(|step| {
                 let target = on_arc(&direction, 0.0, step, &Vector3::zeros());
                 (target.radius_at(0.5) - direction.angular_radius(0.5 * step)).abs()
@@ -454,7 +459,7 @@ mod tests {
                 halves[0] < 4e-3 && halves[1] < 0.3 * halves[0] && halves[2] < 0.3 * halves[1],
                 "{halves:?}"
             );
-            // And only while the cone acts.
+            // The smallest margin is taken only over the time at which the cone is active.
             let first = Pointing { during: During::intervals(vec![[0.0, 1.0]]), ..pointing };
             let (_, least) = first.least_room(&arc, &Vector3::x(), &target, [0.0, 4.0]).expect("it acts");
             let linear = 70.0_f64.to_radians() - target.radius_at(0.25 * part);

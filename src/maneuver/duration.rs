@@ -2,8 +2,9 @@
 
 /// The duration `T` of a maneuver.
 ///
-/// The price of time is part of the [`Objective`](crate::Objective): the cost of a plan includes
-/// it even after the duration is found.
+/// The price of time, the cost per second of duration, is part of the
+/// [`Objective`](crate::Objective): the cost of a plan includes it even after the duration is
+/// found.
 ///
 /// ```
 /// use slewkit::Duration;
@@ -14,29 +15,29 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Duration {
-    /// `T` \[s\].
+    /// A given duration `T` \[s\].
     Given(f64),
-    /// The plan's to choose: the least of minimum time, or the best for effort or fuel where a
-    /// second has a price or the duration a bound.
+    /// A free duration that the plan chooses: the minimum time, or the best duration for effort or
+    /// fuel if time has a price or the duration has a bound.
     Sought {
-        /// The longest duration \[s\]. If time has no price, the best duration up to this bound
-        /// is found.
+        /// The longest allowed duration \[s\]; `None` for no bound. If time has no price, the plan
+        /// has the best duration up to this bound.
         at_most: Option<f64>,
     },
     /// A free duration that a plan has found.
     Found {
-        /// `T` \[s\].
+        /// The duration `T` that was found \[s\].
         duration: f64,
-        /// The longest duration \[s\] that was allowed.
+        /// The longest allowed duration \[s\]; `None` for no bound.
         at_most: Option<f64>,
     },
 }
 
 impl Duration {
-    /// The plan's to choose, without a bound.
+    /// A free duration without a bound.
     pub const SOUGHT: Self = Self::Sought { at_most: None };
 
-    /// Returns `T` \[s\], given or found; `None` while the duration is free.
+    /// Returns the duration `T` \[s\], given or found; `None` while the duration is free.
     pub fn known(self) -> Option<f64> {
         match self {
             Self::Given(duration) | Self::Found { duration, .. } => Some(duration),
@@ -44,7 +45,7 @@ impl Duration {
         }
     }
 
-    /// Returns the bound \[s\] of a duration that the plan chooses, if it has a bound.
+    /// Returns the bound \[s\] of a free or found duration; `None` if it has none or was given.
     pub fn at_most(self) -> Option<f64> {
         match self {
             Self::Given(_) => None,

@@ -12,20 +12,20 @@
 //! Lie–Verlet   κ_0 = h_0/2 ,  κ_k = (h_{k−1} + h_k)/2 ,  κ_N = h_{N−1}/2
 //! ```
 //!
-//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric
-//! steps of half a kick, a drift and half a kick, so it keeps its second order whatever the
-//! lengths.
+//! The effort on the grid is a sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of
+//! symmetric steps, each of half a kick, a drift and half a kick, so it is of second order for any
+//! step lengths.
 //!
-//! # Why does the grid own its steps, and the duration is no unit?
+//! # Why does the grid hold the step lengths and the duration?
 //!
 //! Minimum time makes the duration an unknown and aligns steps with arcs. `Grid` therefore holds
 //! the steps (equal, or each with its own length), the node times, the kick weights, and the
 //! duration in the solvers' unit of time. For effort this duration is 1, because the unit is the
-//! duration of the problem. The witnesses of a plan of minimum time build their grid from its
-//! times. Lie–Verlet keeps its order on uneven grids, because it is a chain of symmetric steps; a
-//! test shows it. The step matrices and rows of SCP are tested on uneven grids too, the SCP
-//! iteration only on even ones. No spec requests uneven steps yet. Equal steps are stored as one
-//! number, so that a uniform grid costs nothing.
+//! duration of the problem. The witnesses of a minimum-time plan build their grid from the times of
+//! the plan. Lie–Verlet keeps its order on nonuniform grids, because it is a chain of symmetric
+//! steps; a test shows it. The step matrices and rows of SCP are tested on nonuniform grids too,
+//! the SCP iteration only on uniform grids. No spec requests unequal steps yet. Equal steps are
+//! stored as one number, so that a uniform grid costs nothing.
 
 use std::sync::Arc;
 use thiserror::Error;
@@ -67,7 +67,7 @@ impl Scheme {
         steps + 1 - self.first_input()
     }
 
-    /// Returns the first node that has inputs.
+    /// Returns the index of the first node that has inputs.
     pub fn first_input(self) -> usize {
         match self {
             Self::LieEuler => 1,
@@ -78,7 +78,8 @@ impl Scheme {
 
 /// The time grid of a maneuver, in seconds or in the solvers' unit of time.
 ///
-/// The duration is a number of the grid and no unit: a step is `duration × fraction`.
+/// The duration is stored as a number and is not the unit of time: a step lasts
+/// `duration × fraction`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     scheme: Scheme,
@@ -98,13 +99,13 @@ enum Lengths {
 /// Steps and nodes as fractions of the duration.
 #[derive(Debug, PartialEq)]
 struct Fractions {
-    /// Length of each step, as a fraction: `f_k`, N numbers.
+    /// Length of each step, as a fraction of the duration: `f_k`, N numbers.
     steps: Vec<f64>,
-    /// Time of each node, as a fraction: `t_k/T`, N+1 numbers.
+    /// Time of each node, as a fraction of the duration: `t_k/T`, N+1 numbers.
     nodes: Vec<f64>,
 }
 
-/// The reason for which lengths do not make a grid.
+/// The reason why step lengths do not form a grid.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum GridError {
     /// The grid has no step.
@@ -113,7 +114,7 @@ pub enum GridError {
     /// A length is not positive and finite.
     #[error("step {index} of the grid has the length {length}: it must be positive and finite")]
     Length {
-        /// The number of the step, from 0.
+        /// Index of the step, from 0.
         index: usize,
         /// Length of the step \[s\].
         length: f64,
@@ -121,12 +122,12 @@ pub enum GridError {
 }
 
 impl Grid {
-    /// Builds `steps` steps of equal length, at least one, over `duration`.
+    /// Builds a uniform grid of `steps` steps, at least one, over `duration`.
     pub fn uniform(scheme: Scheme, duration: f64, steps: usize) -> Self {
         Self { scheme, duration, steps, lengths: Lengths::Equal(duration / steps as f64) }
     }
 
-    /// Builds the steps of the given lengths, whose sum is the duration.
+    /// Builds a grid of steps with the given lengths, whose sum is the duration.
     ///
     /// # Errors
     /// Returns a [`GridError`] for an empty list, or a length that is not positive and finite.
@@ -152,7 +153,7 @@ impl Grid {
         Ok(Self { scheme, duration, steps: count, lengths })
     }
 
-    /// Builds the grid stretched to another duration.
+    /// Returns the grid scaled to another duration, with equal fractions.
     pub fn with_duration(&self, duration: f64) -> Self {
         let lengths = match &self.lengths {
             Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),
@@ -161,12 +162,12 @@ impl Grid {
         Self { duration, lengths, ..*self }
     }
 
-    /// Returns the discretisation.
+    /// Returns the integration scheme.
     pub fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Returns whether half kicks open and close the maneuver: Lie–Verlet.
+    /// Returns whether the maneuver begins and ends with half kicks, as Lie–Verlet does.
     pub fn has_half_kicks(&self) -> bool {
         self.scheme == Scheme::LieVerlet
     }
@@ -186,7 +187,8 @@ impl Grid {
         matches!(self.lengths, Lengths::Equal(_))
     }
 
-    /// Returns the number of different steps: 1 where all have the same length.
+    /// Returns the number of step lengths to distinguish: 1 on a uniform grid, else the number of
+    /// steps.
     pub(crate) fn different_steps(&self) -> usize {
         match &self.lengths {
             Lengths::Equal(_) => 1,
@@ -227,7 +229,7 @@ impl Grid {
         self.scheme.input_rows(self.steps)
     }
 
-    /// Returns the first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
+    /// Returns the index of the first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
     pub fn first_input(&self) -> usize {
         self.scheme.first_input()
     }
@@ -244,8 +246,8 @@ impl Grid {
         }
     }
 
-    /// Returns the weight of the kick at node k as if the grid continued beyond its ends, with
-    /// the outermost step.
+    /// Returns the weight that the kick at node k would have if the grid continued beyond its ends
+    /// with its outermost steps.
     #[inline(always)]
     pub fn full_kick(&self, node: usize) -> f64 {
         match &self.lengths {
@@ -254,7 +256,7 @@ impl Grid {
         }
     }
 
-    /// Returns the weight of that kick in mean steps: 1 where all steps have the same length.
+    /// Returns the full weight of the kick at node k divided by the mean step: 1 on a uniform grid.
     #[inline(always)]
     pub fn share(&self, node: usize) -> f64 {
         match &self.lengths {
@@ -263,7 +265,7 @@ impl Grid {
         }
     }
 
-    /// Returns `T/N`.
+    /// Returns the mean step `T/N`.
     pub fn mean_step(&self) -> f64 {
         self.duration / self.steps as f64
     }
@@ -277,8 +279,8 @@ impl Grid {
         }
     }
 
-    /// Returns the part of the kick at node k by which the momenta after a full kick are ahead of
-    /// the physical momenta.
+    /// Returns the weight of the second half of the kick at node k: the momenta after a full kick
+    /// are ahead of the physical momenta by this half. It is 0 for Lie–Euler.
     #[inline(always)]
     pub fn ahead(&self, node: usize) -> f64 {
         match self.scheme {

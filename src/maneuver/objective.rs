@@ -10,21 +10,23 @@
 //! for each set of actuators. `optimize/discrete/control_law` derives the optimal inputs.
 //! - **Minimum time** has the duration `T` as its cost.
 //! - **Fuel** is `∫ Σ c_j |u_j| dt` of torques and forces. If only the norm of the torque is
-//!   limited, it is `c ∫ |τ| dt`; forces are treated likewise. A free duration adds a price of
-//!   time.
+//!   limited, it is `c ∫ |τ| dt`; forces are treated likewise.
 //!
-//! If only the torques are limited, inputs are held over steps whose lengths are part of the plan
-//! (`optimize/methods/switching`). Otherwise inputs are at the nodes of equal steps, and the fuel
-//! is `Σ κ_k Σ c_j |u_j,k|`.
+//! Effort and fuel may include a price of time, the cost per second of a free duration (a time
+//! weight).
 //!
-//! # Where does the objective stand?
+//! If the torques alone are limited, inputs are held over steps whose lengths are part of the plan
+//! (`optimize/methods/switching`). Otherwise inputs are given at the nodes of a uniform grid, and
+//! the fuel is `Σ κ_k Σ c_j |u_j,k|`.
+//!
+//! # Where is the objective stored?
 //!
 //! `Problem` has the objective: effort, time or fuel. The actuators have the properties of the
 //! body: axes, frame, limits. The price of time is here and not in
 //! [`Duration`](super::duration::Duration), because the cost of a plan includes it even after the
-//! duration is found. A weight needs its set of inputs: `Weighted` combines both, with gain and
-//! authority. These are derived where they are used, and never stored next to axes that may
-//! change.
+//! duration is found. A weight has a meaning only for its set of inputs: `Weighted` combines both
+//! with the gain and the authority. These matrices are computed where they are used. They are not
+//! stored next to axes that may change.
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
@@ -36,41 +38,41 @@ use thiserror::Error;
 pub enum Objective {
     /// The effort `∫ ½ uᵀWu dt` of the inputs, and the price of time if the duration is free.
     Effort(Weights),
-    /// The duration.
+    /// The duration: minimum time.
     Time,
     /// The fuel `∫ Σ c_j |u_j| dt` of the inputs. It is `c ∫ |τ| dt` if only the norm of the
     /// torque is limited, and `c ∫ |f| dt` if the norm of the force is limited.
     Fuel(Fuel),
 }
 
-/// The prices of fuel and time.
+/// The prices of the fuel objective: a price for each input, and the price of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one for each torque input, positive, in 1/(N·m·s) up to the user's unit of cost; 1
-    /// each if absent. All are equal if the norm of the torque is limited. Thrusters that push and
-    /// turn have prices of forces instead.
+    /// Prices `c_j` of the torque inputs, one each, positive, in 1/(N·m·s) up to the user's unit of
+    /// cost; `None` means 1 each. The prices must be equal if fuel is counted by the norm of the
+    /// torque. Thrusters that produce both force and torque have prices of forces instead.
     pub prices: Option<Vec<f64>>,
     /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost;
-    /// absent: 1 each.
+    /// `None` means 1 each.
     pub force_prices: Option<Vec<f64>>,
-    /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
-    /// given duration.
+    /// The price of time: the cost per second of a free duration, in 1/s up to the user's unit of
+    /// cost. `None` if time has no price, as for a given duration.
     pub time_price: Option<f64>,
 }
 
 impl Fuel {
-    /// Returns the price of a torque input.
+    /// Returns the price of the torque input with index `input`.
     pub fn price(&self, input: usize) -> f64 {
         price_of(self.prices.as_ref(), input)
     }
 
-    /// Returns the price of a force input.
+    /// Returns the price of the force input with index `input`.
     pub fn force_price(&self, input: usize) -> f64 {
         price_of(self.force_prices.as_ref(), input)
     }
 
-    /// Returns the cost per second: the fuel of a row of inputs, forces first, and the price of
-    /// time.
+    /// Returns the cost per second: the fuel rate of a row of inputs, forces first, plus the price
+    /// of time.
     pub fn rate(&self, actuation: &Actuation, inputs: &[f64]) -> f64 {
         let (forces, torques) = actuation.split_costs(inputs);
         let of_set = |set: &ActuatorSet, inputs: &[f64], price: &dyn Fn(usize) -> f64| -> f64 {
@@ -85,24 +87,24 @@ impl Fuel {
         of_torques + of_forces + self.time_price.unwrap_or(0.0)
     }
 
-    /// Returns whether fuel is counted by the norm of the torque or force: one motor that points
-    /// anywhere has such a limit.
+    /// Returns whether fuel is counted by the norm of the torque or force. This is the case if the
+    /// norm is the only limit, as for a single motor that can point in any direction.
     pub fn is_of_norm(set: &ActuatorSet) -> bool {
         set.limits().size.is_none() && set.limits().norm.is_some()
     }
 }
 
-/// Every input of weight 1.
+/// Weights of 1 for every input, without a price of time.
 static ONES: Weights = Weights { torque: None, force: None, time_price: None };
 
-/// Returns the price of an input: 1 where none are given.
+/// Returns the price of an input, or 1 if no prices are given.
 fn price_of(prices: Option<&Vec<f64>>, input: usize) -> f64 {
     prices.map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
 }
 
 impl Objective {
-    /// Returns the weights by which redundant inputs share a torque: the weights of the effort,
-    /// otherwise 1.
+    /// Returns the weights that distribute a torque among redundant inputs: the weights of the
+    /// effort, or 1 for every input if time or fuel is minimised.
     pub fn weights(&self) -> &Weights {
         match self {
             Self::Effort(weights) => weights,
@@ -110,7 +112,8 @@ impl Objective {
         }
     }
 
-    /// Returns whether inputs switch, and are held over steps of unequal lengths.
+    /// Returns whether the objective is minimum time or fuel, whose optimal inputs switch between
+    /// limits (bang-bang inputs).
     pub fn switches(&self) -> bool {
         matches!(self, Self::Time | Self::Fuel(_))
     }
@@ -120,7 +123,7 @@ impl Objective {
         *self == Self::Time
     }
 
-    /// Returns whether the cost includes time, so that the duration is free.
+    /// Returns whether the cost includes the duration, which must then be free.
     pub(crate) fn counts_time(&self) -> bool {
         match self {
             Self::Effort(weights) => weights.time_price.is_some(),
@@ -129,12 +132,12 @@ impl Objective {
         }
     }
 
-    /// Returns the prices of fuel, if the objective is fuel.
+    /// Returns the prices of fuel; `None` if the objective is not fuel.
     pub fn fuel(&self) -> Option<&Fuel> {
         if let Self::Fuel(fuel) = self { Some(fuel) } else { None }
     }
 
-    /// Returns the price of time in addition to effort or fuel, if one is given.
+    /// Returns the price of time that is part of effort or fuel; `None` without such a price.
     pub fn given_time_price(&self) -> Option<f64> {
         match self {
             Self::Effort(weights) => weights.time_price,
@@ -152,7 +155,8 @@ impl Objective {
         }
     }
 
-    /// Returns the price of time: 1 if time is the objective.
+    /// Returns the cost per second of duration: 1 if time is the objective, 0 without a price of
+    /// time.
     pub fn time_price(&self) -> f64 {
         if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }
     }
@@ -180,50 +184,50 @@ impl From<Weights> for Objective {
     }
 }
 
-/// The blocks of the effort weight `W` (the identity if absent), and the price of time.
+/// The weights of the effort: the blocks of the weight matrix `W`, and the price of time.
 ///
-/// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques
-/// and [1/N²] for forces, up to the user's unit of cost. The block of a set that the maneuver
-/// does not have is ignored.
+/// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques and
+/// [1/N²] for forces, up to the user's unit of cost. The block of a set that the maneuver does not
+/// have is ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Weights {
-    /// Block of the torque inputs.
+    /// Block of the torque inputs; `None` means the identity.
     pub torque: Option<DMatrix<f64>>,
-    /// Block of the force inputs.
+    /// Block of the force inputs; `None` means the identity.
     pub force: Option<DMatrix<f64>>,
-    /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
-    /// given duration.
+    /// The price of time: the cost per second of a free duration, in 1/s up to the user's unit of
+    /// cost. `None` if time has no price, as for a given duration.
     pub time_price: Option<f64>,
 }
 
 impl Weights {
-    /// Builds the weights of torque inputs alone.
+    /// Builds effort weights with a block for the torque inputs only.
     pub fn of_torques(weight: DMatrix<f64>) -> Self {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// Returns the weights without the blocks that are the identity.
+    /// Removes the blocks that are the identity.
     pub fn simplified(self) -> Self {
         // The comparison is exact: a weight that differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
         Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
 
-    /// Returns the torque inputs under their weight. A weight that [`Weights::check`] refuses
-    /// becomes NaN, and so do all results from it.
+    /// Returns the torque inputs combined with their weight. If [`Weights::check`] rejects the
+    /// weight, all numbers in the result are NaN.
     pub fn torque<'a>(&self, actuation: &'a Actuation) -> Weighted<'a> {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// Returns the force inputs under their weight, if the actuation has forces.
+    /// Returns the force inputs combined with their weight; `None` if the body has no force inputs.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }
 
-    /// Checks the blocks against the inputs they weigh.
+    /// Checks that each block fits its set of inputs and is symmetric positive definite.
     ///
     /// # Errors
-    /// "torque" or "force", and the [`WeightError`] of that block.
+    /// Returns "torque" or "force", and the [`WeightError`] of that block.
     pub fn check(&self, actuation: &Actuation) -> Result<(), (&'static str, WeightError)> {
         let sets = [
             ("torque", Some(&actuation.torque), &self.torque),
@@ -238,7 +242,7 @@ impl Weights {
     }
 }
 
-/// The reason for which a matrix cannot weigh the effort of a set of actuators.
+/// The reason why a matrix is not a valid effort weight for a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WeightError {
     /// The weight is not m×m.
@@ -257,22 +261,22 @@ pub enum WeightError {
     Indefinite,
 }
 
-/// A set of m actuators under its effort weight, with the matrices of its optimal inputs; SI
-/// units.
+/// A set of m actuators with its effort weight `W` and the matrices that its optimal inputs need;
+/// SI units. The columns of `B` are the axes of the actuators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighted<'a> {
     /// The actuators.
     pub set: &'a ActuatorSet,
-    /// `W`, m×m.
+    /// The effort weight `W`, m×m.
     pub weight: DMatrix<f64>,
-    /// `W⁻¹ Bᵀ`, m×3.
+    /// The gain `W⁻¹ Bᵀ`, m×3.
     pub gain: DMatrix<f64>,
-    /// `B W⁻¹ Bᵀ`, 3×3, in the axes of [`ActuatorSet::frame`].
+    /// The authority `B W⁻¹ Bᵀ`, 3×3, in the axes of [`ActuatorSet::frame`].
     pub authority: Matrix3,
 }
 
 impl<'a> Weighted<'a> {
-    /// Builds the actuators under `weight`, m×m, or under the identity.
+    /// Combines the actuators with `weight`, m×m; `None` means the identity.
     ///
     /// # Errors
     /// A [`WeightError`] when the weight has another shape or is not symmetric positive definite.
@@ -299,7 +303,7 @@ impl<'a> Weighted<'a> {
         Ok(Self { set, weight, gain, authority })
     }
 
-    /// Builds the weighted set, with NaN in every number if the weight cannot be used.
+    /// Builds the weighted set. All its numbers are NaN if the weight is invalid.
     fn or_nan(set: &'a ActuatorSet, weight: Option<&DMatrix<f64>>) -> Self {
         let nan = |rows, columns| DMatrix::from_element(rows, columns, f64::NAN);
         let count = set.count();

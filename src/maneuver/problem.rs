@@ -1,5 +1,4 @@
-//! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is
-//! solved.
+//! The maneuver to plan: a plain value in SI units. The solvers check it by [`Problem::check`].
 
 mod check;
 mod clock;
@@ -63,7 +62,7 @@ impl State {
     }
 }
 
-/// The moving quantities: the attitude alone, or position and attitude.
+/// The degrees of freedom of a maneuver: the attitude alone, or position and attitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Attitude only, SO(3), tangent dimension 6.
@@ -72,23 +71,23 @@ pub enum Motion {
     RigidBody,
 }
 
-/// The homotopy class of the rotation from the start to the end.
+/// The choice of the homotopy class of the rotation from the start to the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
-    /// Solve every sense and winding, keep the lowest cost.
+    /// All directions of rotation and numbers of turns are searched, and the cheapest plan is kept.
     Best,
-    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense
-    /// the lowest cost that is found.
+    /// The homotopy class of the short way, relative to the end point of the ballistic motion. The
+    /// plan is the cheapest one that was found in this class.
     Shortest,
-    /// The other sense.
+    /// The homotopy class of the long way.
     Long,
-    /// The rotation from the start as written: a rotation vector in the body axes of the start
-    /// \[rad\], of any angle. For least time and fuel it determines the number of whole turns;
+    /// A given rotation from the start: a rotation vector in the body axes of the start \[rad\], of
+    /// any angle. For minimum time and minimum fuel it determines the number of whole turns, and
     /// the plan chooses their axes.
     AsGiven(Vector3),
 }
 
-/// A maneuver: who moves, where from, where to, in what time, on which grid.
+/// A maneuver to plan: body, actuators, start and end states, duration, objective, limits and grid.
 ///
 /// [`Problem::attitude`], [`Problem::rigid_body`] and the `with_` methods build a problem. The
 /// solvers check it by [`Problem::check`]. The default [`Objective`] is the effort `∫ ½ uᵀu dt`.
@@ -108,59 +107,59 @@ pub enum Path {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// The name of the maneuver, for people.
+    /// Name of the maneuver in reports and files.
     pub name: String,
-    /// Attitude only, or position and attitude.
+    /// The degrees of freedom: attitude only, or position and attitude.
     pub motion: Motion,
-    /// The body.
+    /// Inertia and mass of the body.
     pub body: Body,
-    /// The field that acts on the body.
+    /// The force field that acts on the body, and the rate of the reference frame.
     pub environment: Arc<dyn Environment>,
     /// The actuators of the body.
     pub actuation: Actuation,
-    /// The objective.
+    /// The objective that the plan minimises.
     pub objective: Objective,
     /// State at `t = 0`.
     pub start: State,
-    /// State at `t = T`. An attitude that is not given ([`Problem::end_condition`]) is a guess
-    /// until a plan has found it.
+    /// State at `t = T`. If [`Problem::end_condition`] leaves the attitude free, the attitude is a
+    /// guess until a plan has found it.
     pub end: State,
-    /// The given part of the end state.
+    /// The condition at the end: it states which part of the end state is given.
     pub end_condition: EndCondition,
     /// Duration `T`: given, or chosen by the plan.
     pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
-    /// Whether a plan that lands may take more steps where it needs them: until they are given
-    /// ([`Problem::with_steps`]).
+    /// Whether a plan that lands may have more than [`Problem::steps`] steps where it needs them.
+    /// [`Problem::with_steps`] turns this choice off.
     pub chooses_steps: bool,
-    /// The discretisation.
+    /// The integration scheme of the discretisation.
     pub scheme: Scheme,
-    /// The steps of a plan of minimum time or fuel ([`Formulation`]).
+    /// The kind of steps of a minimum-time or minimum-fuel plan ([`Formulation`]).
     #[doc(hidden)]
     pub stepping: Stepping,
-    /// The homotopy class of the rotation.
+    /// The choice of the homotopy class of the rotation.
     pub path: Path,
-    /// The pointing constraints and the limits of the rate.
+    /// The pointing constraints and the rate limits.
     pub constraints: Vec<Constraint>,
-    /// Sets of these constraints that alternate. A constraint that is in no set holds at all
-    /// times.
+    /// Alternative sets of these constraints, of which one holds at each time. A constraint that is
+    /// in no set holds at all times.
     pub alternatives: Vec<Alternatives>,
-    /// The part of the limits that the plan leaves to corrections in flight.
+    /// The part of the limits that is reserved for corrections in flight.
     pub reserve: Reserve,
 }
 
 impl Problem {
-    /// The fewest steps.
+    /// The smallest allowed number of steps.
     pub const MIN_STEPS: usize = 2;
-    /// The most steps.
+    /// The largest allowed number of steps.
     pub const MAX_STEPS: usize = 1_000_000;
-    /// The most constraints.
+    /// The largest allowed number of constraints.
     pub const MAX_CONSTRAINTS: usize = 1_000;
 
-    /// Builds an attitude maneuver of a free body. It has three body torques of unit weight, and
-    /// `duration` \[s\] or a free one ([`Duration::SOUGHT`]). The second-order scheme has 100
-    /// steps, or as many as landing needs. All homotopy classes are searched.
+    /// Builds an attitude maneuver of a free body with three torques of unit weight along the body
+    /// axes. `duration` is in seconds, or [`Duration::SOUGHT`] for a free duration. The scheme is
+    /// Lie–Verlet with 100 steps, or as many as landing needs. All homotopy classes are searched.
     pub fn attitude(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self {
             name: String::new(),
@@ -184,8 +183,9 @@ impl Problem {
         }
     }
 
-    /// Builds a maneuver of position and attitude, with three forces of unit weight along the
-    /// reference axes added. The body needs a mass.
+    /// Builds a maneuver of position and attitude. In addition to the torques of
+    /// [`Problem::attitude`] it has three forces of unit weight along the axes of the reference
+    /// frame. The body needs a mass.
     pub fn rigid_body(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         let mut problem = Self::attitude(body, start, end, duration);
         problem.motion = Motion::RigidBody;
@@ -193,7 +193,7 @@ impl Problem {
         problem
     }
 
-    /// Puts the body into another environment.
+    /// Replaces the environment of the body.
     pub fn with_environment(mut self, environment: impl Environment + 'static) -> Self {
         self.environment = Arc::new(environment);
         self
@@ -205,28 +205,28 @@ impl Problem {
         self
     }
 
-    /// Replaces the objective by an [`Objective`], or by the [`Weights`](crate::Weights) of the
-    /// effort.
+    /// Replaces the objective by an [`Objective`], or by the effort with the given
+    /// [`Weights`](crate::Weights).
     pub fn with_objective(mut self, objective: impl Into<Objective>) -> Self {
         self.objective = objective.into();
         self
     }
 
-    /// Sets the number of steps, [`Problem::MIN_STEPS`] to [`Problem::MAX_STEPS`]: a plan takes
-    /// neither more nor fewer.
+    /// Sets the number of steps, [`Problem::MIN_STEPS`] to [`Problem::MAX_STEPS`]. The planner then
+    /// does not choose the number.
     pub fn with_steps(mut self, steps: usize) -> Self {
         (self.steps, self.chooses_steps) = (steps, false);
         self
     }
 
-    /// Chooses the discretisation.
+    /// Sets the integration scheme.
     pub fn with_scheme(mut self, scheme: Scheme) -> Self {
         self.scheme = scheme;
         self
     }
 
-    /// Builds the maneuver under the limits of the craft: nothing is held in reserve, and cones
-    /// have no margins.
+    /// Builds the maneuver under the full limits of the craft: no part of a limit is reserved, and
+    /// cones have no margins.
     pub fn of_craft(&self) -> Self {
         let mut craft = Self { reserve: Reserve::default(), ..self.clone() };
         craft.actuation.torque = self.reserve.given_back(&self.actuation.torque);
@@ -234,7 +234,7 @@ impl Problem {
         craft
     }
 
-    /// Chooses which way round.
+    /// Sets the homotopy class of the rotation.
     pub fn with_path(mut self, path: Path) -> Self {
         self.path = path;
         self
@@ -246,13 +246,13 @@ impl Problem {
         self
     }
 
-    /// Lets sets of constraints hold in turns.
+    /// Adds alternative sets of constraints, of which one holds at each time.
     pub fn with_alternatives(mut self, alternatives: Alternatives) -> Self {
         self.alternatives.push(alternatives);
         self
     }
 
-    /// Builds the maneuver with the sets of alternatives acting in their shifts alone.
+    /// Builds the maneuver in which each alternative set of cones is active during its shifts only.
     pub(crate) fn in_turns(&self, turns: &[Turns]) -> Self {
         let mut problem = Self { alternatives: Vec::new(), ..self.clone() };
         for Turns { of, shifts } in turns {
@@ -271,34 +271,37 @@ impl Problem {
         problem
     }
 
-    /// Returns whether inputs switch, and are held over steps of unequal lengths. This holds for
-    /// minimum time and fuel if the only limits of the plan are limits of the torques.
+    /// Returns whether inputs are held over steps of unequal lengths. This is the case for a plan
+    /// whose inputs switch ([`Formulation::Switching`]): minimum time and minimum fuel of a free
+    /// body with a given end attitude if only the torques are limited. It is also the case for a
+    /// recorded motion ([`Stepping::Recorded`]).
     pub fn switches(&self) -> bool {
-        Formulation::of(self) == Formulation::Switching
+        self.stepping == Stepping::Recorded || Formulation::of(self) == Formulation::Switching
     }
 
-    /// Returns whether a plan of minimum time or fuel has its inputs at the nodes of equal steps,
-    /// as for effort. This holds for forces and fields, for limits of more than the torques, and
-    /// if SCP is requested.
+    /// Returns whether a minimum-time or minimum-fuel plan has its inputs at the nodes of a uniform
+    /// grid, as a minimum-effort plan has. This is the case for forces and force fields, for limits
+    /// of more than the torques, and if SCP or the interior point is requested.
     pub fn is_shaped(&self) -> bool {
         self.objective.switches() && !self.switches()
     }
 
-    /// Builds the maneuver as `method` plans it: by SCP and by the interior point on equal steps.
+    /// Builds the maneuver on the grid that `method` uses: SCP and the interior point use a uniform
+    /// grid.
     #[doc(hidden)]
     pub fn planned_by(self, method: Method) -> Self {
         let stepping = if method.is_on_equal_steps() { Stepping::Equal } else { self.stepping };
         Self { stepping, ..self }
     }
 
-    /// Builds the maneuver as arcs plan it along which none of its constraints acts.
+    /// Builds the maneuver as a plan of arcs, with no active constraint.
     #[doc(hidden)]
     pub fn planned_on_arcs(self) -> Self {
         Self { stepping: Stepping::Arcs, ..self }
     }
 
-    /// Returns whether more time is never worse: from rest to rest where nothing acts on the body,
-    /// it can wait.
+    /// Returns whether a longer duration never has a higher cost. This holds from rest to rest for
+    /// a body on which only its inputs act, because the body can wait.
     pub(crate) fn can_wait(&self) -> bool {
         let rests = |state: &State| {
             state.angular_velocity.norm() == 0.0
@@ -308,34 +311,34 @@ impl Problem {
         still && self.environment.is_free() && rests(&self.start) && rests(&self.end)
     }
 
-    /// Returns whether the attitude alone is planned, of a body that nothing acts on but its
-    /// torques.
+    /// Returns whether only the attitude is planned and only the torques of the body act on it.
     pub(crate) fn is_free_turn(&self) -> bool {
         let still = self.environment.frame_rate().amax() == 0.0;
         self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
-    /// Returns whether it has more limits than those of each torque, or of the norm of the
-    /// torque. The shooting does not support more.
+    /// Returns whether the problem has limits other than limits of each torque or of the torque
+    /// norm. The shooting does not support such limits.
     pub(crate) fn has_shaping_limits(&self) -> bool {
         self.has_shaping_inputs() || !self.constraints.is_empty()
     }
 
-    /// Returns whether limits of the outputs of the inputs, or wheels, need more than arcs at the
-    /// limits.
+    /// Returns whether the limits of the inputs exclude bang-bang arcs. This is the case with
+    /// limits of the torque rates, with a norm limit together with limits of each input, and with
+    /// wheels.
     pub(crate) fn has_shaping_inputs(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
         !jumping || self.actuation.wheels.is_some()
     }
 
-    /// Returns whether anything limits inputs, rates or pointing.
+    /// Returns whether inputs, rates or pointing are limited.
     pub fn is_constrained(&self) -> bool {
         !self.constraints.is_empty() || self.actuation.is_limited()
     }
 
-    /// Builds a maneuver of minimum time: of a free body with three body torques of unit weight,
-    /// which need limits.
+    /// Builds a minimum-time maneuver of a free body with three body torques of unit weight. The
+    /// torques need limits ([`Problem::with_actuation`]).
     ///
     /// ```
     /// use slewkit::{
@@ -359,36 +362,37 @@ impl Problem {
         Self { objective: Objective::Time, ..Self::attitude(body, start, end, Duration::SOUGHT) }
     }
 
-    /// Builds a maneuver of least fuel `∫ Σ |u_j| dt` in a given duration \[s\]: of a free body
-    /// with three body torques, which need limits.
+    /// Builds a minimum-fuel maneuver, `∫ Σ |u_j| dt`, of a free body with three body torques in a
+    /// given duration \[s\]. The torques need limits ([`Problem::with_actuation`]).
     pub fn minimum_fuel(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
     }
 
-    /// Sets the duration: that in seconds, or [`Duration::SOUGHT`].
+    /// Sets the duration: a number of seconds, or [`Duration::SOUGHT`] for a free duration.
     pub fn with_duration(self, duration: impl Into<Duration>) -> Self {
         Self { duration: duration.into(), ..self }
     }
 
-    /// Returns the problem with `duration` \[s\], which is found if it was free.
+    /// Returns the problem with the duration `duration` \[s\], marked as found if it was free.
     pub(crate) fn lasting(self, duration: f64) -> Self {
         Self { duration: self.duration.lasting(duration), ..self }
     }
 
     /// Requests the best duration up to `longest` \[s\].
     ///
-    /// From rest to rest more time never costs more, and the plan uses all of it. If the body
-    /// moves at an end, the plan may use less.
+    /// From rest to rest a longer duration never costs more, and the plan uses all of it. If the
+    /// body moves at an end, the plan may use less.
     pub fn with_duration_at_most(self, longest: f64) -> Self {
         Self { duration: Duration::Sought { at_most: Some(longest) }, ..self }
     }
 
-    /// Returns the shortest pulse \[s\] where inputs are off or at a limit alone.
+    /// Returns the minimum pulse width \[s\] of inputs that are off or at a limit; `None` if pulses
+    /// may have any width.
     pub fn shortest_pulse(&self) -> Option<f64> {
         self.actuation.torque.limits().shortest_pulse
     }
 
-    /// Returns whether the duration is the plan's to choose, be it found already.
+    /// Returns whether the plan chooses the duration, even if the duration has been found already.
     pub fn seeks_duration(&self) -> bool {
         !matches!(self.duration, Duration::Given(_))
     }
@@ -402,17 +406,17 @@ impl Problem {
         self.duration.known().expect("the duration is free, and no plan has determined it yet")
     }
 
-    /// Returns the rows of inputs of a plan: one for each node that has inputs, or one for each
-    /// step where they switch.
+    /// Returns the number of rows of inputs in a plan: one for each node that has inputs, or one
+    /// for each step if inputs switch.
     pub fn input_rows(&self) -> usize {
         if self.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
     }
 
-    /// Returns the time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of
-    /// its own.
+    /// Returns the uniform time grid of the problem \[s\]. A plan whose inputs switch has its own
+    /// grid.
     ///
     /// # Panics
-    /// Panics as [`Problem::seconds`] does.
+    /// Panics if the duration is free and not yet found.
     pub fn grid(&self) -> Grid {
         Grid::uniform(self.scheme, self.seconds(), self.steps)
     }
@@ -420,12 +424,12 @@ impl Problem {
     /// Returns the step `h = T/N` \[s\].
     ///
     /// # Panics
-    /// Panics as [`Problem::seconds`] does.
+    /// Panics if the duration is free and not yet found.
     pub fn step(&self) -> f64 {
         self.seconds() / self.steps as f64
     }
 
-    /// Tangent dimension: 6 on SO(3), 12 on SE(3).
+    /// Returns the tangent dimension: 6 on SO(3), 12 on SE(3).
     pub fn dimension(&self) -> usize {
         match self.motion {
             Motion::Attitude => 6,

@@ -1,4 +1,4 @@
-//! The scale of proofs: how far a plan is proved to be an optimum.
+//! The proof scale: the degree to which a plan is proved to be an optimum.
 //!
 //! Methods prove different things: the shooting counts conjugate points, the interior point tests
 //! the curvature, arcs come with a gap to the maximum principle. One scale orders all of these, so
@@ -9,12 +9,12 @@ use super::solution::{Outcome, SecondOrder, Solution};
 use super::switching::Structure;
 use serde::{Deserialize, Serialize};
 
-/// The degree to which a plan is proved to be an optimum, from the least to the most. All but the
-/// last refer to neighbouring plans: a plan on another path may cost less.
+/// The degree to which a plan is proved to be an optimum, from the weakest to the strongest. All
+/// degrees except the last compare with neighbouring plans: a plan on another path may cost less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proved {
-    /// The plan meets its end and its limits. No optimum of its grid was found near it.
+    /// The plan meets its end within its limits. No optimum on its grid was found near it.
     Feasible,
     /// The first-order conditions hold, and the cost decreases in some direction.
     Saddle,
@@ -26,12 +26,12 @@ pub enum Proved {
     FirstOrder,
     /// No neighbouring plan costs less, to second order.
     Minimum,
-    /// No plan costs less: the body is already where it should be.
+    /// No plan costs less, because the body is already in the requested end state.
     Global,
 }
 
 impl Proved {
-    /// Returns the name in files.
+    /// Returns the name of the degree in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Feasible => "feasible",
@@ -70,7 +70,7 @@ impl Solution {
             Some(switching) if switching.structure == Structure::Rest => Proved::Global,
             Some(switching) if switching.beside_optimum => Proved::Feasible,
             Some(_) => Proved::FirstOrder,
-            // Time and fuel on equal steps have no second-order test.
+            // Minimum-time and minimum-fuel plans on a uniform grid have no second-order test.
             None if self.on_grid(problem).is_shaped() => Proved::FirstOrder,
             None => match self.optimality.second_order() {
                 SecondOrder::Minimum => Proved::Minimum,
@@ -84,8 +84,8 @@ impl Solution {
         })
     }
 
-    /// Returns the part of the cost that neighbouring plans can save at most, to first order; 0
-    /// where the plan has no gap.
+    /// Returns the gap relative to the cost: the largest part of the cost that neighbouring plans
+    /// can save, to first order. It is 0 for a plan without a gap.
     pub fn gap_part(&self) -> f64 {
         let part = self.switching.as_ref().map(|switching| switching.gap / switching.continuous_cost);
         part.filter(|part| part.is_finite()).unwrap_or(0.0)

@@ -14,19 +14,18 @@ pub struct Reserve {
     pub torque_norm: f64,
     /// The reserve of the rate of each torque input [N·m/s]; empty for no reserve.
     pub torque_rate: Vec<f64>,
-    /// The reserves of constraints of the angular velocity, by name: one number for the norm,
-    /// three for the components [rad/s].
+    /// The reserves of limits of the angular velocity \[rad/s\], by the name of the constraint: one
+    /// number for the norm, three for the components.
     pub rates: Vec<(String, Vec<f64>)>,
 }
 
 impl Reserve {
-    /// Returns the reserve of the constraint of the angular velocity `name`; empty for no
-    /// reserve.
+    /// Returns the reserve of the angular-velocity constraint `name`; empty for no reserve.
     pub fn rate(&self, name: &str) -> &[f64] {
         self.rates.iter().find(|(of, _)| of == name).map_or(&[], |(_, reserve)| reserve)
     }
 
-    /// Returns the torques with the limits of the craft.
+    /// Returns the torque set with the full limits of the craft: its own limits plus the reserve.
     pub(super) fn given_back(&self, set: &ActuatorSet) -> ActuatorSet {
         let Limits { size, norm, rate, .. } = set.limits();
         let limits = Limits {
@@ -38,7 +37,8 @@ impl Reserve {
         set.clone().with_limits(limits).unwrap_or_else(|_| set.clone())
     }
 
-    /// Restores a constraint of the craft: without its reserve, and cones without margins.
+    /// Restores the full limit of the craft: adds the reserve to a rate limit, and removes the
+    /// margin of a cone.
     pub(super) fn give_back(&self, constraint: &mut Constraint) {
         let held = self.rate(&constraint.name);
         match &mut constraint.rule {

@@ -1,24 +1,26 @@
-//! The settings of a solve. The solution repeats them.
+//! The settings of a solve: method, search, target motion, tolerances and limits.
 
 use std::f64::consts::PI;
 use std::time::Duration;
 use thiserror::Error;
 
-/// The choice of the solver.
+/// The choice of the solution method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The shooting if it is possible, then the interior point. If more than the inputs is limited,
-    /// or if time or fuel is the cost: the interior point alone.
+    /// The method that suits the problem. Minimum effort under input limits alone is solved by the
+    /// shooting, and by the interior point if the shooting fails. Minimum time and minimum fuel of
+    /// a free body under torque limits alone are solved by Newton's method on the switching times.
+    /// The interior point solves all other problems.
     #[default]
     Auto,
-    /// Shooting on the costates. It supports limits on the inputs alone, by the saturated control
-    /// law.
+    /// Shooting on the costates. The saturated control law supports limits on the inputs; no other
+    /// limits are supported.
     Shooting,
-    /// Sequential convex programming, whose result the interior point refines: for comparison, with
-    /// least effort in a given duration on equal steps.
+    /// Sequential convex programming, whose result the interior point refines. It serves for
+    /// comparison, and supports minimum effort in a given duration on a uniform grid.
     Scp,
-    /// An interior point on the group with all limits, on equal steps, even if inputs could switch
-    /// between the nodes.
+    /// An interior-point method on the Lie group with all limits, on a uniform grid, even if inputs
+    /// could switch between the nodes.
     InteriorPoint,
 }
 
@@ -33,29 +35,29 @@ impl Method {
         }
     }
 
-    /// Returns whether its plans have their inputs at the nodes of equal steps, and multipliers of
-    /// all limits.
+    /// Returns whether plans of this method have inputs at the nodes of a uniform grid, and
+    /// multipliers of all limits.
     #[doc(hidden)]
     pub fn is_on_equal_steps(self) -> bool {
         matches!(self, Self::Scp | Self::InteriorPoint)
     }
 }
 
-/// The number of attempts before an answer counts as the best.
+/// The number of starts that the search tries before it returns the best plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Thoroughness {
-    /// A few starts of every maneuver.
+    /// A few starts for every maneuver.
     Quick,
-    /// The number that the maneuver is known to need: few for a free body at rest; more if it
-    /// turns fast, is in a field, or lacks inputs.
+    /// As many starts as the kind of maneuver is known to need: few for a free body at rest; more
+    /// if the body turns fast, is in a force field, or lacks inputs.
     #[default]
     Default,
-    /// Two hundred starts and more.
+    /// Two hundred starts or more.
     Thorough,
 }
 
 impl Thoroughness {
-    /// Returns the name in files.
+    /// Returns the name of the search setting in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quick => "quick",
@@ -68,7 +70,7 @@ impl Thoroughness {
 /// The motion that must meet the end of the maneuver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Target {
-    /// The true motion under the inputs of the plan, held over its steps: the plan lands.
+    /// The true motion under inputs that are held over the steps of the plan: the plan lands.
     #[default]
     Motion,
     /// The discrete motion, as in published plans. The true motion misses the end by the error of
@@ -77,7 +79,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Returns the name in files.
+    /// Returns the name of the target motion in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -102,32 +104,33 @@ impl Target {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The choice of the solver. Default: auto. Change it to compare methods, or to obtain
+    /// The solution method. Default: auto. Other values serve to compare methods, or to obtain
     /// costates to round-off under limits of the inputs (shooting).
     pub method: Method,
-    /// The number of attempts before an answer counts as the best.
+    /// The number of starts that the search tries before it returns the best plan.
     pub search: Thoroughness,
-    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`.
-    /// Default 1e-12; round-off allows about 4e-15. Loosen it where a hundred thousand steps add up
-    /// more round-off than that.
+    /// Tolerance of the scaled terminal error of the discrete motion: radians, and momenta over
+    /// `J_mean/T`. Default 1e-12; round-off allows about 4e-15. Increase it for grids of a hundred
+    /// thousand steps or more, whose round-off may exceed the default.
     pub tolerance: f64,
     /// The motion that meets the end: the true motion (the default), or the discrete one, as in
     /// published plans ([`Settings::discrete`]).
     pub target: Target,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called
-    /// solved. Default: 1e-4°; where the discrete motion is the target a quarter of the angle that
-    /// the body turns, but between 5° and 45°. Constraints hold in the true motion to the same
-    /// limit, of rates relative.
+    /// Largest attitude error of the true motion at the end \[rad\]; a plan that exceeds it is not
+    /// reported as solved. The default is 1e-4° for a plan that lands. If the target is the
+    /// discrete motion, the default is a quarter of the angle that the body turns, clamped to
+    /// 5°–45°. The true motion must keep constraints to this tolerance too: in radians for cones,
+    /// relative for rates.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
-    /// Iteration limit of one Newton run, and of the subproblems of one run of SCP; the interior
-    /// point may need four times as many. Default 60.
+    /// Limit on the iterations of one Newton run, and on the subproblems of one SCP run. The
+    /// interior point may use four times as many iterations. Default 60.
     pub max_iterations: usize,
-    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
-    /// of first order with them. Default: yes. Without the test any extremal counts, also a saddle,
-    /// and [`Optimality::tested`] is false. This suits many maneuvers of a known kind, such as rest
-    /// to rest by the shortest way.
+    /// Whether the second-order conditions of the extremal and its rivals are tested, and the
+    /// first-order conditions recorded. Default: yes. Without the test any extremal is accepted,
+    /// even a saddle, and [`Optimality::tested`] is false. Turning the test off suits large numbers
+    /// of maneuvers of a known kind, such as rest to rest by the short way.
     ///
     /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
     pub test_second_order: bool,
@@ -152,11 +155,11 @@ impl Default for Settings {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name} is {value}: {reason}")]
 pub struct SettingsError {
-    /// The name of the setting.
+    /// Name of the setting.
     pub name: &'static str,
     /// Value of the setting.
     pub value: f64,
-    /// The allowed values.
+    /// The allowed values, in words.
     pub reason: &'static str,
 }
 
@@ -181,10 +184,10 @@ impl Settings {
         self.continuous_tolerance.or_else(|| lands.then_some(Self::CONTINUOUS_TOLERANCE))
     }
 
-    /// Checks the ranges.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// The first setting out of its range.
+    /// Returns the first setting that is out of its range.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !(self.tolerance >= Self::MIN_TOLERANCE && self.tolerance < 1.0) {
             let reason = "must be from 4e-15, the limit of double precision, to below 1";

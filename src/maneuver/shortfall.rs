@@ -1,87 +1,88 @@
-//! The reasons for which no plan was found: causes with their figures, and their sentences in one
-//! place.
+//! The reasons why no plan was found, with their figures, and the sentences that report them.
 
 use crate::maneuver::problem::ProblemError;
 use crate::numerics::figures::{short, significant};
 use std::fmt;
 
-/// The reason for which no plan was found. It proves nothing. It displays as a sentence.
+/// The reason why no plan was found. It does not prove that no plan exists. `Display` writes it as
+/// a sentence.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {
-    /// The nearest iterate violates limits, constraints or the end.
+    /// The nearest iterate violates limits, constraints or the end condition.
     Violated {
-        /// The number of iterations or subproblems at which the limit ended the search, if it did.
+        /// The number of iterations or subproblems after which the iteration limit ended the
+        /// search; `None` if the search ended for another reason.
         cut_short_after: Option<usize>,
         /// The remaining violations.
         violations: Vec<Violation>,
-        /// Whether the path reaches the end.
+        /// Whether the path of the iterate reaches the end.
         reaches_end: bool,
     },
     /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
     Missed {
         /// The largest terminal error, scaled.
         error: f64,
-        /// The tolerance, scaled.
+        /// The tolerance on the terminal error, scaled.
         tolerance: f64,
     },
-    /// No optimum has the requested homotopy class.
+    /// No optimum was found in the requested homotopy class.
     OtherWay {
         /// Whether the nearest optimum turns the short way.
         short: bool,
-        /// The angle of its rotation \[deg\].
+        /// The rotation angle of the nearest optimum \[deg\].
         turned_deg: f64,
     },
-    /// No extremal of the smoothed law of inputs that switch.
+    /// No extremal of the smoothed bang-bang control law was found.
     NoSmoothedExtremal,
-    /// Too few steps for the arcs of the extremal that was found.
+    /// The grid has too few steps for the arcs of the extremal that was found.
     FewSteps {
         /// Number of arcs of the extremal.
         arcs: usize,
-        /// The fewest steps.
+        /// The smallest number of steps that suffices.
         steps: usize,
     },
-    /// An extremal in continuous time, and no optimum on the grid.
+    /// An extremal was found in continuous time, but no optimum on the grid.
     NoDiscreteOptimum {
         /// The number of steps of the grid.
         steps: usize,
     },
-    /// A plan exists without a shortest pulse, but none was found with it.
+    /// A plan exists without a minimum pulse width, but no plan was found with it.
     NoPulses {
-        /// The shortest pulse \[s\].
+        /// The minimum pulse width \[s\].
         shortest: f64,
     },
-    /// Too few steps for the pulses that were found.
+    /// The grid has too few steps for the pulses that were found.
     FewStepsForPulses {
-        /// The fewest steps.
+        /// The smallest number of steps that suffices.
         steps: usize,
     },
     /// Pulses were found in continuous time, but no optimum on the grid.
     NoDiscretePulses {
-        /// Steps of the grid.
+        /// The number of steps of the grid.
         steps: usize,
     },
-    /// The duration is shorter than the shortest that was found.
+    /// The requested duration is shorter than the shortest duration that was found.
     TooShort {
         /// The requested duration \[s\].
         asked: f64,
-        /// The shortest that was found, locally minimal \[s\].
+        /// The shortest duration that was found, a local minimum \[s\].
         shortest: f64,
     },
-    /// The maneuver cannot be planned in the first duration of the search.
+    /// The maneuver is invalid with the first duration that the search tries.
     Unusable(ProblemError),
-    /// The reason, and the results for other durations.
+    /// No plan was found for the requested duration; the results for other durations are included.
     InOtherTime {
-        /// The reason for the requested duration.
+        /// The reason why no plan of the requested duration was found.
         missing: Box<Shortfall>,
         /// The requested duration \[s\].
         asked: f64,
-        /// The shortest that was found, locally minimal \[s\].
+        /// The shortest duration that was found, a local minimum \[s\]; `None` if none was found.
         shortest: Option<f64>,
-        /// A longer one that has a plan \[s\].
+        /// A longer duration for which a plan was found \[s\].
         longer: Option<f64>,
     },
-    /// The sentence of a plan file.
+    /// The reason as a sentence, as read from a plan file.
     Told(String),
 }
 
@@ -94,12 +95,12 @@ pub struct Violation {
     pub excess: Excess,
 }
 
-/// The size by which a limit or constraint is exceeded.
+/// The amount by which a limit or constraint is exceeded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Excess {
-    /// A cone, by an angle \[rad\].
+    /// The violation of a cone, as an angle \[rad\].
     Angle(f64),
-    /// A limit is violated by a part of the limit.
+    /// The violation of a limit, as a fraction of the limit.
     Share(f64),
 }
 

@@ -11,17 +11,17 @@ use crate::{Vector3, lie};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The outcome of a solve. The best iterate is always in the [`Solution`].
+/// The outcome of a solve. The [`Solution`] has the best iterate, whatever the outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The terminal conditions hold to the tolerance.
+    /// The terminal conditions hold within the tolerance.
     Converged,
     /// The iteration limit was reached.
     IterationLimit,
     /// No step reduces the terminal error any more.
     Stalled,
-    /// The implicit equation of a step has no solution along the iterate: steps too long.
+    /// The implicit equation of a step has no solution for the iterate: the steps are too long.
     StepTooLong,
     /// A number became NaN or infinite.
     NotFinite,
@@ -39,13 +39,13 @@ pub enum Outcome {
 ///
 /// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for
 /// Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
-/// `λ_{−1} … λ_{N−1}`). For minimum time and fuel inputs and torques are held over steps that may
-/// be unequal: row k, of N, belongs to the step from node k to node k + 1, and costates have
-/// `N + 1` rows. The vectors of positions, velocities and forces are empty on SO(3).
+/// `λ_{−1} … λ_{N−1}`). If inputs switch (minimum time and fuel), inputs and torques have `N` rows
+/// and costates `N + 1`: row k is held over the step from node k to node k + 1, and steps may be
+/// unequal. The vectors of positions, velocities and forces are empty on SO(3).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
-    /// Times \[s\].
+    /// Times of the nodes \[s\].
     pub time: Vec<f64>,
     /// Attitude quaternions `[w, x, y, z]`, continuous along the trajectory.
     pub quaternion: Vec<[f64; 4]>,
@@ -55,7 +55,7 @@ pub struct Trajectory {
     pub position: Vec<Vector3>,
     /// Velocity, reference frame [m/s].
     pub velocity: Vec<Vector3>,
-    /// Inputs, row after row, forces before torques; `input_count` numbers a row.
+    /// Inputs, row after row; a row has `input_count` inputs, forces before torques.
     pub input: Vec<f64>,
     /// Number of inputs in a row.
     pub input_count: usize,
@@ -69,8 +69,8 @@ pub struct Trajectory {
     /// Costates, row after row, with 6 or 12 numbers in each row, in the order of the crate's
     /// conventions.
     pub costates: Vec<f64>,
-    /// The end of the discrete motion, if that is not the end of the maneuver: shifted so that
-    /// the true motion under the held inputs reaches the end of the maneuver.
+    /// The end state of the discrete motion, if it differs from the end of the maneuver. It is
+    /// shifted so that the true motion under the held inputs reaches the end of the maneuver.
     pub target: Option<State>,
 }
 
@@ -83,15 +83,16 @@ impl Trajectory {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
 
-    /// Returns the second row of inputs of step `k`: the row at its end for Lie–Verlet; the first
-    /// row again for Lie–Euler, and if rows belong to steps.
+    /// Returns the index of the second row of inputs that belongs to step `k`: the row at the end
+    /// of the step for Lie–Verlet. For Lie–Euler and for inputs that switch a step has one row,
+    /// `k`.
     fn later_row(&self, k: usize) -> usize {
         if self.torque.len() < self.time.len() { k } else { k + 1 }
     }
 
-    /// Returns the torque that the plan holds over step `k`, body axes [N·m]: the mean of the two
-    /// rows at its ends for Lie–Verlet, the row at its end for Lie–Euler, the row of the step if
-    /// inputs switch.
+    /// Returns the torque that the plan holds over step `k`, body axes [N·m]: the mean of the rows
+    /// at both ends of the step for Lie–Verlet, the row at its end for Lie–Euler, or the row of the
+    /// step if inputs switch.
     ///
     /// # Panics
     /// Panics if the step does not exist.
@@ -100,7 +101,8 @@ impl Trajectory {
         if later == k { self.torque[k] } else { 0.5 * (self.torque[k] + self.torque[later]) }
     }
 
-    /// Returns the inputs that the plan holds over step `k`, in the same way.
+    /// Returns the inputs that the plan holds over step `k`, as [`Trajectory::held_torque`] does
+    /// for the torque.
     ///
     /// # Panics
     /// Panics if the step does not exist.
@@ -109,9 +111,9 @@ impl Trajectory {
         ends.map(|(first, last)| 0.5 * (first + last)).collect()
     }
 
-    /// Returns the maneuver with the values that this plan has found: a free duration if inputs
-    /// do not switch (so that the grid of the plan is the maneuver's own), a free end attitude,
-    /// and the roll of an end on a target.
+    /// Returns the maneuver with its free values replaced by the values of this plan: the duration
+    /// if inputs do not switch (so that the plan is on the grid of the maneuver), the attitude at a
+    /// free end, and the roll of an end on a target.
     pub fn completed(&self, problem: &Problem) -> Problem {
         let found = self.time.last().filter(|_| problem.seeks_duration() && !problem.switches());
         let mut end = problem.end;
@@ -132,37 +134,38 @@ impl Trajectory {
     }
 }
 
-/// The corrections of landing: the discrete target was shifted by the miss of the true motion,
+/// The record of landing: the discrete target was shifted by the terminal error of the true motion,
 /// and the plan was solved again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Landing {
     /// The number of corrections.
     pub corrections: usize,
-    /// The miss of the true motion before each correction and after the last one: the largest of
-    /// the four parts of a [`TerminalError`], scaled. The planner's own flow computes it; the
-    /// witnesses have theirs.
+    /// The terminal error of the true motion before each correction and after the last one: the
+    /// largest part of a [`TerminalError`], scaled. The integrator of the planner computes it; the
+    /// witnesses use other integrators.
     pub misses: Vec<f64>,
-    /// The cost of the plan before the corrections, whose discrete motion meets the end.
-    /// Published plans state this cost, and [`Solution::rivals`] compare with it.
+    /// The cost of the plan before the corrections, whose discrete motion meets the end. Published
+    /// plans state this cost, and the costs of [`Solution::rivals`] are compared with it.
     /// [`Solution::cost`] is the cost of the landed plan.
     pub cost_before: f64,
-    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\],
-    /// or of rates which part of the limit.
+    /// Constraints that were tightened because the true motion exceeded them. Each has its name and
+    /// the amount: an angle \[rad\] for a cone, a fraction of the limit for a rate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawn_in: Vec<(String, f64)>,
 }
 
-/// The choice of the number of steps, if none was given.
+/// The choice of the number of steps, if the problem does not fix the number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ChosenSteps {
-    /// The number that the choice began with.
+    /// The number of steps with which the choice began.
     pub began: usize,
-    /// Whether the true motion lands on the chosen steps, by the planner's own flow.
+    /// Whether the true motion lands on the chosen steps, according to the integrator of the
+    /// planner.
     pub lands: bool,
-    /// The estimated relative excess of the cost over the optimum in continuous time; `None`
-    /// without an estimate, such as for a plan of zero cost.
+    /// The estimated relative excess of the cost over the optimum in continuous time; `None` if no
+    /// estimate exists, such as for a plan of zero cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost_error: Option<f64>,
 }
@@ -171,20 +174,20 @@ pub struct ChosenSteps {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TerminalError {
-    /// `|log(R_dᵀ R_N)|` \[rad\].
+    /// Attitude error `|log(R_dᵀ R_N)|` \[rad\].
     pub attitude_rad: f64,
-    /// `|Π_N − Π_d| T / J_mean`.
+    /// Error of the angular momentum, `|Π_N − Π_d| T / J_mean`.
     pub momentum_relative: f64,
-    /// `|x_N − x_d|` over the problem's unit of length; SE(3) only.
+    /// Position error `|x_N − x_d|` over the problem's unit of length; SE(3) only.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub position_relative: Option<f64>,
-    /// `|γ_N − γ_d|` over mass · length / `T`; SE(3) only.
+    /// Error of the linear momentum, `|γ_N − γ_d|` over mass · length / `T`; SE(3) only.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub linear_momentum_relative: Option<f64>,
 }
 
 impl TerminalError {
-    /// Returns the largest of the four, all in scaled units. NaN if any is NaN.
+    /// Returns the largest of the errors, in scaled units; NaN if one of them is NaN.
     pub fn largest(&self) -> f64 {
         let parts = [
             self.attitude_rad,
@@ -205,24 +208,24 @@ impl TerminalError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Optimality {
-    /// Whether the second order was tested. If [`Settings::test_second_order`] is off, conjugate
-    /// points are not counted. The other numbers of the shooting are then unknown too: NaN, and 0
-    /// for the rank.
+    /// Whether the second-order conditions were tested. If [`Settings::test_second_order`] is off,
+    /// conjugate points are not counted, and the other results of the shooting are unknown: NaN,
+    /// and 0 for the rank.
     ///
     /// [`Settings::test_second_order`]: crate::maneuver::Settings::test_second_order
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub tested: bool,
-    /// Largest residual of the discrete stationarity conditions; with constraints, of all the
-    /// conditions of Karush, Kuhn and Tucker.
+    /// Largest residual of the discrete stationarity conditions; with constraints, of all KKT
+    /// conditions.
     pub stationarity: f64,
-    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is the
-    /// number of independent directions, within limits and constraints, in which the cost
-    /// decreases; 0 for a strict local minimum. Both definitions are equal. `None` means undecided:
-    /// the cost decreases in no direction, and is constant in some.
+    /// The number of conjugate points inside the maneuver; 0 for a local minimum. SCP counts the
+    /// independent directions, within limits and constraints, in which the cost decreases; 0 for a
+    /// strict local minimum. Both counts are equal. `None` means not tested, or undecided: the cost
+    /// decreases in no direction, and is constant in some direction.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,
-    /// Ratio of its largest to its smallest singular value within that rank.
+    /// Ratio of the largest to the smallest singular value of Ψ₁₂ within its rank.
     pub condition: f64,
 }
 
@@ -258,56 +261,56 @@ impl Optimality {
 pub enum SecondOrder {
     /// A local minimum.
     Minimum,
-    /// The cost decreases in some direction. A descent in this direction found no cheaper plan, or
-    /// the spec gave the rotation.
+    /// The cost decreases in some direction. Either descent in this direction found no cheaper
+    /// plan, or the spec prescribes the rotation.
     Saddle,
-    /// Undecided.
+    /// The test does not distinguish a minimum from a saddle within round-off.
     Undecided,
     /// Not tested, because the settings do not request it.
     NotTested,
 }
 
-/// The work of SCP.
+/// Counts and run time of sequential convex programming (SCP).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ConvexWork {
-    /// Subproblems of the winning seed, on all its grids.
+    /// Number of subproblems of the winning seed, on all its grids.
     pub subproblems: usize,
-    /// Subproblems of all seeds.
+    /// Number of subproblems of all seeds.
     pub all_subproblems: usize,
-    /// Interior-point iterations of all.
+    /// Interior-point iterations of all subproblems.
     pub cone_iterations: u32,
     /// Wall time inside the cone solver, all seeds \[s\].
     pub cone_seconds: f64,
 }
 
-/// The work of the interior point, and how near its plan is to the optimum of its grid.
+/// Counts of the interior-point method, and bounds on the distance of its plan from the optimum.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InteriorWork {
     /// Iterations of the winning start, on all its grids.
     pub iterations: usize,
-    /// Solves of all starts on all grids.
+    /// Number of solves: all starts on all grids.
     pub starts: usize,
-    /// The last barrier term μ, scaled: each row's slack times its multiplier.
+    /// The last barrier parameter μ, scaled: the product of slack and multiplier of each row.
     pub mu: f64,
-    /// The relative cost that a plan near this one may save by complementarity: the barrier term of
-    /// all rows over the cost.
+    /// The relative complementarity gap: the barrier parameter summed over all rows, divided by the
+    /// cost. A neighbouring plan may save this part of the cost by complementarity.
     pub gap: f64,
-    /// The estimated cost of the plan in continuous time.
+    /// The estimated cost of the plan in continuous time; `None` without an estimate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<ContinuousCost>,
-    /// The cost that switches between the nodes could save of a plan of least time or fuel, to
-    /// first order.
+    /// The first-order gap of a minimum-time or minimum-fuel plan in continuous time: the cost that
+    /// switches between the nodes could save.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_gap: Option<ContinuousGap>,
 }
 
-/// The estimated cost of a plan in continuous time, from its grid and one of half as many steps.
+/// The estimated cost of a plan in continuous time, from its grid and a grid of half as many steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContinuousCost {
-    /// The estimate, in the unit of [`Solution::cost`].
+    /// The estimated cost, in the unit of [`Solution::cost`].
     pub cost: f64,
     /// The possible error of the estimate, in the same unit: the difference of the costs on both
     /// grids, and the cost of landing.
@@ -320,35 +323,37 @@ impl ContinuousCost {
     }
 }
 
-/// The cost that switches between the nodes could save of a plan of least time or fuel, to first
-/// order, and the inputs that are not determined.
+/// The cost that a minimum-time or minimum-fuel plan could save, to first order, by switches
+/// between the nodes, and the inputs that the first-order conditions do not determine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContinuousGap {
-    /// `∫ (H(u) − min H) dt` along the plan before it lands, in the unit of [`Solution::cost`]: the
-    /// inputs u that are held over a step, the minimum over their limits, and the costates of the
-    /// discrete optimum, linear between nodes. It compares with neighbouring plans to first order,
-    /// and is no bound for plans on other paths.
+    /// The integral `∫ (H(u) − min H) dt` along the plan before it lands, in the unit of
+    /// [`Solution::cost`]. Here u are the inputs that are held over a step, and the minimum is over
+    /// the limits of the inputs. The costates are those of the discrete optimum, interpolated
+    /// linearly between nodes. The gap compares with neighbouring plans to first order; it is not a
+    /// bound for plans on other paths.
     pub gap: f64,
-    /// The first-order cost of tightened constraints of a landed plan, in the same unit; the plan
-    /// may cost as much more.
+    /// The first-order cost increase of a landed plan by tightened constraints, in the same unit as
+    /// the gap. The plan may cost this much more.
     #[serde(default)]
     pub drawn_in: f64,
-    /// Inputs on which the cost does not depend to first order: the optimum need not be unique.
+    /// Inputs on which the cost does not depend to first order, so that the optimum may not be
+    /// unique.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub undetermined: Vec<Undetermined>,
 }
 
-/// A stretch of a plan on which an input is within its limits, and can change to first order while
-/// the active limits of the state keep their values.
+/// A time interval of a plan in which an input is not at a limit, and can change to first order
+/// while the active limits of the state keep their values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Undetermined {
-    /// The input, from 0; forces come first.
+    /// Index of the input, from 0; forces come before torques.
     pub input: usize,
-    /// First node of the stretch \[s\].
+    /// Time of the first node of the interval \[s\].
     pub start_s: f64,
-    /// Last node of the stretch \[s\].
+    /// Time of the last node of the interval \[s\].
     pub end_s: f64,
 }
 
@@ -360,9 +365,9 @@ pub struct ActiveConstraint {
     pub name: String,
     /// Times at which the constraint is active \[s\].
     pub time_s: Vec<f64>,
-    /// The multipliers of the limit at these nodes, in scaled units, nonnegative. For a limit of
-    /// the inputs found by the shooting: the decrease of the running cost per growth of the limit,
-    /// `−∂(cost rate)/∂ ln ū`.
+    /// The multipliers of the constraint at these times, in scaled units, nonnegative. For a limit
+    /// of the inputs found by the shooting, the multiplier is the decrease of the running cost per
+    /// relative growth of the limit, `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
 }
 
@@ -381,25 +386,26 @@ pub enum Rung {
     Guess,
     /// Newton shooting from a ballistic start, on a coarse grid.
     Newton,
-    /// A coarse extremal carried to the requested grid.
+    /// Refinement of a coarse extremal on the requested grid.
     CoarseToFine,
-    /// Descent on paths from a path between the boundary states.
+    /// Descent over paths, from a path between the boundary states.
     Descent,
-    /// Lifted Newton from the nodes of a path, or of an extremal without limits.
+    /// Lifted Newton iteration, from the nodes of a path or of an extremal without limits.
     Lifted,
-    /// Newton with the saturated law, from an extremal without limits or from the interior point.
+    /// Newton shooting with the saturated control law, from an extremal without limits or from the
+    /// result of the interior point.
     Saturated,
     /// Sequential convex programming.
     Scp,
-    /// The interior point, from the result of the convex iteration.
+    /// The interior-point method, from the result of SCP.
     Polish,
-    /// The interior point.
+    /// The interior-point method.
     InteriorPoint,
     /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
-    /// Newton on switching times, from a smoothed extremal.
+    /// Newton iteration on the switching times, from a smoothed extremal.
     Switches,
-    /// The best times of pulses of a shortest length.
+    /// Optimisation of the times of pulses with a minimum width.
     Pulses,
     /// The discrete optimum on a grid that is aligned with the arcs.
     Aligned,
@@ -442,15 +448,15 @@ impl fmt::Display for Rung {
 pub struct RungReport {
     /// The strategy.
     pub rung: Rung,
-    /// The start: "short", "long", "+1 turn", …
+    /// The name of the start: "short", "long", "+1 turn", …
     pub start: String,
-    /// Steps of the grid it worked on.
+    /// Number of steps of the grid on which the strategy worked.
     pub steps: usize,
-    /// The outcome.
+    /// The outcome of the run.
     pub outcome: Outcome,
-    /// Newton iterations spent.
+    /// Number of Newton iterations.
     pub iterations: usize,
-    /// The scaled terminal error after each iteration, the first before any.
+    /// The scaled terminal errors: before the first iteration, and after each iteration.
     pub residuals: Vec<f64>,
 }
 
@@ -462,17 +468,17 @@ impl RungReport {
     }
 }
 
-/// Another extremal with the same boundary data.
+/// Another extremal between the same boundary states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Rival {
     /// The start from which the extremal was found.
     pub start: String,
-    /// Rotation sense: "short" or "long".
+    /// Homotopy class of the rotation: short or long way.
     pub sense: Sense,
-    /// Cost of the extremal, as [`Solution::cost`].
+    /// Cost of the extremal, defined as [`Solution::cost`] is.
     pub cost: f64,
-    /// Conjugate points of the extremal, if counted.
+    /// Number of conjugate points of the extremal; `None` if they were not counted.
     pub conjugate_points: Option<usize>,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
@@ -485,94 +491,97 @@ impl Rival {
     }
 }
 
-/// Rotation sense of a path, up to full double turns: whether it can be deformed, ends fixed, into
-/// the ballistic motion followed by the shortest rotation to the target.
+/// Homotopy class of a path, modulo double turns: whether the path can be deformed, with fixed
+/// ends, into the ballistic motion followed by the shortest rotation to the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
-    /// The path can be deformed into that motion.
+    /// The short way: the path can be deformed into the ballistic motion followed by the shortest
+    /// rotation.
     Short,
-    /// The path differs from that motion by one full turn.
+    /// The long way: the path differs from the short way by one full turn.
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Numbers are NaN and lists are empty if no
-/// iterate exists.
+/// The result of a solve: a converged plan, or the best iterate. Numbers are NaN and lists are
+/// empty if no iterate exists.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {
     /// The outcome of the solve.
     pub outcome: Outcome,
-    /// The method of the result: shooting, the interior point, or sequential convex programming.
+    /// The method that produced the result: shooting, interior point, or sequential convex
+    /// programming.
     pub method: Method,
-    /// The discretisation.
+    /// The integration scheme.
     pub scheme: Scheme,
     /// Number of steps.
     pub steps: usize,
-    /// Step \[s\].
+    /// Step `T/N` \[s\].
     pub step: f64,
-    /// Cost `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet: [N²·m²·s] on SO(3) with unit weights.
+    /// Cost of the plan: effort, fuel or duration, plus the price of time. The effort is
+    /// `Σ (h/2) uᵀWu`, trapezoidal for Lie–Verlet, in [N²·m²·s] on SO(3) with unit weights.
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// The scaled discrete terminal error, relative to [`Trajectory::target`] if it exists; the
-    /// tolerance limits its `largest()`.
+    /// The scaled terminal error of the discrete motion, relative to [`Trajectory::target`] if that
+    /// exists. The tolerance is a limit on [`TerminalError::largest`].
     pub terminal: TerminalError,
-    /// The corrections of landing, if landing was tried: `corrections` of the discrete target,
-    /// and the miss after each.
+    /// The record of landing, if landing was tried: the corrections of the discrete target, and the
+    /// terminal errors of the true motion.
     pub landing: Option<Landing>,
-    /// The choice of its steps, if they were not given.
+    /// The choice of the number of steps, if the problem does not fix the number.
     pub chosen: Option<ChosenSteps>,
-    /// Optimality of the extremal.
+    /// The results of the optimality tests.
     pub optimality: Optimality,
-    /// Rotation sense of the path.
+    /// Homotopy class of the path.
     pub sense: Sense,
-    /// The start that led here.
+    /// Name of the start from which the plan was found.
     pub start: String,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
     /// Newton iterations of the winning start, over its whole fallback sequence.
     pub iterations: usize,
-    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals
-    /// of each.
+    /// All runs of strategies, in order: [`Rung`], start, steps, outcome, iterations and scaled
+    /// residuals of each.
     pub ladder: Vec<RungReport>,
-    /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
+    /// Counts of SCP, if it ran: subproblems, iterations and run time of the cone solver.
     pub convex: Option<ConvexWork>,
-    /// The work of the interior point, and how near its plan is to the optimum of its grid, if it
-    /// found the plan.
+    /// Counts of the interior point and bounds on the distance from the optimum, if the interior
+    /// point found the plan.
     pub interior: Option<InteriorWork>,
     /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
-    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the
-    /// continuous extremal, its duration, cost and gap.
+    /// Arcs and certificate of a minimum-time or minimum-fuel plan: the structure, and the arcs,
+    /// duration, cost and gap of the continuous extremal.
     pub switching: Option<Switching>,
-    /// The sets of the alternatives and their times, in order.
+    /// The alternative sets of constraints and the times at which each holds, in order.
     pub turns: Vec<Turns>,
-    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned
-    /// of each.
+    /// Other extremals that were found, cheapest first: start, homotopy class, cost, conjugate
+    /// points and angle turned of each.
     pub rivals: Vec<Rival>,
     /// The proof that no plan exists, if one was found: its `reason` in words, and a
     /// `duration_lower_bound` \[s\] if one is known.
     pub infeasible: Option<Proof>,
-    /// The remaining violations of the nearest iterate, and possible remedies, if no plan was
-    /// found.
+    /// The reason why no plan was found, such as the remaining violations of the nearest iterate;
+    /// `None` if a plan was found.
     pub shortfall: Option<Shortfall>,
     /// The shortest duration \[s\] that was found, a local minimum, if no plan was found for the
     /// requested duration.
     pub shortest: Option<f64>,
-    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a plan
-    /// was found for it, or it suffices for a turn about a fixed axis within the limits. `None` if
-    /// no duration is known.
+    /// A longer duration \[s\] that has a plan, if no plan was found for the requested duration.
+    /// Either a plan was found for it, or it suffices for a turn about a fixed axis within the
+    /// limits. `None` if no such duration is known.
     pub longer: Option<f64>,
     /// The requested tolerance, scaled.
     pub tolerance: f64,
-    /// Wall time of the solve alone \[s\], without second-order test and verification.
+    /// Wall time of the solve \[s\], without second-order test and verification.
     pub solve_time: f64,
 }
 
 impl Solution {
-    /// Adds the cost of landing to the error of the cost in continuous time: a landed plan is a
-    /// motion in continuous time, so the optimum in continuous time costs no more.
+    /// Adds the cost of landing to the error of the estimated cost in continuous time. A landed
+    /// plan is a motion in continuous time, so the optimum in continuous time costs no more.
     pub(crate) fn widen_by_landing(&mut self) {
         let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
         if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
@@ -580,8 +589,8 @@ impl Solution {
         }
     }
 
-    /// Adds the price of the duration to every reported cost. It is used for a free duration that
-    /// was planned as a given one.
+    /// Adds `price`, the price of the duration, to every reported cost. It serves for a free
+    /// duration that was planned as a given one.
     pub(crate) fn pay_for_time(&mut self, price: f64) {
         self.cost += price;
         for rival in &mut self.rivals {
@@ -637,7 +646,7 @@ impl Solution {
         }
     }
 
-    /// Returns a solution without results.
+    /// Returns a solution of `problem` without results.
     pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
         let unknown = Self::unknown();
         let translation = (problem.dimension() == 12).then_some(f64::NAN);
@@ -655,8 +664,8 @@ impl Solution {
         }
     }
 
-    /// Returns the duration of the plan \[s\]: the given one, or the one found; NaN if the
-    /// duration is free and not found.
+    /// Returns the duration of the plan \[s\], given or found; NaN if the duration is free and not
+    /// found.
     pub fn duration(&self, problem: &Problem) -> f64 {
         match problem.duration {
             Duration::Given(duration) => duration,
@@ -666,13 +675,14 @@ impl Solution {
         }
     }
 
-    /// Returns the maneuver on the grid of its plan. It has:
+    /// Returns `problem` on the grid of this plan. The result has:
     /// - the shifts of its alternatives
     /// - the number of steps of the plan, which may have been chosen, or may be one more than
     ///   requested
     /// - the duration that was found, if it was free
     /// - the attitude at the end, if it was free
-    /// - equal steps if the interior point has planned it, or the steps of arcs if no constraint is active
+    /// - a uniform grid if the interior point has planned it, or the steps of arcs if no constraint
+    ///   is active
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };
@@ -682,7 +692,7 @@ impl Solution {
         self.trajectory.completed(&problem).with_steps(steps)
     }
 
-    /// Returns the flown shifts, up to the end of the plan.
+    /// Returns the shifts of the alternatives that are flown, cut at the end of the plan.
     fn turns_flown(&self) -> Vec<Turns> {
         let end = self.trajectory.time.last().copied().unwrap_or(f64::INFINITY);
         let begun = |shift: &&Shift| shift.from < end;

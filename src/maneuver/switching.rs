@@ -1,9 +1,9 @@
-//! The structure of a plan of minimum time or fuel: its arcs, its certificate, and costs for
+//! The structure of a minimum-time or minimum-fuel plan: its arcs, its certificate, and costs for
 //! comparison.
 
 use serde::{Deserialize, Serialize};
 
-/// The structure of a plan of minimum time or fuel.
+/// The structure of a minimum-time or minimum-fuel plan.
 ///
 /// It has two kinds of costs. The cost of the plan is the discrete optimum on its own grid, which
 /// meets the terminal conditions to round-off. `continuous_cost` belongs to the extremal of the
@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// The two differ by the square of the step. For minimum time the cost is the duration, and
 /// `eigenaxis_s` is the duration of a turn about the fixed axis.
 ///
-/// If limits other than torque limits shape a plan, it has equal steps and is a discrete optimum of
-/// its own. The arcs then belong to the corresponding continuous extremal.
+/// If limits other than torque limits are active along a plan, the plan is a discrete optimum on a
+/// uniform grid. The arcs then belong to the corresponding continuous extremal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
@@ -22,73 +22,73 @@ pub struct Switching {
     pub continuous_duration_s: f64,
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
-    /// The gap to neighbouring plans: the possible gain in cost, to first order, is
-    /// `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs v of the
-    /// continuous extremal. It is no bound on the cost of plans on other paths. For fuel counted by
-    /// inputs the costates minimise the gap. It is 0 if every input is always at the limit that its
-    /// switching function selects. For pulses it is their cost above the best plan found without a
-    /// shortest pulse, which bounds the gain of better pulses.
+    /// The gap to neighbouring plans: they cost less by at most `∫ Σ_j (|s_j| + s_j v_j) dt`, to
+    /// first order, with the switching functions s and the inputs v of the continuous extremal. The
+    /// gap is not a bound for plans on other paths. It is 0 if every input is always at the limit
+    /// that its switching function selects. If fuel is counted by inputs, the costates are chosen
+    /// to minimise the gap. For pulses the gap is their cost above the best plan found without a
+    /// minimum pulse width, which bounds the gain of better pulses.
     pub gap: f64,
-    /// The duration of a turn about the fixed axis under the given limits, from rest to rest,
-    /// seconds; for minimum time.
+    /// Duration in seconds of a rest-to-rest turn about the fixed axis (eigenaxis) under the given
+    /// limits; only for minimum time.
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
-    /// The indices, from 0, of inputs that are within their limits on an arc, or that chatter
-    /// instead.
+    /// Indices, from 0, of the inputs that stay between their limits on an arc, or that chatter
+    /// there instead.
     pub singular_inputs: Vec<usize>,
-    /// ε of the smoothed law on the grid, scaled, if the plan uses a smoothed law.
+    /// The smoothing parameter ε of the control law on the grid, scaled; `None` if the plan does
+    /// not use a smoothed law.
     pub smoothing: Option<f64>,
-    /// Whether the plan meets the end on the arcs nearest to the continuous ones without being a
-    /// discrete optimum, because none was found. The stationarity of the plan is the remaining
-    /// residual.
+    /// Whether no discrete optimum was found, so that the plan only meets the end, on the arcs that
+    /// are nearest to the continuous ones. The stationarity of the plan is the remaining residual.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub beside_optimum: bool,
     /// Arcs of the continuous extremal; empty if the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
-    /// The result of the search for pulses, if the spec has a shortest pulse.
+    /// The result of the search for pulses, if the spec has a minimum pulse width.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pulses: Option<Pulses>,
 }
 
-/// The pulses of a plan, and the cost of their shortest length.
+/// The pulses of a plan with a minimum pulse width, and the cost without this width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pulses {
-    /// The number of pulses of all inputs.
+    /// The total number of pulses of all inputs.
     pub count: usize,
-    /// The length of the shortest pulse on the grid of the plan, seconds.
+    /// The duration of the shortest pulse on the grid of the plan, in seconds.
     pub shortest_s: f64,
-    /// The continuous cost of the best plan found without a shortest pulse, with the price of
-    /// time.
+    /// The continuous cost of the best plan found without a minimum pulse width, including the
+    /// price of time.
     pub cost_without: f64,
 }
 
-/// The structure of the inputs of a plan of minimum time or fuel.
+/// The structure of the inputs of a minimum-time or minimum-fuel plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
     /// Every input is at the limit that the maximum principle selects: an extremal.
     BangBang,
     /// Every input, or the norm of the torque, is at a limit or off, as the maximum principle
-    /// selects: an extremal of fuel.
+    /// selects: an extremal of minimum fuel.
     BangOffBang,
-    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc
-    /// that is singular, cut into arcs at the limits, or off.
+    /// Every input is at a limit or off, but not always as the maximum principle selects, so that
+    /// the gap is positive. Usually arcs at the limits or off approximate a singular arc.
     TruncatedChattering,
-    /// Some input stays within its limits, on a singular arc: a smoothed law, or arcs that have its
-    /// mean.
+    /// Some input stays between its limits on a singular arc. The plan has a smoothed control law,
+    /// or arcs whose inputs have the mean of the singular input.
     Singular,
-    /// Every input is at a limit, off, or keeps a constraint active, as the maximum principle
+    /// Every input is at a limit or off, or keeps a constraint active, as the maximum principle
     /// selects: an extremal along cones, or along limits of rates or wheels. If the rates of
-    /// torques are limited, the rates or the torques are at a limit.
+    /// torques are limited, either the torque or its rate is at a limit.
     AlongLimits,
-    /// The norm of the torque is limited and its direction turns smoothly.
+    /// Only the norm of the torque is limited, and the direction of the torque turns smoothly.
     Norm,
-    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under
-    /// that condition.
+    /// Every input is off or at a limit, in pulses of a minimum width: a local minimum of fuel
+    /// under this condition.
     Pulses,
-    /// The body is already where it should be.
+    /// No motion: the body is already in the requested end state.
     Rest,
 }
 
@@ -112,18 +112,19 @@ impl Structure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SwitchingArc {
-    /// The start, seconds.
+    /// Start of the arc, in seconds.
     pub start_s: f64,
-    /// The end, seconds.
+    /// End of the arc, in seconds.
     pub end_s: f64,
-    /// The inputs, which are constant along the arc. If inputs change at a constant rate, these are
-    /// the inputs at the start of the arc; for inputs within their limits, these are means. Empty
-    /// if the torque has its full norm and turns, or if some input holds a constraint.
+    /// The inputs, which are constant along the arc. They are the inputs at the start of the arc if
+    /// inputs change at a constant rate, and means for inputs between their limits. Empty if the
+    /// torque has its full norm and turns, or if some input keeps a constraint active.
     pub input: Vec<f64>,
-    /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
+    /// The constant rate of change of the inputs along the arc [N·m/s or N/s]; empty if the rates
+    /// of the inputs are not limited.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub change: Vec<f64>,
-    /// Names of the constraints that the inputs hold along the arc.
+    /// Names of the constraints that the inputs keep active along the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
     /// Names of the constraints that the motion touches at the end of the arc.
@@ -162,7 +163,7 @@ mod tests {
         SwitchingArc { start_s: 1.0, end_s: 2.0, input, change, holds: Vec::new(), touches: Vec::new() }
     }
 
-    /// One input ramps and then holds, the next jumps, the last one stays.
+    /// The first input ramps and then holds, the second jumps, the third stays constant.
     #[test]
     fn inputs_switch_where_they_jump_and_where_their_change_does() {
         let ramping = arc(&[-1.0, 0.5, 0.3], &[2.0, 0.0, 0.0]);

@@ -7,29 +7,31 @@ use nalgebra::{DMatrix, SMatrix};
 use std::slice;
 use thiserror::Error;
 
-/// The axes in which the columns of `B` are fixed.
+/// The axes in which the columns of `B`, the axes of the inputs `u`, are constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisFrame {
-    /// Fixed to the body.
+    /// Body axes.
     Body,
-    /// Fixed to the reference frame: a torque is then `τ = Rᵀ B u`, a body-fixed force `f = R B u`.
+    /// Axes of the reference frame. A torque of these axes is `τ = Rᵀ B u`, and a body-fixed force
+    /// is `f = R B u`.
     Reference,
 }
 
 impl AxisFrame {
-    /// Converts vectors (columns) from body axes to these axes, at attitude `r`.
+    /// Converts vectors (columns) from body axes to these axes, for a body in attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r * vectors }
     }
 
-    /// Converts vectors from these axes to body axes.
+    /// Converts vectors (columns) from these axes to body axes, for a body in attitude `r`.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Returns the vectors of the reference frame in these axes.
+    /// Converts vectors (columns) from the reference frame to these axes, for a body in attitude
+    /// `r`.
     #[inline(always)]
     pub fn of_reference<const C: usize>(
         self,
@@ -39,7 +41,8 @@ impl AxisFrame {
         if self == Self::Reference { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Returns the vectors of these axes in the reference frame.
+    /// Converts vectors (columns) from these axes to the reference frame, for a body in attitude
+    /// `r`.
     #[inline(always)]
     pub fn to_reference<const C: usize>(
         self,
@@ -50,10 +53,11 @@ impl AxisFrame {
     }
 }
 
-/// Singular value of `B`, relative to the largest, below which its axes count as coplanar.
+/// Singular value of `B`, relative to the largest one, below which the axes count as coplanar.
 const RANK_TOLERANCE: f64 = 1e-6;
 
-/// Inputs of one kind, torques or forces: `B` (3×m), its frame, and the limits of the inputs.
+/// Inputs of one kind, torques or forces: the matrix `B` (3×m) of their axes, its frame, and the
+/// limits of the inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSet {
     axes: Vec<Vector3>,
@@ -61,31 +65,31 @@ pub struct ActuatorSet {
     limits: Limits,
 }
 
-/// Limits of the inputs of one set. An absent limit does not exist.
+/// Limits of the inputs `u` of one set; `None` means that a quantity is not limited.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// The limits of `|u_i|`, one for each input [N·m or N].
+    /// The largest `|u_i|` of each input [N·m or N].
     pub size: Option<Vec<f64>>,
-    /// Whether inputs are never negative, `0 ≤ u_i ≤ size`, as for thrusters. One-sided inputs need
-    /// a limit of size.
+    /// Whether inputs are one-sided, `0 ≤ u_i ≤ size`, as for thrusters. One-sided inputs need
+    /// [`Limits::size`].
     pub one_sided: bool,
-    /// The limit of `|B u|` [N·m or N].
+    /// The largest norm `|B u|` of the output [N·m or N].
     pub norm: Option<f64>,
-    /// The limits of `|du_i/dt|`, one for each input [N·m/s or N/s].
+    /// The largest rate of change `|du_i/dt|` of each input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
-    /// The shortest pulse \[s\]. Inputs are then off or at their limit of size, each time for at
-    /// least this long.
+    /// The minimum pulse width \[s\]. Each input is then either off or at [`Limits::size`], and is
+    /// on for at least this time.
     pub shortest_pulse: Option<f64>,
 }
 
 impl Limits {
-    /// Returns whether no limit exists.
+    /// Returns whether no limit of size, norm or rate is given.
     pub fn is_none(&self) -> bool {
         self.size.is_none() && self.norm.is_none() && self.rate.is_none()
     }
 }
 
-/// The reason for which axes and limits do not make a set of actuators.
+/// The reason why axes and limits do not form a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
     /// The number of axes is zero, or more than [`ActuatorSet::MAX_INPUTS`].
@@ -97,16 +101,18 @@ pub enum ActuatorSetError {
     /// An axis is zero or not finite.
     #[error("input axis {index} is zero or not finite")]
     Axis {
-        /// The number of the axis, from 1.
+        /// Index of the axis, from 1.
         index: usize,
     },
-    /// Thrusters do not each have a position that is finite.
+    /// The number of thruster positions differs from the number of thrusters, or a position is not
+    /// finite.
     #[error("{count} positions of thrusters: give one for each, with finite numbers")]
     Position {
-        /// The number given.
+        /// The number of positions given.
         count: usize,
     },
-    /// A limit is not positive and finite, or the number of limits is not the number of inputs.
+    /// A limit is not positive and finite, or the number of limits differs from the number of
+    /// inputs.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
         /// The name of the limit.
@@ -117,13 +123,13 @@ pub enum ActuatorSetError {
 }
 
 impl ActuatorSet {
-    /// The most inputs of one kind.
+    /// The largest number of inputs of one kind.
     pub const MAX_INPUTS: usize = 64;
 
     /// Builds the inputs along `axes` (the columns of `B`), without limits.
     ///
-    /// # Errors
-    /// A [`ActuatorSetError`] when the axes are unusable.
+    /// Returns an [`ActuatorSetError`] if the number of axes is out of range, or an axis is zero or
+    /// not finite.
     pub fn new(axes: Vec<Vector3>, frame: AxisFrame) -> Result<Self, ActuatorSetError> {
         let count = axes.len();
         if count == 0 || count > Self::MAX_INPUTS {
@@ -144,11 +150,11 @@ impl ActuatorSet {
         Self { axes, frame, limits: Limits::default() }
     }
 
-    /// Puts limits on the inputs.
+    /// Sets the limits of the inputs.
     ///
     /// # Errors
-    /// Returns [`ActuatorSetError::Limit`] if a limit is not positive and finite, or if their
-    /// number differs from the number of inputs.
+    /// Returns [`ActuatorSetError::Limit`] if a limit is not positive and finite, or if the number
+    /// of limits differs from the number of inputs.
     pub fn with_limits(mut self, limits: Limits) -> Result<Self, ActuatorSetError> {
         let count = self.count();
         let usable = |value: &f64| *value > 0.0 && value.is_finite();
@@ -177,7 +183,7 @@ impl ActuatorSet {
         self.axes.len()
     }
 
-    /// Returns the columns of `B`.
+    /// Returns the axes of the inputs, which are the columns of `B`.
     pub fn axes(&self) -> &[Vector3] {
         &self.axes
     }
@@ -187,19 +193,18 @@ impl ActuatorSet {
         self.frame
     }
 
-    /// Returns `B u`, in the axes of [`ActuatorSet::frame`].
+    /// Returns the output `B u` of the inputs `u`, in the axes of [`ActuatorSet::frame`].
     pub fn output(&self, inputs: &[f64]) -> Vector3 {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }
 
-    /// Builds the set with `factor` times the output of each input.
+    /// Builds the set in which the output of each input is `factor` times as large.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
     }
 
-    /// Returns the rank of `B`, from 1 to 3. For rank 2 it also returns the unit vector about which
-    /// (along which, for forces) no input acts, and for rank 1 the unit vector about which all
-    /// inputs act.
+    /// Returns the rank of `B`, from 1 to 3, and a unit vector for ranks 1 and 2. For rank 2 no
+    /// input acts about the vector (or along it, for forces); for rank 1 all inputs act about it.
     pub fn rank(&self) -> (usize, Option<Vector3>) {
         let longest = self.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
         let units = self.axes.iter().map(|axis| axis / longest);
@@ -221,8 +226,8 @@ impl ActuatorSet {
 }
 
 impl ActuatorSet {
-    /// Returns whether the inputs within their limits have an output in every direction: their axes
-    /// have rank 3, and the axes of one-sided inputs are not all on one side of a plane.
+    /// Returns whether the inputs can produce an output in every direction: their axes have rank 3,
+    /// and the axes of one-sided inputs are not all on one side of a plane.
     pub fn reaches_every_direction(&self) -> bool {
         self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
     }
@@ -232,33 +237,33 @@ impl ActuatorSet {
         !self.limits.one_sided || cone::is_subspace(&self.units())
     }
 
-    /// Returns the axes as columns, each in the unit of its largest component.
+    /// Returns the axes as columns, each divided by its largest component.
     fn units(&self) -> DMatrix<f64> {
         DMatrix::from_fn(3, self.count(), |row, input| self.axes[input][row] / self.axes[input].amax())
     }
 }
 
-/// Thrusters that push and turn the body at once: input j, in N, is the force of thruster j. It
-/// acts along axis j of the forces, `d_j`. Axis j of the torques, in m, is its moment
-/// `p_j × d_j`, which is zero if the thruster pushes through the mass center. One row of inputs
-/// drives both sets, which are fixed to the body and have equal limits.
+/// Thrusters that each produce a force and a torque. Input j is the force of thruster j \[N\],
+/// along axis j of the force inputs, `d_j`. Axis j of the torque inputs \[m\] is the moment arm
+/// `p_j × d_j`, which is zero for a thruster through the mass center. One row of inputs drives both
+/// sets, which are fixed to the body and have equal limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
-    /// The position `p_j` of each from the mass center, body axes \[m\].
+    /// Position `p_j` of each thruster from the mass center, body axes \[m\].
     pub positions: Vec<Vector3>,
 }
 
-/// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the
+/// Reaction wheels that produce the torque inputs. Input i is the torque that wheel i exerts on the
 /// body about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
 ///
-/// The spin axes are the axes of the torque inputs, which are fixed to the body. The body's
-/// inertia contains the wheels, but not their spin. The total momentum in body axes is
+/// The spin axes are the axes of the torque inputs, which are fixed to the body. The inertia of the
+/// body includes the wheels, but not their spin. The total momentum in body axes is
 /// `JΩ + Σ a_i h_i`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wheels {
     /// Momentum `h_i` of each wheel about its axis at the start [N·m·s].
     pub momentum: Vec<f64>,
-    /// The limit of `|h_i|` for each wheel [N·m·s]; infinite for no limit.
+    /// The largest `|h_i|` of each wheel [N·m·s]; infinite for no limit.
     pub momentum_limit: Vec<f64>,
 }
 
@@ -267,34 +272,34 @@ pub struct Wheels {
 pub enum LimitKind {
     /// The size of each input, [`Limits::size`].
     Size,
-    /// The norm of all inputs, [`Limits::norm`].
+    /// The norm of the output of all inputs, [`Limits::norm`].
     Norm,
     /// The rate of change of each input, [`Limits::rate`].
     Rate,
-    /// [`Wheels::momentum_limit`].
+    /// The momentum of each wheel, [`Wheels::momentum_limit`].
     WheelMomentum,
 }
 
-/// One limit of the actuators: of all inputs of a set, or of the wheels behind them.
+/// One kind of limit on all inputs of a set of actuators, or on the wheels that produce the inputs.
 #[derive(Clone, Copy, Debug)]
 pub struct InputLimit<'a> {
     /// The limited quantity.
     pub kind: LimitKind,
-    /// The name that reports use, see [`Actuation::limit_name`].
+    /// The name of the limit in reports, see [`Actuation::limit_name`].
     pub name: &'static str,
     /// Whether the limit applies to forces; otherwise it applies to torques.
     pub of_force: bool,
-    /// The inputs.
+    /// The limited set of inputs.
     pub set: &'a ActuatorSet,
-    /// The index of the first limited input among all inputs.
+    /// Index of the first limited input among all inputs of the actuation.
     pub first: usize,
-    /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
+    /// The bounds: one number for each input or wheel, infinite for no limit; a single number for
     /// the norm.
     pub bounds: &'a [f64],
 }
 
 impl InputLimit<'_> {
-    /// Returns the displayed unit of the bounds.
+    /// Returns the unit of the bounds for display.
     pub fn unit(&self) -> &'static str {
         match (self.kind, self.of_force) {
             (LimitKind::WheelMomentum, _) => "N·m·s",
@@ -306,21 +311,21 @@ impl InputLimit<'_> {
     }
 }
 
-/// All actuators of the body: torques, and forces when the body also translates.
+/// All actuators of the body: torque inputs, and force inputs if the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
     /// Torque inputs.
     pub torque: ActuatorSet,
-    /// Force inputs; `None` on SO(3), or if no input pushes the body.
+    /// Force inputs; `None` on SO(3), or if no input exerts a force.
     pub force: Option<ActuatorSet>,
-    /// The wheels that produce the torque inputs, if these are wheels.
+    /// The reaction wheels that produce the torque inputs; `None` without wheels.
     pub wheels: Option<Wheels>,
-    /// The thrusters that produce forces and torques, if each produces both.
+    /// The thrusters, if each of them produces both a force and a torque.
     pub thrusters: Option<Thrusters>,
 }
 
 impl Actuation {
-    /// Builds an actuation that has torque inputs alone.
+    /// Builds an actuation that has torque inputs only.
     pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None, thrusters: None }
     }
@@ -330,13 +335,14 @@ impl Actuation {
         Self { force: Some(force), ..Self::torques(torque) }
     }
 
-    /// Builds the thrusters at `positions`, from the mass center \[m\], that push the body along
-    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Only least time and
-    /// least fuel accept thrusters, with `limits.one_sided`.
+    /// Builds an actuation by thrusters that each produce a force and a torque. They are at
+    /// `positions` from the mass center \[m\] and push the body along `directions` of length 1,
+    /// both in body axes; an input is a force \[N\]. Thrusters need `limits.one_sided`, and minimum
+    /// time or minimum fuel as the objective.
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] if the numbers of positions and directions differ, or if positions,
-    /// directions or limits are unusable.
+    /// Returns an [`ActuatorSetError`] if the numbers of positions and directions differ, or if
+    /// positions, directions or limits are invalid.
     pub fn of_thrusters(
         positions: Vec<Vector3>,
         directions: Vec<Vector3>,
@@ -352,8 +358,8 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
-    /// Builds reaction wheels about `axes`, of length 1, body axes: wheel i produces up to
-    /// `torque_limit[i]` [N·m], has stored `wheels.momentum[i]` at the start and stores up to
+    /// Builds reaction wheels along `axes`, of length 1, body axes. Wheel i produces up to
+    /// `torque_limit[i]` [N·m], stores `wheels.momentum[i]` at the start and up to
     /// `wheels.momentum_limit[i]` [N·m·s].
     ///
     /// ```
@@ -370,7 +376,7 @@ impl Actuation {
     ///     .with_actuation(Actuation::of_wheels(axes, vec![0.1; 4], wheels)?);
     /// let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
     /// assert_eq!(plan.status, Status::Solved);
-    /// // What the wheels store turns the body: from rest to rest they come back to where they were.
+    /// // From rest to rest the momenta of the wheels return to their initial values.
     /// let momenta = &plan.solution.trajectory.wheel_momentum;
     /// assert!(momenta.iter().any(|momentum| momentum.abs() > 0.1));
     /// assert!(momenta[momenta.len() - 4..].iter().all(|momentum| momentum.abs() < 1e-3));
@@ -378,8 +384,9 @@ impl Actuation {
     /// ```
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] where axes or limits are unusable, or there is not one limit for
-    /// each axis; that momenta fit is checked with the maneuver.
+    /// Returns an [`ActuatorSetError`] if axes or limits are invalid, or if the number of torque
+    /// limits differs from the number of axes. [`Problem::check`](crate::Problem::check) checks the
+    /// momenta.
     pub fn of_wheels(
         axes: Vec<Vector3>,
         torque_limit: Vec<f64>,
@@ -390,19 +397,19 @@ impl Actuation {
         Ok(Self { wheels: Some(wheels), ..Self::torques(torque) })
     }
 
-    /// Returns the number of inputs, forces first.
+    /// Returns the total number of inputs.
     pub fn count(&self) -> usize {
         self.first_torque() + self.torque.count()
     }
 
-    /// Returns the index of the first torque input: forces come first. Thrusters are forces and
-    /// torques, so their index is 0.
+    /// Returns the index of the first torque input, which is the number of force inputs: forces
+    /// come first. Inputs of thrusters are forces and torques, so that the index is 0.
     pub fn first_torque(&self) -> usize {
         let forces = self.force.as_ref().filter(|_| self.thrusters.is_none());
         forces.map_or(0, ActuatorSet::count)
     }
 
-    /// Returns the force inputs and the torque inputs of a row. For thrusters that produce both,
+    /// Splits a row of inputs into force inputs and torque inputs. For thrusters that produce both,
     /// each part is the whole row.
     pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         if self.thrusters.is_some() {
@@ -411,15 +418,15 @@ impl Actuation {
         inputs.split_at(inputs.len().saturating_sub(self.torque.count()))
     }
 
-    /// Splits a row into force inputs and torque inputs by their costs: inputs of thrusters that
-    /// produce both count once, as forces.
+    /// Splits a row of inputs for the cost into force inputs and torque inputs. Inputs of thrusters
+    /// that produce both count once, as forces.
     pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (forces, torques) = self.split(inputs);
         (forces, if self.thrusters.is_some() { &[] } else { torques })
     }
 
-    /// Returns whether the inputs within their limits can produce a torque in every direction and,
-    /// if the body `moves`, a force and a torque in every direction together.
+    /// Returns whether the inputs can produce a torque in every direction and, if the body `moves`,
+    /// every combination of force and torque.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_whole_space(&wrenches),
@@ -427,8 +434,8 @@ impl Actuation {
         }
     }
 
-    /// Returns whether the inputs within their limits can produce the opposite of every torque and,
-    /// if the body `moves`, of every force and torque together.
+    /// Returns whether the inputs can produce the opposite of every torque that they can produce
+    /// and, if the body `moves`, the opposite of every combination of force and torque.
     pub fn reaches_both_senses(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_subspace(&wrenches),
@@ -436,8 +443,8 @@ impl Actuation {
         }
     }
 
-    /// Returns force and torque of each thruster that pushes and turns a body that `moves`; the
-    /// arms are in the unit of the longest arm.
+    /// Returns force and torque of each thruster as columns, with moment arms divided by the
+    /// longest arm; `None` if no thrusters produce both, or if the body does not translate.
     fn wrenches(&self, moves: bool) -> Option<DMatrix<f64>> {
         let (Some(force), Some(_), true) = (&self.force, &self.thrusters, moves) else { return None };
         let longest = self.torque.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
@@ -448,14 +455,14 @@ impl Actuation {
         }))
     }
 
-    /// Returns the momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque
-    /// inputs [N·m·s]; zero without wheels.
+    /// Returns the momentum `Σ a_i h_i` that the wheels store at the start, in the axes of the
+    /// torque inputs [N·m·s]; zero without wheels.
     pub fn stored_momentum(&self) -> Vector3 {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
 
-    /// Returns all limits: first the torque limits, then the limits of the wheels and of the
-    /// forces. Limits of thrusters are limits of forces.
+    /// Returns all limits: torque limits, limits of the wheels, then force limits. Limits of
+    /// thrusters are force limits.
     pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
         let torque = Some(&self.torque).filter(|_| self.thrusters.is_none());
         let sets = [(torque, self.first_torque(), false), (self.force.as_ref(), 0, true)];
@@ -478,9 +485,9 @@ impl Actuation {
         )
     }
 
-    /// Returns the name that reports use for a limit of the forces or of the torques: "torque
-    /// limit", "torque norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate
-    /// limit", "wheel momentum limit", "force limit", "force norm limit", "force rate limit".
+    /// Returns the name in reports of a limit of the forces or the torques: "torque limit", "torque
+    /// norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate limit", "wheel
+    /// momentum limit", "force limit", "force norm limit", "force rate limit".
     pub fn limit_name(&self, kind: LimitKind, of_force: bool) -> &'static str {
         let wheels = self.wheels.is_some();
         match kind {
@@ -496,16 +503,16 @@ impl Actuation {
         }
     }
 
-    /// Builds the actuators without limits, and without storage in wheels.
+    /// Returns the actuators without limits, with torque inputs that no wheels produce.
     #[doc(hidden)]
     pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
-        // For thrusters this treats the force and the torque as independent.
+        // Force and torque of thrusters are then independent.
         Self { force: self.force.as_ref().map(free), ..Self::torques(free(&self.torque)) }
     }
 
-    /// Returns the actuators with inputs that may jump, without storage in wheels. A limit of
-    /// each input, if given, replaces the limit of the norm.
+    /// Returns the actuators without rate limits and without wheels, so that inputs may jump. If
+    /// each input has a limit, the norm limit is removed.
     pub(crate) fn of_jumping_inputs(&self) -> Self {
         let jumping = |channel: &ActuatorSet| {
             let norm = channel.limits.norm.filter(|_| channel.limits.size.is_none());
@@ -515,7 +522,7 @@ impl Actuation {
         Self { torque: jumping(&self.torque), force, wheels: None, thrusters: self.thrusters.clone() }
     }
 
-    /// Returns whether any input has a limit, or stores its momentum in a wheel.
+    /// Returns whether any input has a limit, or is produced by a wheel.
     pub fn is_limited(&self) -> bool {
         self.wheels.is_some() || self.limits().next().is_some()
     }

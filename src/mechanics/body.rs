@@ -1,4 +1,5 @@
-//! The rigid body: inertia, its nonstandard form `J_d`, and mass. Checked once, here.
+//! The rigid body: mass, inertia, and the nonstandard inertia `J_d`. The constructor checks the
+//! inertia.
 
 use crate::{Matrix3, Vector3};
 use thiserror::Error;
@@ -15,18 +16,18 @@ pub struct Inertia {
     principal: Vector3,
 }
 
-/// The reason for which a matrix is not an inertia.
+/// The reason why a matrix is not an inertia.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InertiaError {
     /// An element is NaN or infinite.
     #[error("inertia has an element that is not finite")]
     NotFinite,
-    /// The asymmetry exceeds round-off: row, column and the two values.
+    /// The matrix is not symmetric within round-off.
     #[error("inertia is not symmetric: ({row},{column}) is {upper}, ({column},{row}) is {lower}")]
     NotSymmetric {
-        /// Row, from 1.
+        /// Row of the element, from 1.
         row: usize,
-        /// Column, from 1.
+        /// Column of the element, from 1.
         column: usize,
         /// Value at (row, column) [kg·m²].
         upper: f64,
@@ -48,23 +49,24 @@ pub enum InertiaError {
     /// The principal moments differ by more than a factor of 1e8.
     #[error("principal moments differ by a factor of {ratio:.1e}: it must be at most 1e8")]
     IllConditioned {
-        /// Largest over smallest principal moment.
+        /// Ratio of the largest to the smallest principal moment.
         ratio: f64,
     },
 }
 
 impl Inertia {
-    /// Relative asymmetry that counts as round-off and is averaged away.
+    /// Largest relative asymmetry that counts as round-off; it is removed by averaging.
     pub const ASYMMETRY: f64 = 1e-8;
     /// Largest accepted ratio of the principal moments.
     pub const CONDITION: f64 = 1e8;
-    /// Relative slack of the triangle inequality: a flat plate holds with equality.
+    /// Relative tolerance on the triangle inequality: for a flat plate both sides are equal.
     pub const TRIANGLE_SLACK: f64 = 1e-9;
 
-    /// Checks `j` [kg·m²]: finite, symmetric, positive definite, triangle inequality.
+    /// Builds the inertia from `j` [kg·m²], which must be finite, symmetric and positive definite,
+    /// and satisfy the triangle inequality.
     ///
     /// # Errors
-    /// An [`InertiaError`] naming the numbers that break the condition.
+    /// Returns an [`InertiaError`] with the numbers that violate the condition.
     pub fn new(j: Matrix3) -> Result<Self, InertiaError> {
         if !j.iter().all(|value| value.is_finite()) {
             return Err(InertiaError::NotFinite);
@@ -96,16 +98,16 @@ impl Inertia {
             return Err(InertiaError::IllConditioned { ratio: largest / smallest });
         }
         let j_d = 0.5 * j.trace() * Matrix3::identity() - j;
-        // Scaled first: the determinant of a very large or small inertia would leave the range of
-        // f64.
+        // The matrix is scaled first: the determinant of a very large or small inertia would
+        // overflow or underflow.
         let j_inverse = (j / largest).try_inverse().ok_or(InertiaError::NotPositive { smallest })? / largest;
         Ok(Self { j, j_d, j_inverse, principal })
     }
 
-    /// Builds an inertia, as [`Inertia::new`] does, from moments that are printed with few
-    /// digits. If the largest principal moment exceeds the sum of the others by at most the part
-    /// `rounding` of itself, it is reduced to the sum, as for a flat plate. Also returns the
-    /// relative reduction, or zero.
+    /// Builds an inertia, as [`Inertia::new`] does, from moments that are printed with few digits.
+    /// If the largest principal moment exceeds the sum of the others by at most its fraction
+    /// `rounding`, it is reduced to the sum, as for a flat plate. Also returns the relative
+    /// reduction, or zero.
     ///
     /// # Errors
     /// Returns the errors of [`Inertia::new`].
@@ -125,7 +127,7 @@ impl Inertia {
         }
     }
 
-    /// Builds a diagonal inertia [kg·m²].
+    /// Builds a diagonal inertia from its moments [kg·m²].
     ///
     /// # Errors
     /// Returns the errors of [`Inertia::new`].
@@ -153,7 +155,8 @@ impl Inertia {
         &self.principal
     }
 
-    /// Returns the axis of the least principal moment, body axes, a unit vector of either sense.
+    /// Returns the axis of the smallest principal moment: a unit vector in body axes, of either
+    /// sign.
     pub(crate) fn least_axis(&self) -> Vector3 {
         principal_axes(&self.j).1.column(0).into_owned()
     }
@@ -163,51 +166,50 @@ impl Inertia {
         self.j.trace() / 3.0
     }
 
-    /// Returns the rate at which the body nutates while wheels hold the momentum `stored`, body
-    /// axes, and the body hardly turns [rad/s]: `h/√(J₁J₂)` for a momentum h about the third
-    /// principal axis.
+    /// Returns the nutation rate \[rad/s\] of a body that hardly turns while its wheels hold the
+    /// momentum `stored`, body axes: `h/√(J₁J₂)` for a momentum h about the third principal axis.
     pub fn nutation(&self, stored: &Vector3) -> f64 {
         // Ω̇ = J⁻¹(μ × Ω) has the eigenvalues 0 and ±i √(μᵀJμ/det J).
         let [first, second, third] = [self.principal[0], self.principal[1], self.principal[2]];
         (stored.dot(&(self.j * stored)) / third / second / first).max(0.0).sqrt()
     }
 
-    /// Returns whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the
-    /// largest.
+    /// Returns whether the body is a flat plate or a rod: the smallest eigenvalue of `J_d` is below
+    /// 1e-3 of the largest.
     ///
-    /// The implicit equation then needs steps of half the usual bound.
+    /// The implicit equation of a step then needs steps of half the usual bound.
     pub fn is_degenerate(&self) -> bool {
         let half_trace = 0.5 * self.j.trace();
         half_trace - self.principal[2] < 1e-3 * (half_trace - self.principal[0])
     }
 }
 
-/// A rigid body: inertia about its reference point, and mass where the body also translates.
+/// A rigid body: inertia about its reference point, and mass if the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Inertia about the mass center (about the pivot for a pendulum), body axes.
     pub inertia: Inertia,
-    /// Mass \[kg\]; `None` when only the attitude moves.
+    /// Mass \[kg\]; `None` if only the attitude moves.
     pub mass: Option<f64>,
 }
 
 /// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
 ///
-/// nalgebra's eigenvalue routines do not terminate on some inputs; a fixed number of sweeps does.
+/// nalgebra's eigenvalue routines do not terminate for some inputs; a fixed number of sweeps does.
 pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
     principal_axes(matrix).0
 }
 
-/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that
-/// belong to them, as columns.
+/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, and its eigenvectors as the
+/// columns of a right-handed rotation matrix.
 pub(crate) fn principal_axes(matrix: &Matrix3) -> (Vector3, Matrix3) {
     let scale = matrix.amax();
     if scale == 0.0 || !scale.is_finite() {
         return (Vector3::repeat(if scale == 0.0 { 0.0 } else { f64::NAN }), Matrix3::identity());
     }
     let (mut a, mut axes) = (matrix / scale, Matrix3::identity());
-    // Quadratic convergence: six sweeps reach round-off for any symmetric 3×3 matrix; twelve is
-    // slack.
+    // The convergence is quadratic: six sweeps reach round-off for any symmetric 3×3 matrix, and
+    // twelve leave a margin.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a[(p, q)].abs() < 1e-300 {

@@ -1,5 +1,5 @@
-//! Directions as functions of time: fixed, turning with the reference frame, or to something that
-//! moves.
+//! Directions as functions of time: fixed in inertial space, fixed in the reference frame, or along
+//! a moving vector.
 
 mod aligned;
 mod track;
@@ -10,17 +10,18 @@ pub use track::{LineOfSight, Track, TrackError};
 use crate::lie;
 use crate::{Matrix3, Vector3};
 
-/// A direction in space as a function of the time since the maneuver began.
+/// A direction as a function of the time since the start of the maneuver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Direction {
     /// Fixed in inertial space: a unit vector, axes of the reference frame at `t = 0`.
     Fixed(Vector3),
-    /// Fixed in the reference frame, and turning with it: a unit vector, its axes.
+    /// Fixed in the reference frame, and turning with it: a unit vector, axes of the reference
+    /// frame.
     InFrame(Vector3),
     /// Along a moving vector, in the axes that the reference frame has at `t = 0`.
     Moving(Track),
-    /// To the limb of a sphere whose centre is the end of a moving vector: cones are measured
-    /// from its limb.
+    /// A sphere whose centre is the end of a moving vector, seen as a disc. The angles of cones are
+    /// measured from the limb of the disc.
     Disc {
         /// The vector to the centre, in the unit of the radius.
         centre: Track,
@@ -29,13 +30,13 @@ pub enum Direction {
     },
 }
 
-/// Most quarters of a turn of what turns: five megabytes of coefficients.
+/// The largest number of quarter turns of a turning direction: five megabytes of coefficients.
 const MOST_QUARTERS: f64 = 1e4;
 
 impl Direction {
-    /// Builds a direction along a moving vector, of any length, inertial axes, over `from … to`
-    /// \[s\]. It is fitted by Chebyshev polynomials of degree `degree` on pieces of at most
-    /// `piece` \[s\], and has the derivatives of the polynomials.
+    /// Builds a direction along `vector`, a function of time of any length in inertial axes, over
+    /// `from … to` \[s\]. The vector is approximated by Chebyshev polynomials of degree `degree` on
+    /// pieces of at most `piece` \[s\]; the derivatives are the derivatives of the polynomials.
     ///
     /// # Errors
     /// Returns a [`TrackError`] for an empty span, or a vector that is not finite or vanishes.
@@ -49,13 +50,13 @@ impl Direction {
         Track::fitted(from, to, piece, degree, |time| Ok(vector(time))).map(Self::Moving)
     }
 
-    /// Fixed in something that turns at a constant rate \[rad/s\], inertial axes, over `0 … to`
-    /// \[s\]: along `vector` at time zero.
+    /// Builds a direction that turns at the constant rate `rate` \[rad/s\], inertial axes, over
+    /// `0 … to` \[s\]. It is along `vector` at time zero.
     ///
     /// # Errors
     /// Returns a [`TrackError`] for an invalid vector or span.
     pub fn turning(vector: Vector3, rate: Vector3, to: f64) -> Result<Self, TrackError> {
-        // Polynomials of this degree have round-off errors over a quarter of a turn.
+        // On a quarter of a turn, the error of a polynomial of this degree is round-off.
         const DEGREE: usize = 18;
         let piece = (0.25 * std::f64::consts::TAU / rate.norm()).min(to);
         if to / piece > MOST_QUARTERS {
@@ -64,7 +65,7 @@ impl Direction {
         Self::along(0.0, to, piece, DEGREE, |time| lie::exp(&(rate * time)) * vector)
     }
 
-    /// Returns the unit vector in axes of the reference frame at `time` \[s\]; the frame turns at
+    /// Returns the unit vector in axes of the reference frame at `time` \[s\]. The frame turns at
     /// `frame_rate` \[rad/s\].
     pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
         match self {
@@ -76,8 +77,8 @@ impl Direction {
         }
     }
 
-    /// Returns the unit vector with its derivatives in inertial space, axes of the reference frame
-    /// at `t = 0`.
+    /// Returns the unit vector and its inertial derivatives at `time` \[s\], in the axes that the
+    /// reference frame has at `t = 0`.
     pub fn in_space(&self, time: f64, frame_rate: &Vector3) -> LineOfSight {
         let zero = Vector3::zeros();
         match self {
@@ -91,7 +92,8 @@ impl Direction {
         }
     }
 
-    /// This direction in other axes: turned by a rotation from the old axes to the new ones.
+    /// Returns this direction in other axes. `rotation` converts vectors from the old axes to the
+    /// new ones.
     #[must_use]
     pub fn turned(&self, rotation: &Matrix3) -> Self {
         match self {
@@ -101,14 +103,14 @@ impl Direction {
         }
     }
 
-    /// This direction for a clock that begins `by` \[s\] later, while the reference frame does not
-    /// turn.
+    /// Returns this direction for a clock that starts `by` \[s\] later. The reference frame must
+    /// not turn.
     #[must_use]
     pub fn later(&self, by: f64) -> Self {
         self.with_track(|track| track.later(by))
     }
 
-    /// This direction from the pieces of its vector alone that a span \[s\] meets.
+    /// Returns this direction with only the pieces of its vector that overlap the time span \[s\].
     #[must_use]
     pub fn within(&self, span: [f64; 2]) -> Self {
         self.with_track(|track| track.within(span))
@@ -122,7 +124,8 @@ impl Direction {
         }
     }
 
-    /// Returns the time \[s\] until which it is known: infinite for one that does not move.
+    /// Returns the time \[s\] up to which the direction is known; infinite if it is not along a
+    /// moving vector.
     pub fn known_until(&self) -> f64 {
         match self {
             Self::Fixed(_) | Self::InFrame(_) => f64::INFINITY,
@@ -130,8 +133,8 @@ impl Direction {
         }
     }
 
-    /// Returns the angle between the centre and the limb of the target \[rad\]: 0 for a point.
-    /// Inside of a sphere every direction is limb.
+    /// Returns the angular radius of the target \[rad\], the angle between its centre and its limb;
+    /// 0 for a point. From inside of a sphere it is 90°.
     pub fn angular_radius(&self, time: f64) -> f64 {
         match self {
             Self::Disc { centre, radius } => (radius / centre.at(time)[0].norm()).min(1.0).asin(),
@@ -139,7 +142,7 @@ impl Direction {
         }
     }
 
-    /// Returns the rate of [`Direction::angular_radius`] [rad/s]: 0 inside of a sphere too.
+    /// Returns the rate of [`Direction::angular_radius`] [rad/s]; 0 inside of a sphere.
     pub fn angular_radius_rate(&self, time: f64) -> f64 {
         match self {
             Self::Disc { centre, radius } => {
@@ -153,8 +156,8 @@ impl Direction {
         }
     }
 
-    /// Returns the length of the vector that it leads along, in its unit; `None` of one that is
-    /// only a direction.
+    /// Returns the length of the moving vector, in its own unit; `None` for a direction without a
+    /// distance.
     pub fn distance(&self, time: f64) -> Option<f64> {
         match self {
             Self::Moving(track) | Self::Disc { centre: track, .. } => Some(track.at(time)[0].norm()),
@@ -162,7 +165,8 @@ impl Direction {
         }
     }
 
-    /// Returns whether it stands still in axes of the reference frame, which turns at `frame_rate`.
+    /// Returns whether the direction is constant in axes of the reference frame, which turns at
+    /// `frame_rate`.
     pub fn is_still(&self, frame_rate: &Vector3) -> bool {
         match self {
             Self::InFrame(_) => true,
@@ -171,7 +175,8 @@ impl Direction {
         }
     }
 
-    /// Returns the vector where it is one number for all times, in either frame.
+    /// Returns the constant vector of a direction that is fixed in inertial space or in the
+    /// reference frame; `None` for a moving vector.
     pub fn constant(&self) -> Option<&Vector3> {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => Some(vector),
@@ -179,8 +184,8 @@ impl Direction {
         }
     }
 
-    /// Returns the invalid length of a direction: of a vector that is not of length 1, or a
-    /// radius that is not positive and finite. Returns `None` for a valid direction.
+    /// Returns the invalid length of a direction: the length of a vector that is not a unit vector,
+    /// or a radius that is not positive and finite. Returns `None` for a valid direction.
     pub fn length_defect(&self) -> Option<f64> {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => {

@@ -11,15 +11,17 @@
 
 use crate::{Matrix3, Vector3};
 
-/// Bound on the product of an iteration's two corrections. The residual it leaves,
+/// Bound on the product of the two corrections of an iteration. The residual that remains,
 /// `(g·δ₁) δ₂ + (g·δ₂) δ₁ + …`, is then below an ulp of `g`.
 const LEFT: f64 = 5e-17;
 
-/// The plain Newton iteration is quadratic: a correction `Δ` leaves an error of about `|Δ|²`,
-/// relative. A correction below this bound is the last one, with room for ill-conditioned inertias.
+/// The largest correction after which plain Newton stops. The convergence is quadratic: a
+/// correction `Δ` leaves a relative error of about `|Δ|²`. The bound has a margin for
+/// ill-conditioned inertias.
 const LAST_CORRECTION: f64 = 2e-9;
 
-/// The survey needs 2–3 iterations and 6 were measured at 0.99 of the bound; twice that is failure.
+/// The largest number of iterations. The survey needs 2–3, and 6 were measured at 0.99 of the bound
+/// on the step; after twice that number the solve fails.
 const MAX_ITERATIONS: u32 = 12;
 
 /// Solves for the Cayley vector `c` of one step. Returns `None` if no physical solution exists:
@@ -29,10 +31,11 @@ pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vec
     solve_counting(j, j_inverse, g).map(|(c, _)| c)
 }
 
-/// Solves as [`solve`] does, and also returns the number of Newton iterations.
+/// Solves for the Cayley vector of one step as [`solve`] does, and also returns the number of
+/// Newton iterations.
 #[inline(always)]
 pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
-    // One pass of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
+    // One pass of the fixed-point iteration c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
     let start = 0.5 * (j_inverse * g);
     let c = 0.5 * (j_inverse * (g + g.cross(&start) + start * g.dot(&start)));
     match chebyshev(j, g, c) {
@@ -41,18 +44,18 @@ pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> O
     }
 }
 
-/// Solves as [`solve_counting`] does, from a guess `c`; returns `None` also if the iteration does
-/// not converge from it.
+/// Solves as [`solve_counting`] does, starting from the guess `c`. Also returns `None` if the
+/// iteration does not converge from this guess.
 #[inline(always)]
 pub(crate) fn solve_from(j: &Matrix3, g: &Vector3, c: Vector3) -> Option<(Vector3, u32)> {
-    // A guess that is not a number fails at once.
+    // A guess that is NaN fails at once.
     if c.x.is_nan() { None } else { chebyshev(j, g, c) }
 }
 
-/// Runs Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the
-/// residual after a Newton correction `δ₁` is `(g·δ₁) δ₁` exactly, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁`
-/// with the same inverse: third order for one division, and most of it waits for the division
-/// anyway.
+/// Runs Newton's method with the second-order correction of Chebyshev. `G` is quadratic in `c`, so
+/// the residual after a Newton correction `δ₁` is exactly `(g·δ₁) δ₁`, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁`
+/// needs the same inverse. The iteration is of third order with one division, and most of the
+/// additional work is done while the processor waits for this division.
 #[inline(always)]
 fn chebyshev(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
@@ -73,7 +76,7 @@ fn chebyshev(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)>
     None
 }
 
-/// Returns `G(c)` and `−∇G`.
+/// Returns the residual `G(c)` of the equation, and its negative derivative `−∇G`.
 #[inline(always)]
 fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     let gc = g.dot(c);
@@ -91,16 +94,16 @@ fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     (residual, a)
 }
 
-/// Solves large steps of thin rods and plates, for which the fixed point diverges and Newton
-/// converges from the plain start. The function is not inlined: the common path is short and stays
-/// in registers.
+/// Solves large steps of thin rods and plates, for which the fixed-point iteration diverges but
+/// Newton converges from the plain start. The function is not inlined, so that the common path is
+/// short and stays in registers.
 #[cold]
 #[inline(never)]
 fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
     newton(j, g, 0.5 * (j_inverse * g))
 }
 
-/// Runs plain Newton from `c`.
+/// Runs plain Newton from the start `c`.
 pub(crate) fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
         let (residual, a) = equation(j, g, &c);
@@ -113,8 +116,8 @@ pub(crate) fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector
     None
 }
 
-/// Returns `a⁻¹ b` by cofactors. A singular matrix gives infinities, which the callers' checks
-/// refuse.
+/// Returns `a⁻¹ b` by cofactors. A singular matrix gives infinities, which the checks of the
+/// callers reject.
 #[inline(always)]
 pub(crate) fn solve3(a: &Matrix3, b: &Vector3) -> Vector3 {
     let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));
@@ -123,7 +126,7 @@ pub(crate) fn solve3(a: &Matrix3, b: &Vector3) -> Vector3 {
     Vector3::new(b.dot(&c12), c0.dot(&b.cross(&c2)), c0.dot(&c1.cross(b))) * inverse_determinant
 }
 
-/// Returns `a⁻¹` by cofactors.
+/// Returns the inverse `a⁻¹` by cofactors.
 #[inline(always)]
 pub(crate) fn inverse3(a: &Matrix3) -> Matrix3 {
     let (c0, c1, c2) = (a.column(0), a.column(1), a.column(2));

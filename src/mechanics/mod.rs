@@ -1,4 +1,4 @@
-//! The bodies, the fields that act on them, and their actuators.
+//! Bodies, the force fields that act on them, and their actuators.
 
 pub mod actuators;
 pub mod body;

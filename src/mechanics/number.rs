@@ -1,12 +1,12 @@
-//! Errors of single numbers that constructors reject, and the checks that they share.
+//! Errors for single numbers that constructors reject, and the checks that the constructors share.
 
 use crate::Vector3;
 use thiserror::Error;
 
-/// The reason for which a number has a wrong value.
+/// The reason why a number has a wrong value.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NumberError {
-    /// A number is NaN or infinite, or a sum or product of the numbers overflows.
+    /// A number is NaN or infinite, or a sum or product of numbers overflows.
     #[error("{name} is not finite")]
     NotFinite {
         /// The name of the number.

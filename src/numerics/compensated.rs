@@ -1,4 +1,4 @@
-//! Sums of many small increments without loss.
+//! Compensated sums, which add many small increments without loss of accuracy.
 
 use nalgebra::SMatrix;
 
@@ -10,9 +10,9 @@ pub(crate) type SumMatrix = Sum<3, 3>;
 /// A compensated (Kahan) sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sum<const R: usize, const C: usize> {
-    /// The sum.
+    /// The sum so far.
     pub value: SMatrix<f64, R, C>,
-    /// The compensation: the excess that was added.
+    /// The compensation: the amount that rounding has added in excess.
     excess: SMatrix<f64, R, C>,
 }
 
@@ -27,7 +27,8 @@ impl<const R: usize, const C: usize> Sum<R, C> {
     }
 }
 
-/// Adds to a sum `value` that so far has got `excess` too much by rounding (Kahan).
+/// Adds `increment` to the sum `value`, to which rounding has so far added `excess` too much
+/// (Kahan).
 #[inline(always)]
 pub(crate) fn compensated_add<const R: usize, const C: usize>(
     value: &mut SMatrix<f64, R, C>,

@@ -1,16 +1,16 @@
-//! The set of combinations of the columns of a matrix with nonnegative weights.
+//! The cone of the columns of a matrix: their combinations with nonnegative weights.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Singular value, relative to the largest, below which columns do not span a direction.
+/// Singular value, relative to the largest one, below which columns do not span a direction.
 const RANK_TOLERANCE: f64 = 1e-6;
-/// The relative size below which a rest of a vector, or a gain, counts as zero.
+/// The relative size below which the rest of a vector, or a gain, counts as zero.
 const ROUND_OFF: f64 = 1e-10;
 
-/// Returns whether every vector is `A x` with `x ≥ 0`.
+/// Returns whether every vector can be written as `A x` with `x ≥ 0`.
 ///
-/// This holds if the columns have full rank and `−A 1` is such a combination. Then
-/// `A (x + 1) = 0` with positive weights, which can be added to the weights of any other vector.
+/// This holds if the columns have full rank and `−A 1` can be written so. Then `A (x + 1) = 0` with
+/// positive weights, and a multiple of these weights can be added to the weights of any vector.
 pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     if a.ncols() <= a.nrows() {
         return false;
@@ -21,8 +21,8 @@ pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     sizes.min() > RANK_TOLERANCE * sizes.max() && rest.norm() <= RANK_TOLERANCE * sizes.max()
 }
 
-/// Returns whether the opposite of every vector `A x`, `x ≥ 0`, is such a vector too: the columns
-/// then reach a subspace.
+/// Returns whether the set of vectors `A x`, `x ≥ 0`, contains the opposite of each of its vectors.
+/// The set is then a subspace.
 pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
     let svd = a.clone().svd(true, false);
     let least = RANK_TOLERANCE * svd.singular_values.max();
@@ -31,13 +31,13 @@ pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
     svd.u.is_some_and(|u| is_whole_space(&u.select_columns(&kept).tr_mul(a)))
 }
 
-/// Returns the `x ≥ 0` with the least `|A x − b|`, by the active set of Lawson and Hanson (Solving
-/// Least Squares Problems, 1974, chapter 23).
+/// Returns the `x ≥ 0` with the smallest `|A x − b|`, by the active-set method of Lawson and Hanson
+/// (Solving Least Squares Problems, 1974, chapter 23).
 fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let count = a.ncols();
     let least = ROUND_OFF * a.amax() * b.norm();
     let (mut x, mut free): (DVector<f64>, Vec<usize>) = (DVector::zeros(count), Vec::new());
-    // It ends before, but for round-off.
+    // The iteration ends earlier, except for round-off.
     for _ in 0..10 * count {
         let gain = a.tr_mul(&(b - a * &x));
         let bound = (0..count).filter(|column| !free.contains(column));
@@ -49,7 +49,7 @@ fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64>
         free.push(next);
         loop {
             let Ok(best) = a.select_columns(&free).svd(true, true).solve(b, ROUND_OFF) else { return x };
-            // The step ends where a weight reaches zero; that weight stays zero.
+            // The step ends at the point at which a weight reaches zero; this weight stays zero.
             let part =
                 |column: usize, to: f64| if x[column] > 0.0 { x[column] / (x[column] - to) } else { 0.0 };
             let ways = free.iter().zip(best.iter()).filter(|(_, to)| **to <= 0.0);
@@ -74,7 +74,8 @@ mod tests {
     #[test]
     fn a_simplex_is_the_whole_space_and_what_lies_on_one_side_of_a_plane_is_not() {
         for rows in [3, 6] {
-            // Unit vectors and the opposite of their sum, on which every weight is 1.
+            // The columns are unit vectors and the opposite of their sum; a combination with all
+            // weights 1 is zero.
             let simplex = DMatrix::from_fn(rows, rows + 1, |row, column| match column {
                 column if column == rows => -1.0,
                 column => f64::from(u8::from(row == column)),
@@ -83,7 +84,7 @@ mod tests {
             for missing in 0..=rows {
                 assert!(!is_whole_space(&simplex.clone().remove_column(missing)), "{rows} {missing}");
             }
-            // Every column mirrored in turn leaves a half space.
+            // If one column is reversed, the columns are on one side of a plane.
             for turned in 0..=rows {
                 let mut half = simplex.clone();
                 half.column_mut(turned).neg_mut();

@@ -1,38 +1,40 @@
 //! Eight numbers at once, with the operations of one number.
 //!
-//! Formulas that are written for a [`Number`] hold for one case as well as for eight cases side by
+//! A formula that is written for a [`Number`] computes either one case, or eight cases side by
 //! side, each in its lane of the vector registers (see [`widest`](super::widest)). Every lane has
-//! the bits that the number alone would have.
+//! the same bits as a computation with one number.
 //!
 //! # How do sweeps of minimum time become fast without unsafe code?
 //!
 //! The motion itself has only three equal rows, too few for lanes. But every interval of a smoothed
-//! extremal begins at its own node, so eight of them are integrated side by side (`numerics/eight`;
-//! the formulas use a `Number`, which is one or eight). Then their lanes pass from node to node,
-//! one interval after the other. Two effects had to be avoided, each of which removed the gain. A
-//! store to one lane of a row that is then loaded as a whole waits for the store, so a single lane
-//! is changed by a product with a row of the identity. A compiler that knows the zeros of such a
-//! row splits it into narrow pieces, so the zeros are hidden from it. The median case of the public
-//! set takes half the time if nodes differ by rational vectors instead of logarithms.
+//! extremal begins at its own node, so eight intervals are integrated side by side
+//! (`numerics/eight`; the formulas use a `Number`, which is one number or eight). Then their lanes
+//! pass from node to node, one interval after the other. Two effects had to be avoided, each of
+//! which removed the gain. A store to one lane of a row that is then loaded as a whole delays the
+//! load, so a single lane is changed by a product with a row of the identity. A compiler that knows
+//! the zeros of such a row splits it into narrow pieces, so the zeros are hidden from the compiler.
+//! The median case of the public set takes half the time if the differences of nodes are rational
+//! vectors instead of logarithms.
 //!
-//! Derivatives are two thirds of a sweep, and half of all sweeps end an iteration or are steps
-//! that were too long. The gaps are therefore computed first, and the lanes only for a path from
-//! which Newton continues. The law on the grid is solved in every step from the costate at its
-//! end, which the nodes know approximately. If the grid cannot follow an ε, it is abandoned after
-//! a dozen iterations.
+//! Derivatives take two thirds of a sweep, and half of all sweeps end an iteration or are rejected
+//! steps. The gaps are therefore computed first, and the derivatives in lanes only for a path from
+//! which Newton continues. The control law on the grid is solved in every step from the costate at
+//! its end, which the nodes know approximately. If the grid cannot follow an ε, this ε is abandoned
+//! after a dozen iterations.
 //!
 //! # Eight maneuvers at once
 //!
-//! A trial swept eight maneuvers side by side before their searches. A search used each predicted
-//! sweep that had the same bits of the costate, and made the others itself. The instructions of a
-//! bare plan on 100 steps are 38 % sweeps without sensitivities, 17 % sweeps with them, and 13 %
-//! steps of the discrete witness (`valgrind --tool=callgrind` on `throughput 200 100 1 bare`), so
-//! lanes could gain. Nearly all sweeps were predicted, and yet a plan took longer than alone.
-//! Sweeps without sensitivities gained much, but sweeps with sensitivities lost. The columns of one
-//! sweep already fill the registers, and eight maneuvers seldom need a new `Ψ₁₂` in one iteration,
-//! so most lanes computed unused values. The prediction repeats Newton and the extrapolation for
-//! each maneuver, and the lanes must be separated for each: more work than the lanes saved. Nodes
-//! of eight maneuvers need much memory, which every group requested from the system again.
+//! An experiment swept eight maneuvers side by side before their searches. A search used each
+//! predicted sweep whose costate had the same bits, and computed the other sweeps itself. The
+//! instructions of a bare plan on 100 steps are 38 % sweeps without sensitivities, 17 % sweeps with
+//! sensitivities, and 13 % steps of the discrete witness (`valgrind --tool=callgrind` on
+//! `throughput 200 100 1 bare`), so lanes could gain. Nearly all sweeps were predicted, and yet a
+//! plan took longer than alone. Sweeps without sensitivities gained much, but sweeps with
+//! sensitivities lost. The columns of one sweep already fill the registers, and eight maneuvers
+//! seldom need a new `Ψ₁₂` in the same iteration, so most lanes computed unused values. The
+//! prediction repeats Newton and the extrapolation for each maneuver, and the lanes must be
+//! separated for each maneuver: more work than the lanes saved. The nodes of eight maneuvers need
+//! much memory, which every group requested from the system again.
 //!
 //! A remaining option is to use lanes for plain sweeps only, on buffers that are kept, with a
 //! planner that supplies its sweeps itself. It would change little for a default plan, where
@@ -41,7 +43,7 @@
 use nalgebra::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// One number, or several that go the same way.
+/// One number, or several numbers on which the same operations are performed.
 pub(crate) trait Number:
     Scalar
     + Copy
@@ -69,7 +71,7 @@ impl Number for f64 {
     }
 }
 
-/// Eight numbers.
+/// Eight numbers, one for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Eight(pub [f64; 8]);
 

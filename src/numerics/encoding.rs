@@ -1,17 +1,17 @@
-//! One rule for every text that is read: UTF-8, with a byte order mark or without.
+//! The encoding of all text that is read: UTF-8, with or without a byte order mark.
 
-/// The reason for which bytes are not text.
+/// The reason why bytes are not text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoText {
     /// The bytes are UTF-16, as some programs on Windows save text.
     Utf16,
-    /// The bytes are a file of this binary kind.
+    /// The bytes are a binary file of the named kind.
     Binary(&'static str),
-    /// The byte at this place belongs to no character of UTF-8.
+    /// The byte at this position is not part of a UTF-8 character.
     At(usize),
 }
 
-/// The first bytes of binary files, and the names of their kinds.
+/// The first bytes of binary files, with the names of their kinds.
 const BINARY: [(&[u8], &str); 9] = [
     (b"\x1f\x8b", "compressed by gzip"),
     (b"PK\x03\x04", "an archive of ZIP"),
@@ -24,16 +24,16 @@ const BINARY: [(&[u8], &str); 9] = [
     (b"\x89HDF", "a file of HDF"),
 ];
 
-/// Returns the kind of a binary file by its first bytes; `None` for text.
+/// Returns the kind of a binary file according to its first bytes; `None` for text.
 pub fn binary(bytes: &[u8]) -> Option<&'static str> {
     BINARY.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
 }
 
-/// The byte order mark of UTF-8, which has no meaning.
+/// The byte order mark of UTF-8, which is ignored.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Returns whether a file with these first bytes is in UTF-16: it has the mark, or every other byte
-/// is zero.
+/// Returns whether a file with these first bytes is encoded in UTF-16: it has a UTF-16 byte order
+/// mark, or every other byte is zero.
 pub fn is_utf16(bytes: &[u8]) -> bool {
     /// The number of bytes that are checked.
     const FIRST: usize = 32;
@@ -46,7 +46,7 @@ pub fn is_utf16(bytes: &[u8]) -> bool {
 /// Returns the text of a file, without its byte order mark.
 ///
 /// # Errors
-/// [`NoText`].
+/// Returns a [`NoText`] if the bytes are binary, in UTF-16, or not valid UTF-8.
 pub fn text(bytes: &[u8]) -> Result<&str, NoText> {
     if let Some(kind) = binary(bytes) {
         return Err(NoText::Binary(kind));

@@ -1,25 +1,25 @@
-//! A factorised N×N matrix, or its pseudo-inverse where a symmetry makes it singular.
+//! A factorised N×N matrix, or its pseudo-inverse if a symmetry makes the matrix singular.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Pivots below this fraction of the largest, after equilibration, send the matrix to the SVD.
+/// The pivot size, relative to the size of its column, below which the SVD is used instead of LU.
 const SUSPECT_PIVOT: f64 = 1e-8;
-/// The relative size below which singular values belong to a symmetry (theory: 1e-17, against
-/// 1e-4 for the weakest actuated direction in the tests).
+/// The relative size below which singular values count as zero because of a symmetry (theory:
+/// 1e-17, compared with 1e-4 for the weakest actuated direction in the tests).
 pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 
-/// The inverse of a matrix as an operator.
+/// The inverse of a matrix as a linear operator.
 #[derive(Clone, Debug)]
 pub(crate) enum Factor<const N: usize> {
-    /// LU with row permutation.
+    /// LU factors with a permutation of the rows.
     Lu { lu: Box<SMatrix<f64, N, N>>, order: [usize; N] },
-    /// Minimum-norm inverse of a rank-deficient matrix: deletes the redundant equations and fixes
-    /// the gauge of the unknowns in one projection.
+    /// The minimum-norm inverse of a rank-deficient matrix. One projection removes the redundant
+    /// equations and fixes the undetermined unknowns.
     PseudoInverse(Box<SMatrix<f64, N, N>>),
 }
 
 impl<const N: usize> Factor<N> {
-    /// Factorises a finite matrix.
+    /// Factorises a matrix of finite numbers.
     pub fn new(matrix: &SMatrix<f64, N, N>) -> Self {
         let mut lu = *matrix;
         let mut order: [usize; N] = std::array::from_fn(|row| row);
@@ -70,7 +70,7 @@ impl<const N: usize> Factor<N> {
 }
 
 impl<const N: usize> Factor<N> {
-    /// Returns `matrix⁻¹ b`, column by column.
+    /// Returns `matrix⁻¹ b`, computed column by column.
     pub fn solve_matrix(&self, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
         let mut x = *b;
         for column in 0..N {
@@ -79,15 +79,15 @@ impl<const N: usize> Factor<N> {
         x
     }
 
-    /// Returns whether the matrix was singular to the tolerance of [`Factor::new`].
+    /// Returns whether the matrix was singular within the tolerance of [`Factor::new`].
     pub fn is_singular(&self) -> bool {
         matches!(self, Self::PseudoInverse(_))
     }
 }
 
 /// Applies `matrix⁻¹` to the first `count` columns of `right`, in place and in arrays of fixed
-/// size. Returns false, and leaves `right` without meaning, if the matrix is singular to the
-/// tolerance of [`Factor::new`].
+/// size. If the matrix is singular within the tolerance of [`Factor::new`], it returns false, and
+/// `right` has no meaning.
 #[inline]
 pub(crate) fn eliminate<const N: usize, const M: usize>(
     matrix: &SMatrix<f64, N, N>,
@@ -144,7 +144,7 @@ pub(crate) fn eliminate<const N: usize, const M: usize>(
     true
 }
 
-/// Returns the pseudo-inverse. Columns are scaled to unit size first, so that the rank does not
+/// Returns the pseudo-inverse. Columns are first scaled to unit size, so that the rank does not
 /// depend on units.
 fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let sizes = column_sizes(matrix);
@@ -159,8 +159,7 @@ fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N
     SMatrix::from_fn(|row, column| inverse[(row, column)] / sizes[row])
 }
 
-/// Returns the part of a costate that has an effect through `psi`: its component along the row
-/// space.
+/// Returns the part of a costate that has an effect through `psi`: its projection on the row space.
 pub(crate) fn effective<const N: usize>(
     psi: &SMatrix<f64, N, N>,
     costate: &SVector<f64, N>,
@@ -171,8 +170,8 @@ pub(crate) fn effective<const N: usize>(
     }
 }
 
-/// Returns the sizes of the columns. A column that is only round-off of the others keeps a small
-/// size, so that scaling does not turn it into a direction.
+/// Returns the sizes of the columns. A column that consists only of round-off gets the size of the
+/// largest column, so that scaling does not turn it into a direction.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
     let sizes = matrix.data.0.each_ref().map(size);
@@ -184,7 +183,8 @@ fn column_size(size: f64, largest: f64) -> f64 {
     if size > RANK_TOLERANCE * largest { size } else { largest.max(f64::MIN_POSITIVE) }
 }
 
-/// Returns the numerical rank, and the condition within it, with equilibrated columns.
+/// Returns the numerical rank, and the ratio of the largest to the smallest singular value within
+/// this rank.
 pub(crate) fn rank_and_condition<const N: usize>(matrix: &SMatrix<f64, N, N>) -> (usize, f64) {
     let values = singular_values(matrix);
     let largest = values[0];

@@ -1,13 +1,13 @@
-//! Rounded numbers for text. Files have all digits.
+//! Rounded numbers for text. Files contain all digits.
 
-/// Formats `value` to `digits` significant digits, without an exponent if that is readable: `12.7`,
-/// `1.25e-07`.
+/// Formats `value` to `digits` significant digits, without an exponent if the text stays readable:
+/// `12.7`, `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
     let scientific = format!("{value:.*e}", digits - 1);
-    // The exponent belongs to the rounded number: 9.99999 to three digits is 10.0.
+    // The exponent is taken from the rounded number: 9.99999 to three digits is 10.0.
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or_default();
     if (-3..7).contains(&exponent) {
         let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
@@ -17,13 +17,13 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Formats all digits in a readable form, without a long row of zeros: `0.02`, `3e-5`.
+/// Formats all digits of a number. An exponent replaces a long row of zeros: `0.02`, `3e-5`.
 pub fn exact(value: f64) -> String {
     if plain(value) { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// Formats to `digits` significant digits, keeps all digits before the point, and omits zeros at
-/// the end: `12.7`, `1.25e-7`.
+/// Formats to `digits` significant digits, but keeps all digits before the decimal point, and omits
+/// zeros at the end: `12.7`, `1.25e-7`.
 pub fn rounded(value: f64, digits: usize) -> String {
     if !plain(value) {
         let text = format!("{value:.*e}", digits - 1);
@@ -36,8 +36,8 @@ pub fn rounded(value: f64, digits: usize) -> String {
     decimals(value, (digits as i32 - 1 - value.abs().log10().floor() as i32).max(0) as usize)
 }
 
-/// Formats to four significant digits, keeps all digits before the point, and omits zeros at the
-/// end.
+/// Formats to four significant digits, but keeps all digits before the decimal point, and omits
+/// zeros at the end.
 pub fn short(value: f64) -> String {
     rounded(value, 4)
 }
@@ -47,37 +47,39 @@ pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
 
-/// Formats a value, rounded down to four significant digits, so that "no plan is shorter than …"
+/// Formats a value rounded down to four significant digits, so that "no plan is shorter than …"
 /// stays true.
 pub fn at_least(value: f64) -> String {
     to_one_side(value, 4, f64::floor)
 }
 
-/// Formats a value, rounded up to four significant digits, so that "… at most" stays true.
+/// Formats a value rounded up to four significant digits, so that "… at most" stays true.
 pub fn at_most(value: f64) -> String {
     to_one_side(value, 4, f64::ceil)
 }
 
-/// Formats a value, rounded to four significant digits, also before the point.
+/// Formats a value rounded to four significant digits, even if it has more digits before the
+/// decimal point.
 pub fn about(value: f64) -> String {
     to_one_side(value, 4, f64::round)
 }
 
-/// Returns the number of four significant digits at or above a positive `value`; 0 of 0.
+/// Returns the smallest number of four significant digits that is not below a positive `value`; 0
+/// for 0.
 pub fn rounded_up(value: f64) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
-    // A product with a power of ten is seldom exact, so the text of a spec is parsed.
+    // A product with a power of ten is seldom exact, so the text is parsed as a spec would be.
     let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
     let text = format!("{:.3e}", (value / unit).ceil() * unit);
     text.parse().unwrap_or(value)
 }
 
-/// Formats two figures for a comparison, with enough digits to distinguish them, from `digits`
-/// on; `told` formats one figure to a number of digits. Equal figures have equal texts.
+/// Formats two figures for a comparison, with at least `digits` digits and enough to distinguish
+/// them. `told` formats one figure to a number of digits. Equal figures have equal texts.
 pub fn told_apart(pair: [f64; 2], digits: usize, told: impl Fn(f64, usize) -> String) -> [String; 2] {
-    // Two numbers with equal seventeen digits are equal.
+    // Two numbers whose first seventeen digits are equal are equal.
     const MOST: usize = 17;
     let mut found = pair.map(|value| told(value, digits));
     for digits in digits..=MOST {
@@ -90,7 +92,7 @@ pub fn told_apart(pair: [f64; 2], digits: usize, told: impl Fn(f64, usize) -> St
 }
 
 /// Formats a required value, rounded down, and a possible value, rounded up, with at least four
-/// digits and enough to show that the first is larger.
+/// digits and enough to show that the required value is larger.
 pub fn exceeding(needed: f64, possible: f64) -> [String; 2] {
     let of = |digits| [to_one_side(needed, digits, f64::floor), to_one_side(possible, digits, f64::ceil)];
     let value = |text: &String| text.parse().unwrap_or(f64::NAN);
@@ -105,12 +107,12 @@ pub fn exceeding(needed: f64, possible: f64) -> [String; 2] {
     found
 }
 
-/// Returns an error: two digits and an exponent of two places, `4.0e-13`.
+/// Formats an error with two digits and an exponent of at least two digits: `4.0e-13`.
 pub fn error(value: f64) -> String {
     scientific(value, 1)
 }
 
-/// Formats a number with `decimals` decimals and an exponent of two places: `4.12e-13`.
+/// Formats a number with `decimals` decimals and an exponent of at least two digits: `4.12e-13`.
 pub fn scientific(value: f64, decimals: usize) -> String {
     if value == 0.0 {
         return "0".into();
@@ -121,7 +123,7 @@ pub fn scientific(value: f64, decimals: usize) -> String {
     padded(&format!("{value:.decimals$e}"))
 }
 
-/// Returns a time: `2.4 ms`, `3.2 s`.
+/// Formats a time in a suitable unit: `2.4 ms`, `3.2 s`.
 pub fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.0} µs", 1e6 * s),
@@ -130,7 +132,7 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// Returns `count` and a noun in singular or plural: `1 turn`, `2 turns`.
+/// Formats `count` and a noun in singular or plural: `1 turn`, `2 turns`.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
@@ -140,8 +142,9 @@ fn plain(value: f64) -> bool {
     value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
 }
 
-/// Far more than the slack that proofs allow, and far less than four digits show. With more digits
-/// it is a part of the last digit.
+/// Relative tolerance within which a number counts as exactly representable by four digits. It is
+/// much larger than the slack of proofs, and much smaller than the last of four digits. With more
+/// digits it is a fraction of the last digit.
 const SLACK: f64 = 3e-6;
 
 fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {
@@ -149,7 +152,7 @@ fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {
         return format!("{value}");
     }
     let decimals_of = digits - 1 - value.abs().log10().floor() as i32;
-    // A number that the digits give up to the slack of a proof stays unchanged.
+    // A number that equals its rounding up to the slack of a proof is not rounded to one side.
     let slack = SLACK * 10.0_f64.powi(4 - digits);
     let unit = 10.0_f64.powi(decimals_of.abs());
     let steps = if decimals_of >= 0 { value * unit } else { value / unit };
@@ -161,12 +164,12 @@ fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {
     if decimals_of <= 0 { format!("{}", steps * unit) } else { decimals(steps / unit, decimals_of as usize) }
 }
 
-/// Decimals without zeros at the end.
+/// Removes zeros at the end of the decimals.
 fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// Exponents of at least two places.
+/// Extends the exponent to at least two digits.
 fn padded(scientific: &str) -> String {
     match scientific.split_once('e') {
         Some((mantissa, exponent)) => {

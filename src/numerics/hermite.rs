@@ -1,7 +1,8 @@
-//! Cubics between two points, by values and slopes at both.
+//! Cubic Hermite interpolation between two points, by values and derivatives at both.
 
-/// Returns the value at the fraction `x` of an interval of the given length, between `ends` with
-/// the derivatives `rates`: off by the fourth power of the length.
+/// Returns the value at the fraction `x` of an interval of the given length, between the values
+/// `ends` with the derivatives `rates`. The error is proportional to the fourth power of the
+/// length.
 pub(crate) fn hermite<V>(x: f64, length: f64, ends: [&V; 2], rates: [&V; 2]) -> V
 where
     V: Clone + std::ops::Add<V, Output = V> + std::ops::Mul<f64, Output = V>,

@@ -1,9 +1,9 @@
-//! The inertia of symmetric matrices: the number of negative eigenvalues, by elimination
-//! (Sylvester's law).
+//! The inertia of symmetric matrices, which is the number of eigenvalues of each sign, by
+//! elimination (Sylvester's law).
 
 use nalgebra::DMatrix;
 
-/// Numbers of negative and of vanishing eigenvalues of a symmetric matrix.
+/// Numbers of negative and of zero eigenvalues of a symmetric matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MatrixInertia {
     pub negative: usize,
@@ -15,8 +15,8 @@ impl MatrixInertia {
     /// rows (Bunch and Parlett 1971). If no pivot exceeds `tolerance`, the remaining rows count
     /// as zero.
     pub fn of(mut a: DMatrix<f64>, tolerance: f64) -> Self {
-        // This value balances the growth of one pivot of two rows with the growth of two pivots of
-        // one row.
+        // This value balances the growth by one 2×2 pivot against the growth by two 1×1 pivots
+        // (Bunch and Parlett).
         let alpha = (1.0 + 17f64.sqrt()) / 8.0;
         let n = a.nrows();
         let mut inertia = Self { negative: 0, zero: 0 };
@@ -53,8 +53,8 @@ impl MatrixInertia {
                 let (row, column) = largest;
                 swap(&mut a, at, column);
                 swap(&mut a, at + 1, row);
-                // Its determinant is negative by the choice of the pivot: one eigenvalue of each
-                // sign.
+                // The determinant of the 2×2 pivot is negative by its choice: one eigenvalue of
+                // each sign.
                 inertia.negative += 1;
                 let (p, q, r) = (a[(at, at)], a[(at + 1, at)], a[(at + 1, at + 1)]);
                 let determinant = p * r - q * q;

@@ -1,5 +1,5 @@
-//! Numerical tools without attitudes: factors, banded matrices, inertia of a matrix, formatted
-//! figures.
+//! Numerical tools that do not involve attitudes: matrix factors, matrix inertia, polynomials,
+//! random numbers, threads and the formatting of figures.
 
 pub(crate) mod compensated;
 pub(crate) mod cone;

@@ -1,17 +1,18 @@
-//! Work shared among the threads of rayon; without the feature `threads`, done by the calling
-//! thread.
+//! Distribution of work over the threads of rayon. Without the feature `threads` the calling thread
+//! does all work.
 //!
-//! # Why two threads for a plan?
+//! # Why does a plan use two threads?
 //!
 //! If a plan has some hundred steps or more, the replay and the continuous witness under linear
-//! torque run on one thread, and the witnesses of the held torque on the other. An extremal is
-//! recorded before them on one thread while its second order is tested on the other. Neither half
-//! reads results of the other, so the bits do not depend on the number of threads.
+//! torque run on one thread, and the witnesses of the held torque on the other. Before them an
+//! extremal is recorded on one thread while its second order is tested on the other. Neither half
+//! reads results of the other, so that the bits of the result do not depend on the number of
+//! threads.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Returns the number of threads that share the work: one, if the system grants no more.
+/// Returns the number of threads that share the work; 1 if the system grants no more.
 #[cfg(feature = "threads")]
 pub(crate) fn threads() -> usize {
     use std::sync::OnceLock;
@@ -19,9 +20,9 @@ pub(crate) fn threads() -> usize {
     *THREADS.get_or_init(|| {
         use std::error::Error;
         let more = std::thread::available_parallelism().map_or(1, |threads| threads.get()) > 1;
-        // Asking rayon itself panics where not all of its threads can be started: they are started
-        // here. A program that holds this library may have done it before, and that alone is an
-        // error without a source.
+        // A query of rayon panics if not all of its threads can be started. They are therefore
+        // started here. A program that uses this library may have started them before; only this
+        // case is an error without a source.
         let started = || {
             rayon::ThreadPoolBuilder::new()
                 .build_global()
@@ -31,14 +32,14 @@ pub(crate) fn threads() -> usize {
     })
 }
 
-/// Threads that share the work.
+/// Returns the number of threads: 1 without the feature `threads`.
 #[cfg(not(feature = "threads"))]
 pub(crate) fn threads() -> usize {
     1
 }
 
-/// Writes `of(item)` of each item into its place in `results`; a thread takes at least `batch`
-/// items at once.
+/// Writes `of(item)` of each item to its place in `results`. A thread takes at least `batch` items
+/// at a time.
 pub(crate) fn fill<T: Sync, R: Send>(
     items: &[T],
     results: &mut [R],
@@ -56,8 +57,8 @@ pub(crate) fn fill<T: Sync, R: Send>(
     items.iter().zip(results).for_each(|(item, result)| *result = of(item));
 }
 
-/// Returns the result of `work`, shared among `count` threads instead of all available ones. If
-/// the system grants no threads, it uses the available ones.
+/// Returns the result of `work`, run on `count` threads instead of all available threads. If the
+/// system does not grant the threads, the available threads are used.
 pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + Send) -> R {
     #[cfg(feature = "threads")]
     if let Some(count) = count
@@ -69,9 +70,9 @@ pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + S
     work()
 }
 
-/// Returns both results. Runs the work `there` on another thread, while the calling thread runs
-/// `here` and then calls `meanwhile` repeatedly until both are done. If threads are disabled, and
-/// on a thread of rayon, `here` runs first.
+/// Returns the results of `here` and `there`. It runs `there` on another thread, while the calling
+/// thread runs `here` and then calls `meanwhile` repeatedly until both are done. Without the
+/// feature `threads`, and on a thread of rayon, it runs `here` first and then `there`.
 pub(crate) fn both<A, B: Send>(
     here: impl FnOnce() -> A,
     there: impl FnOnce() -> B + Send,
@@ -80,7 +81,7 @@ pub(crate) fn both<A, B: Send>(
     #[cfg(feature = "threads")]
     {
         if rayon::current_thread_index().is_some() {
-            // The work would wait on this very thread, which waits for it.
+            // `there` could be queued on this thread, which would wait for it.
             return (here(), there());
         }
         use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -109,9 +110,9 @@ pub(crate) fn both<A, B: Send>(
 }
 
 /// Returns the result of `work`, which runs on its own thread, while the calling thread polls
-/// whether it is `stopped`. If so, the function returns without the result, and the thread
-/// continues alone: it owns its data, and ends when the work reads the flag, which is then set. If
-/// threads are disabled, or none can be started, the calling thread does the work.
+/// `stopped`. If `stopped` returns true, the function sets a flag and returns `None`. The thread
+/// then continues alone with its own data, and ends when the work reads the flag. If threads are
+/// disabled, or if no thread can be started, the calling thread does the work.
 pub(crate) fn unless_stopped<T: Send + 'static>(
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
     stopped: impl Fn() -> bool,
@@ -124,7 +125,7 @@ pub(crate) fn unless_stopped<T: Send + 'static>(
         use std::sync::mpsc::{RecvTimeoutError, channel};
         use std::thread::Builder;
         const NOW_AND_THEN: std::time::Duration = std::time::Duration::from_millis(10);
-        // A thread that cannot be started would take the work with it.
+        // The work is shared, so that it is not lost if the thread cannot be started.
         let shared = Arc::new(Mutex::new(Some(work)));
         let taken = |shared: &Mutex<Option<_>>| shared.lock().ok()?.take();
         let (done, told) = channel();

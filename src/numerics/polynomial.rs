@@ -1,12 +1,12 @@
-//! The polynomial through values, and through values and slopes, by divided differences.
+//! The polynomial through given values, or through values and derivatives, by divided differences.
 //!
-//! Its value is `c₀ + (x − x₀)(c₁ + (x − x₁)(c₂ + …))` with nodes `xₖ`, each of them twice where
-//! slopes are given: the difference of two equal nodes is then the slope.
+//! Its value is `c₀ + (x − x₀)(c₁ + (x − x₁)(c₂ + …))` with nodes `xₖ`. If derivatives are given,
+//! each node occurs twice, and the divided difference of two equal nodes is the derivative.
 
-/// Returns the value at `x` of the polynomial through `values` at distinct `nodes`, with these
-/// `slopes` at the nodes if they are given.
+/// Returns the value at `x` of the polynomial with `values` at distinct `nodes` and, if given, the
+/// derivatives `slopes` at the nodes.
 ///
-/// Returns `None` if the numbers of nodes, values and slopes differ, or all are zero.
+/// Returns `None` if the numbers of nodes, values and derivatives differ, or if no node is given.
 pub fn through<const N: usize>(
     nodes: &[f64],
     values: &[[f64; N]],
@@ -37,8 +37,8 @@ pub fn through<const N: usize>(
     Some(found)
 }
 
-/// Returns the index of the first of `count` consecutive nodes about `x`, as many before `x` as
-/// behind it if they exist.
+/// Returns the index of the first of `count` consecutive nodes around `x`. Equally many nodes are
+/// before and after `x`, if they exist.
 pub fn about(nodes: &[f64], count: usize, x: f64) -> usize {
     let after = nodes.partition_point(|node| *node <= x);
     after.saturating_sub(count.div_ceil(2)).min(nodes.len().saturating_sub(count))
@@ -48,8 +48,8 @@ pub fn about(nodes: &[f64], count: usize, x: f64) -> usize {
 mod tests {
     use super::{about, through};
 
-    /// A polynomial of degree 5 is found again from six values, and from three values and slopes,
-    /// at uneven nodes.
+    /// Checks that a polynomial of degree 5 is recovered from six values, and from three values and
+    /// three derivatives, at nonuniform nodes.
     #[test]
     fn a_polynomial_is_found_again() {
         let value = |x: f64| [1.0 - 2.0 * x + 0.5 * x.powi(3) - 0.1 * x.powi(5), x * x];

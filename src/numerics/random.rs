@@ -1,16 +1,17 @@
-//! Random numbers by counter: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel
+//! Counter-based random numbers: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel
 //! Random Numbers: As Easy as 1, 2, 3*, SC 2011).
 //!
-//! A number is a function of a key and a counter alone, so any case of a million has its numbers
-//! without the cases before it, on any machine, in any order. The function is fixed by the paper
-//! and checked against the vectors of its authors: no release will change a stream.
+//! A number is a function of only a key and a counter. Any case of a million therefore has its own
+//! numbers, independent of the cases before it, of the machine and of the order. The paper defines
+//! the function, and tests compare it with the vectors of its authors: no release will change a
+//! stream.
 //!
 //! # Which random numbers?
 //!
-//! Philox 4×32 of ten rounds, with the seed as key and (quantity, case) as counter, is a function
-//! and not a sequence. Case 17 of seed 1 is equal alone, in a shard, in a run of more cases and
-//! in every release; the tests contain its authors' vectors. It is own code of thirty lines,
-//! because a crate may change its stream with a major version, and the paper does not.
+//! Philox 4×32 of ten rounds is a function and not a sequence. The key is the seed, and the counter
+//! is (quantity, case). Case 17 of seed 1 is equal alone, in a shard, in a run of more cases and in
+//! every release. The tests contain the vectors of the authors. The code is thirty lines of this
+//! crate, because a dependency may change its stream with a major version, and the paper does not.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +20,7 @@ const MULTIPLIERS: [u32; 2] = [0xd251_1f53, 0xcd9e_8d57];
 const WEYL: [u32; 2] = [0x9e37_79b9, 0xbb67_ae85];
 const ROUNDS: usize = 10;
 
-/// Returns four words of a key and a counter.
+/// Returns the four random words of a key and a counter.
 fn philox(mut key: [u32; 2], mut counter: [u32; 4]) -> [u32; 4] {
     for round in 0..ROUNDS {
         if round > 0 {
@@ -39,16 +40,16 @@ fn philox(mut key: [u32; 2], mut counter: [u32; 4]) -> [u32; 4] {
 #[derive(Clone, Debug)]
 pub struct Stream {
     key: [u32; 2],
-    /// Block, quantity, case (low word, high word).
+    /// Counter words: block, quantity, low word of the case, high word of the case.
     counter: [u32; 4],
     words: [u32; 4],
     used: usize,
-    /// The second of a pair of normal numbers.
+    /// The second number of a pair of normal numbers, if it is not yet used.
     spare: Option<f64>,
 }
 
 impl Stream {
-    /// Builds the stream of a `seed`, a `case` and one of its quantities.
+    /// Builds the stream of random numbers for a seed, a case and one of its quantities.
     pub fn new(seed: u64, case: u64, quantity: u32) -> Self {
         let counter = [0, quantity, case as u32, (case >> 32) as u32];
         Self { key: [seed as u32, (seed >> 32) as u32], counter, words: [0; 4], used: 4, spare: None }
@@ -64,14 +65,14 @@ impl Stream {
         self.words[self.used - 1]
     }
 
-    /// Returns a number uniform in (0, 1): the middles of 2⁵² equal intervals, so that neither
-    /// end occurs.
+    /// Returns a number uniformly distributed in (0, 1): a midpoint of 2⁵² equal intervals, so that
+    /// neither 0 nor 1 occurs.
     pub fn unit(&mut self) -> f64 {
         let bits = (u64::from(self.word()) << 32 | u64::from(self.word())) >> 12;
         (bits as f64 + 0.5) * 2.0_f64.powi(-52)
     }
 
-    /// Returns the normal with mean 0 and variance 1 (Box, Muller 1958).
+    /// Returns a normally distributed number of mean 0 and variance 1 (Box, Muller 1958).
     pub fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
@@ -82,8 +83,8 @@ impl Stream {
         radius * cos
     }
 
-    /// Returns a point uniform in the unit ball of a number of dimensions: a direction of normal
-    /// numbers, and a radius whose power is uniform.
+    /// Returns a point uniformly distributed in the unit ball of a number of dimensions. Its
+    /// direction is from normal numbers, and its radius is a root of a uniform number.
     pub fn in_ball(&mut self, dimensions: usize) -> Vec<f64> {
         let direction: Vec<f64> = (0..dimensions).map(|_| self.normal()).collect();
         let norm = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -96,7 +97,7 @@ impl Stream {
 mod tests {
     use super::*;
 
-    /// `kat_vectors` of Random123 1.14, lines "philox4x32 10".
+    /// The vectors are from `kat_vectors` of Random123 1.14, lines "philox4x32 10".
     #[test]
     fn words_are_those_of_the_authors() {
         let cases = [
@@ -113,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Means of powers against the moments of the distributions, within five standard errors.
+    /// Compares means of powers with the moments of the distributions, within five standard errors.
     #[test]
     fn numbers_have_the_moments_of_their_distributions() {
         const COUNT: u64 = 200_000;
@@ -127,8 +128,8 @@ mod tests {
         // Uniform in (0, 1): E u = 1/2, E u² = 1/3, var u = 1/12, var u² = 1/5 − 1/9.
         within(mean(&mut |s| s.unit()), 0.5, 12.0_f64.recip().sqrt());
         within(mean(&mut |s| s.unit().powi(2)), 1.0 / 3.0, (4.0 / 45.0_f64).sqrt());
-        // Normal: 0, 1, 0, 3 with variances 1, 2, 15, 96; both of a pair, and independent of each
-        // other.
+        // Normal: 0, 1, 0, 3 with variances 1, 2, 15, 96. Both numbers of a pair are checked, and
+        // that they are independent of each other.
         for skip in 0..2 {
             for (power, expected, variance) in
                 [(1, 0.0, 1.0), (2, 1.0, 2.0), (3, 0.0, 15.0), (4, 3.0, 96.0_f64)]
@@ -141,7 +142,7 @@ mod tests {
             }
         }
         within(mean(&mut |s| s.normal() * s.normal()), 0.0, 1.0);
-        // 97.5 % quantile of the normal distribution.
+        // The 97.5 % quantile of the normal distribution.
         let quantile = 1.959_963_984_540_054;
         within(mean(&mut |s| f64::from(u8::from(s.normal() < quantile))), 0.975, (0.975 * 0.025_f64).sqrt());
         // Unit ball of n dimensions: E r² = n/(n + 2), E x² = 1/(n + 2), and r ≤ 1.

@@ -1,6 +1,8 @@
-//! Explicit Runge–Kutta tableaux whose stages are counted at compile time, for innermost loops.
+//! Explicit Runge–Kutta tableaux with a number of stages that is known at compile time, for
+//! innermost loops.
 
-/// `k_i = f(y + h Σ_{j<i} a_ij k_j)`, `y⁺ = y + h Σ b_i k_i`, with `S` stages.
+/// An explicit Runge–Kutta method with `S` stages: `k_i = f(y + h Σ_{j<i} a_ij k_j)`,
+/// `y⁺ = y + h Σ b_i k_i`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tableau<const S: usize> {
     pub a: [[f64; S]; S],
@@ -8,8 +10,8 @@ pub(crate) struct Tableau<const S: usize> {
     pub c: [f64; S],
 }
 
-/// Butcher 1964, order 6 in seven stages (On Runge–Kutta processes of high order, J. Austral. Math.
-/// Soc. 4).
+/// The method of order 6 with seven stages of Butcher 1964 (On Runge–Kutta processes of high order,
+/// J. Austral. Math. Soc. 4).
 pub(crate) const SIXTH: Tableau<7> = Tableau {
     a: [
         [0.0; 7],
@@ -24,15 +26,15 @@ pub(crate) const SIXTH: Tableau<7> = Tableau {
     c: [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0, 1.0 / 2.0, 1.0 / 2.0, 1.0],
 };
 
-/// Kutta 1901, order 4 in four stages, for short steps.
+/// The method of order 4 with four stages of Kutta 1901, for short steps.
 pub(crate) const FOURTH: Tableau<4> = Tableau {
     a: [[0.0; 4], [0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
     b: [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
     c: [0.0, 0.5, 0.5, 1.0],
 };
 
-/// Cooper and Verner, *Some explicit Runge–Kutta methods of high order*, 1972: order 8 in eleven
-/// stages, `s = √21`.
+/// The method of order 8 with eleven stages of Cooper and Verner, *Some explicit Runge–Kutta
+/// methods of high order*, 1972, with `s = √21`.
 #[rustfmt::skip]
 pub(crate) const EIGHTH: Tableau<11> = {
     let s = 4.582_575_694_955_84;

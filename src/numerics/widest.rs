@@ -1,11 +1,11 @@
-//! The widest vector registers of the machine.
+//! Selection of the widest vector registers of the machine.
 //!
-//! A program is compiled for every machine of its kind, with registers of two numbers; most
-//! machines have four or eight. Code that is called through [`widest`] is compiled for each
-//! width, and the machine's own width is selected at run time. Sums and products are not
-//! contracted and keep their order: every width gives the same bits.
+//! A program is compiled for every machine of its architecture, with registers of two numbers; most
+//! machines have registers of four or eight. Code that is called through [`widest`] is compiled for
+//! each width, and the width of the machine is selected at run time. Sums and products are not
+//! contracted and keep their order, so that every width gives the same bits.
 
-/// Runs `work` with the widest registers. Functions that `work` calls are widened too if they are
+/// Runs `work` with the widest registers. Functions that `work` calls also use them if they are
 /// marked `#[inline(always)]`.
 #[inline(always)]
 pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
@@ -19,8 +19,8 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
 mod tests {
     use super::*;
 
-    /// Returns the products and sums over lanes, in which a contraction or another order would
-    /// show.
+    /// Returns chaotic products and sums over lanes, in which a contraction or another order would
+    /// be visible.
     #[inline(always)]
     fn chaotic(start: &[f64; 16]) -> [f64; 16] {
         let mut lanes = *start;

@@ -10,7 +10,7 @@ pub(crate) mod methods;
 mod nlp;
 pub mod search;
 
-/// Why the shooting cannot take a problem; `None` where it can.
+/// Returns why the shooting method cannot solve a problem; `None` if it can.
 pub use discrete::control_law::{Obstacle, obstacle as shooting_obstacle};
 
 #[doc(hidden)]

@@ -1,18 +1,19 @@
-//! One integration by a solver of the crate `differential-equations`, whose steps this module
-//! controls.
+//! An integration by a solver of the crate `differential-equations`, in internal steps ("parts")
+//! that this module controls.
 
 use differential_equations::interpolate::Interpolation;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::traits::State;
 
-/// Shortest part that is tried after one has left the finite numbers, over the whole length.
+/// Smallest length of a part after a part with a number that is not finite, relative to the whole
+/// length.
 const LEAST: f64 = 1e-12;
 
 /// Integrates `change` from `start` over `length`, in at most `most` parts; returns `None` if the
-/// solver fails. A part with a number that is not finite is repeated with a tenth of its length,
-/// down to [`LEAST`]. Stores the length of the next `part` of the solver, and counts those
-/// `rejected`.
+/// solver fails. A part that produces a number that is not finite is repeated with a tenth of its
+/// length, down to [`LEAST`]. `part` receives the length that the solver suggests for the next
+/// part, and `rejected` is increased by the number of rejected parts.
 pub(crate) fn integrate<Y, M>(
     solver: &mut M,
     change: &impl ODE<f64, Y>,
@@ -37,7 +38,8 @@ where
         }
         let tried = solver.h();
         solver.step(change).ok()?;
-        // The crate's error norm drops NaN, so it accepts a NaN state: go back to the one before.
+        // The crate's error norm ignores NaN and accepts a NaN state, so the last finite state is
+        // restored.
         if !solver.y().as_ref().iter().all(|value| value.is_finite()) {
             let (before, y, shorter) = (solver.t_prev(), solver.y_prev().clone(), 0.1 * tried);
             if shorter < LEAST * length {

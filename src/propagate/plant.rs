@@ -1,4 +1,5 @@
-//! The forces and moments on the body of a maneuver: the field, the actuators, the turning frame.
+//! The forces and torques on the body of a maneuver: force field, actuators and rotating reference
+//! frame.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
@@ -7,7 +8,8 @@ use crate::mechanics::full_body::Potential;
 use crate::{Matrix3, Vector3, lie};
 use std::sync::{Mutex, PoisonError};
 
-/// `B u` of forces and torques, each in the axes in which its columns are fixed.
+/// The actuator outputs `B u`, a force and a torque, each in the axes in which its actuator set is
+/// fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Output {
     pub(crate) force: Vector3,
@@ -28,13 +30,13 @@ impl Output {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
     }
 
-    /// Returns `(1 − part) a + part b`.
+    /// Interpolates linearly between two outputs: `(1 − part) a + part b`.
     pub(crate) fn between(a: &Self, b: &Self, part: f64) -> Self {
         Self { force: a.force + part * (b.force - a.force), torque: a.torque + part * (b.torque - a.torque) }
     }
 }
 
-/// Field, actuators and frame of a problem.
+/// The force field, the actuators and the reference frame of a problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Plant<'a> {
     pub(crate) problem: &'a Problem,
@@ -58,37 +60,38 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Returns the rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the
-    /// frame stands.
+    /// Returns the rotation from inertial to reference axes at time `t`, `exp(−t S(n))`; `None` if
+    /// the frame does not rotate.
     ///
-    /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the
-    /// witnesses propagate the inertial attitude A, to which a step adds one small rotation.
+    /// The step `R_{k+1} = exp(−h S(n)) R_k F_k` is equivalent to `R_k = exp(−kh S(n)) A_k`,
+    /// `A_{k+1} = A_k F_k`. The witnesses propagate the inertial attitude A, to which a step adds
+    /// one small rotation.
     pub(crate) fn to_reference(&self, time: f64) -> Option<Matrix3> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// Returns whether the reference frame turns.
+    /// Returns whether the reference frame rotates.
     pub(crate) fn turns(&self) -> bool {
         self.frame_rate.is_some()
     }
 
-    /// Returns the angular velocity of the reference frame, its own axes [rad/s].
+    /// Returns the angular velocity of the reference frame in its own axes [rad/s].
     pub(crate) fn frame_rate(&self) -> Vector3 {
         self.frame_rate.unwrap_or_else(Vector3::zeros)
     }
 
-    /// Returns whether forces and moments depend on the attitude or the position.
+    /// Returns whether forces or torques depend on the attitude or the position.
     pub(crate) fn needs_pose(&self) -> bool {
         let body_force = self.moves && self.force_frame == AxisFrame::Body;
         !self.free || self.torque_frame == AxisFrame::Reference || body_force
     }
 
-    /// Returns the force and moment of the field.
+    /// Returns the force and moment of the force field.
     pub(crate) fn field(&self, pose: &Pose) -> Wrench {
         if self.free { Wrench::zero() } else { self.problem.environment.wrench(pose) }
     }
 
-    /// Returns the force (reference frame) and torque (body axes) of the actuators.
+    /// Returns the actuator force (reference axes) and torque (body axes).
     pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
         Wrench {
             force: self.force_frame.to_reference(attitude, &output.force),
@@ -97,11 +100,12 @@ impl<'a> Plant<'a> {
     }
 }
 
-/// Field and actuators of a maneuver as one load on one body; the output of the actuators is held
-/// until the next output is set.
+/// Force field and actuators of a maneuver, combined into one load on one body. The actuator output
+/// is held until another one is set.
 ///
-/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in
-/// the body a force `R B u`: evaluated where the field is, such inputs are exact in every method.
+/// Actuators fixed in the reference frame produce a torque `Rᵀ B u` that depends on the attitude.
+/// Actuators fixed in the body produce a force `R B u` that also depends on it. Torque and force
+/// are evaluated together with the field, so they are exact in every method.
 #[derive(Debug)]
 pub(crate) struct HeldLoad {
     problem: Problem,
@@ -113,14 +117,14 @@ impl HeldLoad {
         Self { problem: problem.clone(), output: Mutex::new(output) }
     }
 
-    /// Holds `output` of the actuators from now on.
+    /// Sets the actuator output that is held from now on.
     pub(crate) fn hold(&self, output: Output) {
         *self.output.lock().unwrap_or_else(PoisonError::into_inner) = output;
     }
 }
 
 impl Potential for HeldLoad {
-    /// Returns the energy of the field: actuators do work and have no potential energy.
+    /// Returns the potential energy of the field. Actuators do work but have no potential energy.
     fn energy(&self, poses: &[Pose]) -> f64 {
         self.problem.environment.potential(&poses[0])
     }

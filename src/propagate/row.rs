@@ -1,14 +1,15 @@
-//! The output of a propagation, row after row.
+//! The output rows of a propagation and their receiver.
 
 use crate::Vector3;
 use crate::propagate::integrator::Invariants;
 use std::ops::ControlFlow;
 
-/// One body at one moment, SI units, frames as in the crate's conventions.
+/// The state of one body at one time, SI units, in the frames of the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyState {
-    /// Attitude quaternion `[w, x, y, z]`, continuous along the motion.
+    /// Attitude quaternion `[w, x, y, z]` from body to reference, with signs continuous along the
+    /// motion.
     pub quaternion: [f64; 4],
     /// Angular velocity, body axes [rad/s].
     pub angular_velocity: Vector3,
@@ -16,26 +17,26 @@ pub struct BodyState {
     pub position: Vector3,
     /// Velocity, reference frame [m/s]; zero for a body that only turns.
     pub velocity: Vector3,
-    /// Momentum that its wheels store, body axes [N·m·s]; zero without wheels.
+    /// Angular momentum stored in the wheels, body axes [N·m·s]; zero without wheels.
     pub stored_momentum: Vector3,
 }
 
-/// One moment of the motion.
+/// The states of all bodies at one time.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SimulationRow {
-    /// Time \[s\].
+    /// Time since the start \[s\].
     pub time: f64,
-    /// The bodies, in the order of the system.
+    /// The states of the bodies, in the order of the system.
     pub bodies: Vec<BodyState>,
-    /// Energy, momenta and orthogonality; the momenta in inertial axes, also where the reference
-    /// frame turns.
+    /// Energy, momenta and orthogonality. The momenta are in inertial axes, even if the reference
+    /// frame rotates.
     pub invariants: Invariants,
 }
 
 impl SimulationRow {
-    /// Returns whether all its numbers are finite. Energy and momenta of huge finite states
-    /// overflow.
+    /// Returns whether all numbers of the row are finite. Energy and momenta of very large finite
+    /// states overflow.
     pub fn is_finite(&self) -> bool {
         let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &self.invariants;
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
@@ -49,13 +50,13 @@ impl SimulationRow {
     }
 }
 
-/// The receiver of a simulation. A closure that accepts rows is an observer.
+/// The receiver of the rows of a simulation. A closure that accepts rows is an observer.
 pub trait Observer {
     /// Receives a row. `Break` ends the simulation.
     fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()>;
 
-    /// Receives the number of steps after each step, and must be fast. `Break` ends the
-    /// simulation, with a last row of the state reached.
+    /// Receives the number of steps made so far, after each step; it must be fast. `Break` ends the
+    /// simulation, with a last row for the present state.
     fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

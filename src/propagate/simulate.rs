@@ -1,4 +1,5 @@
-//! Propagation without optimisation: rigid bodies, one or many, from their start, row after row.
+//! Propagation without optimisation: one or many rigid bodies, propagated from their start with one
+//! row of output after another.
 //!
 //! ```
 //! use slewkit::propagate::integrator::{Kind, System};
@@ -20,8 +21,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and
-//! the continuous witness, which propagate too.
+//! [`Simulation::of`] builds a simulation from a maneuver. Simulations do not support reaction
+//! wheels; the discrete and the continuous witness can propagate them.
 
 pub use super::row::{BodyState, Observer, SimulationRow};
 
@@ -45,62 +46,62 @@ pub struct Simulation {
     pub bodies: Vec<String>,
     /// The bodies and the forces on them.
     pub system: System,
-    /// The states at `t = 0`.
+    /// State of all bodies at `t = 0`.
     pub start: SystemState,
-    /// The method.
+    /// The integration method.
     pub kind: Kind,
-    /// The tolerances of a method that chooses its own step.
+    /// The tolerance of methods that choose their own step.
     pub settings: ErrorControl,
     /// Duration `T` \[s\].
     pub duration: f64,
     /// Number of steps `N`, at least 1; the step is `h = T/N`.
     pub steps: u64,
-    /// The number of steps for each row; the start and the end always have a row.
+    /// Number of steps between two rows; the start and the end always have a row.
     pub stride: u64,
-    /// The largest distance of a point of each body from its mass center \[m\], in the order of
-    /// the system; empty if unknown.
+    /// Radius of each body: the largest distance of its points from its mass center \[m\], in the
+    /// order of the system. Empty if unknown.
     pub reach: Vec<f64>,
 }
 
-/// Two bodies that are nearer to one another than the sum of their reaches.
+/// An encounter of two bodies: their distance is less than the sum of their [`Simulation::reach`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Encounter {
-    /// The time \[s\].
+    /// Time of the encounter \[s\].
     pub time: f64,
-    /// The indices of the two bodies, from 0.
+    /// Indices of the two bodies, from 0.
     pub bodies: [usize; 2],
     /// Distance of their mass centers \[m\].
     pub distance: f64,
 }
 
-/// The result of a run.
+/// The result of running a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Run {
     /// Whether the run reached its end; false if the observer ended it.
     pub finished: bool,
-    /// The properties of the method.
+    /// The theoretical properties of the method.
     pub facts: Facts,
-    /// The work of the steps.
+    /// The work that the steps required.
     pub work: Work,
-    /// The time of the steps, without the time of the observer.
+    /// The computing time of the steps, excluding the observer.
     pub stepping: Duration,
-    /// The first step after which two bodies were within [`Simulation::reach`] of one another,
-    /// although they were not at the start.
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another.
+    /// Pairs that are within reach at the start are not considered.
     pub encounter: Option<Encounter>,
 }
 
-/// The reason for which a simulation cannot run, or not to its end.
+/// The reason why a simulation cannot start or cannot reach its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
-    /// System, state and settings do not fit together.
+    /// The system, the state or the settings are invalid, or do not fit each other.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The maneuver is unusable.
+    /// The maneuver is invalid.
     #[error(transparent)]
     Problem(#[from] ProblemError),
-    /// The inputs are not one per actuator, or not finite.
+    /// The number of inputs differs from the number of actuators, or an input is not finite.
     #[error("{found} inputs are given, and the maneuver has {expected}; each must be finite")]
     Inputs {
         /// The number of inputs given.
@@ -113,10 +114,10 @@ pub enum SimulationError {
         "the integrators do not support reaction wheels; propagate the maneuver by `verify::propagation`"
     )]
     Wheels,
-    /// The duration of the maneuver is free.
+    /// The duration of the maneuver is free, so the length of its motion is unknown.
     #[error("the duration of the maneuver is free, so the length of its motion is unknown")]
     Sought,
-    /// Duration, steps or stride are not positive.
+    /// Duration, number of steps or stride is not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
     Grid,
     /// A step failed; the observer has received the rows before it.
@@ -124,13 +125,13 @@ pub enum SimulationError {
     Step {
         /// Start of the step \[s\].
         time: f64,
-        /// The reason.
+        /// The reason why the step failed.
         error: StepError,
     },
 }
 
 impl Simulation {
-    /// Builds a simulation with a row per step, bodies called "body 1", ….
+    /// Builds a simulation with a row for each step and bodies named "body 1", "body 2", ….
     pub fn new(system: System, start: SystemState, kind: Kind, duration: f64, steps: u64) -> Self {
         let bodies = (1..=system.bodies().len()).map(|number| format!("body {number}")).collect();
         Self {
@@ -147,16 +148,17 @@ impl Simulation {
         }
     }
 
-    /// Returns the motion of a maneuver's body from its start, over its duration in its number of
-    /// steps, under `inputs` that are held throughout: forces before torques, one row in the order
-    /// of the crate's plans; `None`: no actuation. The end of the maneuver plays no part.
+    /// Builds the simulation of a maneuver's body from the maneuver's start, over its duration and
+    /// in its number of steps. `inputs` is one row in the order of the crate's plans, forces before
+    /// torques, and is held throughout; `None` for no actuation. The end of the maneuver is not
+    /// used.
     ///
     /// # Errors
-    /// A [`SimulationError`], also where the maneuver has reaction wheels.
+    /// A [`SimulationError`], also if the maneuver has reaction wheels.
     pub fn of(problem: &Problem, inputs: Option<&[f64]>) -> Result<Self, SimulationError> {
         match problem.check_numbers() {
-            // This error is about the planner's steps. The method reports it for the steps of the
-            // simulation.
+            // This error concerns the steps of the planner. The method reports it for the steps of
+            // the simulation.
             Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
             Err(error) => return Err(error.into()),
         }
@@ -196,12 +198,13 @@ impl Simulation {
         self.duration / self.steps as f64
     }
 
-    /// Propagates and passes rows to `observer`, until the end or until the observer stops.
+    /// Propagates the bodies and passes rows to `observer`, until the end or until the observer
+    /// stops.
     ///
-    /// No row is kept: memory does not grow with the steps.
+    /// No rows are stored, so memory does not grow with the number of steps.
     ///
     /// # Errors
-    /// A [`SimulationError`]; rows up to there have been handed out.
+    /// A [`SimulationError`]. The observer has received all earlier rows.
     pub fn run(&self, observer: &mut impl Observer) -> Result<Run, SimulationError> {
         let positive = self.duration > 0.0 && self.duration.is_finite();
         if !positive || self.steps == 0 || self.stride == 0 {
@@ -223,8 +226,8 @@ impl Simulation {
                 method.step(&[]).map_err(|error| SimulationError::Step { time, error })?;
                 made += 1;
                 encounter = encounter.or_else(|| self.meeting(&apart, made, method.state()));
-                // Followed step by step, as a turn of more than 180° between rows would lose the
-                // sign.
+                // Signs are continued in every step, because a turn of more than 180° between rows
+                // would lose them.
                 for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
                     let quaternion = lie::quaternion_from_rotation(&pose.attitude);
                     body.quaternion = lie::continued(Some(&body.quaternion), quaternion);
@@ -240,8 +243,8 @@ impl Simulation {
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
     }
 
-    /// Checks that a row is finite before it is output. Near the limits of a method the state can
-    /// be finite when the energy is not.
+    /// Checks that a row is finite before it is output. Near the limits of a method the energy can
+    /// overflow although the state is finite.
     fn finite(&self, row: &SimulationRow, made: u64) -> Result<(), SimulationError> {
         let time = self.time(made.saturating_sub(1));
         if row.is_finite() {
@@ -251,8 +254,8 @@ impl Simulation {
         }
     }
 
-    /// Returns the pairs that are out of reach of one another at the start, with the square of the
-    /// sum of their reaches.
+    /// Returns the pairs of bodies that are not in contact at the start, each with the square of
+    /// the sum of their reaches.
     fn apart(&self) -> Vec<([usize; 2], f64)> {
         let poses = self.start.poses();
         let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
@@ -262,7 +265,7 @@ impl Simulation {
         with_reach.filter(|(pair, reach)| *reach > 0.0 && distance(*pair) >= *reach).collect()
     }
 
-    /// Returns the first of `pairs` within reach.
+    /// Returns the first encounter among `pairs`; `None` if no pair is within reach.
     fn meeting(&self, pairs: &[([usize; 2], f64)], made: u64, state: &SystemState) -> Option<Encounter> {
         let poses = state.poses();
         let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
@@ -270,7 +273,7 @@ impl Simulation {
         Some(Encounter { time: self.time(made), bodies: *bodies, distance: distance(*bodies).sqrt() })
     }
 
-    /// Returns the row of a state at `t = 0`, or of one whose signs do not matter.
+    /// Builds the row of a state. The signs of its quaternions are not continued from earlier rows.
     pub fn row(&self, time: f64, state: &SystemState) -> SimulationRow {
         let body = |pose: &crate::mechanics::environment::Pose| BodyState {
             quaternion: lie::quaternion_from_rotation(&pose.attitude),
@@ -289,7 +292,7 @@ impl Simulation {
         if steps == self.steps { self.duration } else { steps as f64 * self.step() }
     }
 
-    /// Fills in everything except the quaternions.
+    /// Sets all fields of a row except the quaternions.
     fn fill(&self, row: &mut SimulationRow, time: f64, state: &SystemState) {
         row.time = time;
         row.invariants = self.system.invariants(state);
@@ -303,7 +306,8 @@ impl Simulation {
         for ((row, body), (pose, momentum)) in row.bodies.iter_mut().zip(self.system.bodies()).zip(states) {
             row.position = pose.position;
             row.velocity = body.mass.map_or_else(Vector3::zeros, |mass| momentum.linear / mass);
-            // Refined once: the plain product misses by ε·cond(J).
+            // One step of iterative refinement, because the plain product has a relative error of
+            // ε·cond(J).
             let (j, inverse) = (body.inertia.j(), body.inertia.j_inverse());
             let rate = inverse * momentum.angular;
             row.angular_velocity = rate + inverse * (momentum.angular - j * rate);

@@ -1,34 +1,37 @@
-//! When legs end whose durations are parts of a given whole: of least effort or fuel.
+//! End times of the legs of minimum-effort and minimum-fuel sequences, whose total duration is
+//! given.
 //!
-//! The end t_i of leg i is its unknown, so that windows are bounds of single unknowns. After a leg
-//! the body settles and holds for r_i, and the next leg lasts `t_{i+1} − t_i − r_i`. A hold begins
-//! and ends within its window, and no leg of positive duration skips what comes before or after it:
+//! The unknown of leg i is its end time t_i, so that windows are bounds on single unknowns. After a
+//! leg the body settles and holds for r_i, and the next leg lasts `t_{i+1} − t_i − r_i`. A hold
+//! begins and ends within its window, and every leg begins after the hold before it and ends before
+//! the next one:
 //!
 //! ```text
 //! from_i − settling_i ≤ t_i ≤ until_i − hold_i − settling_i ,    t_i + r_i ≤ t_{i+1}
 //! ```
 //!
-//! To arrive before a window opens gains nothing: the body would rest for what the leg can use.
+//! An arrival before the window opens has no advantage: the body would rest for a time that the leg
+//! could use.
 
 use super::order::Visit;
 use super::{Sequence, SequenceError};
 use crate::maneuver::objective::Objective;
 
-/// Bounds of the end of a leg \[s\]; equal where it is given.
+/// Lower and upper bound of the end time of a leg \[s\]; they are equal if the end time is given.
 pub type Bounds = [f64; 2];
 
-/// Returns whether the end of a leg is given.
+/// Returns whether the end time of a leg is given.
 pub fn is_given([from, until]: Bounds) -> bool {
     from >= until
 }
 
 impl Sequence {
-    /// Returns the bounds of the ends of all legs to stops in their order; `None` where each leg finds
-    /// its own duration.
+    /// Returns the bounds of the end times of all legs, for stops in this order. Returns `None` if
+    /// each leg finds its own duration.
     ///
     /// # Errors
-    /// [`SequenceError::NoTime`] if the holds take the whole, and [`SequenceError::Windows`] if
-    /// windows leave a leg no time.
+    /// [`SequenceError::NoTime`] if the holds take the whole duration, and
+    /// [`SequenceError::Windows`] if the windows leave no time for a leg.
     pub(super) fn arrivals(&self, stops: &[usize]) -> Result<Option<Vec<Bounds>>, SequenceError> {
         let visit = |stop: &usize| self.stops[*stop].visit;
         let Some(last) = stops.last().map(visit) else { return Ok(None) };
@@ -53,7 +56,7 @@ impl Sequence {
     }
 }
 
-/// Narrows bounds to what those before and after them leave.
+/// Narrows each bound by the bounds of the legs before and after it.
 fn narrow(begins: f64, bounds: &mut [Bounds], rests: &[f64]) {
     let mut earliest = begins;
     for (bound, rest) in bounds.iter_mut().zip(rests) {
@@ -67,8 +70,9 @@ fn narrow(begins: f64, bounds: &mut [Bounds], rests: &[f64]) {
     }
 }
 
-/// Returns ends of legs within their bounds that share the time as weights ask for, as far as the
-/// bounds allow: the end that misses its bound by most is moved there, and divides the others.
+/// Returns end times that divide the total time among the legs in proportion to `weights`, as far
+/// as the bounds allow. The end time that violates its bound most is fixed at the bound; the other
+/// legs then share the remaining time.
 pub fn split(begins: f64, bounds: &[Bounds], rests: &[f64], weights: &[f64]) -> Vec<f64> {
     let mut bounds = bounds.to_vec();
     loop {
@@ -89,7 +93,8 @@ pub fn split(begins: f64, bounds: &[Bounds], rests: &[f64], weights: &[f64]) -> 
     }
 }
 
-/// Returns the ends of legs that share the time between given ends by their weights.
+/// Returns the end times of legs that share the time between given end times in proportion to their
+/// weights.
 fn shared(begins: f64, bounds: &[Bounds], rests: &[f64], weights: &[f64]) -> Vec<f64> {
     let mut ends = Vec::with_capacity(bounds.len());
     let mut time = begins;
@@ -113,8 +118,8 @@ fn shared(begins: f64, bounds: &[Bounds], rests: &[f64], weights: &[f64]) -> Vec
 mod tests {
     use super::*;
 
-    /// Three legs of equal weights in 12 s, with rests of 1 s: each has 10/3 s, unless a window says
-    /// otherwise.
+    /// Three legs of equal weights in 12 s, with rests of 1 s: each leg lasts 10/3 s unless a
+    /// window prevents it.
     #[test]
     fn the_time_is_split_within_windows() {
         let (free, rests, weights) = ([f64::NEG_INFINITY, f64::INFINITY], [1.0, 1.0, 0.0], [1.0; 3]);
@@ -124,11 +129,11 @@ mod tests {
             assert!(found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {known:?}");
         };
         is([free, free, [12.0; 2]], [third, 2.0 * third + 1.0, 12.0]);
-        // The first hold begins no later than after 2 s, and 8 s are left for two legs.
+        // The first hold begins at 2 s at the latest; the other two legs share 8 s.
         is([[0.0, 2.0], free, [12.0; 2]], [2.0, 7.0, 12.0]);
-        // The second one begins no earlier than after 9 s: the first leg has half of 8 s.
+        // The second hold begins at 9 s at the earliest; the first two legs share 8 s.
         is([free, [9.0, 20.0], [12.0; 2]], [4.0, 9.0, 12.0]);
-        // Both bounds act.
+        // Both bounds are active.
         is([[5.0, 5.0], [9.5, 20.0], [12.0; 2]], [5.0, 9.5, 12.0]);
     }
 }

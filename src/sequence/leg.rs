@@ -10,13 +10,31 @@
 //!
 //! Both ends are in body axes, `R exp(ζ)`. A leg of least time or fuel counts with the cost of its
 //! continuous extremal, which is smooth in its ends, as the cost on a grid is not.
+//!
+//! With reaction wheels the costates belong to the attitude and to the total angular momentum
+//! `G = JΩ + μ`, body axes, of which the wheels store `μ`. The costate `p` of `μ`, whose end is
+//! free, follows from them along the leg:
+//!
+//! ```text
+//! ṗ = −(λ̇^G + Ω × λ^G) ,     p_T = −λ^G_T
+//! ```
+//!
+//! `R G` is constant from leg to leg. A rate at the start changes `μ` by `−J δΩ`, and a turn changes
+//! both `G` and `μ` by `−ζ × G`:
+//!
+//! ```text
+//! dV = (λ^R + (λ^G + p) × G)·ζ_0 − p·J δΩ_0 + … ,     H = λ^R·Ω + λ^G·(G × Ω) − p·τ + L
+//! ```
+//!
+//! A wheel that reaches its momentum limit within the leg adds multipliers to `p`, which are
+//! neglected: the search for the joints then relies on the decrease of the cost alone.
 
 use super::SequenceError;
-use crate::Vector3;
 use crate::maneuver::objective::effort;
-use crate::maneuver::{Outcome, Problem, ProblemError, Settings, Solution, Target};
+use crate::maneuver::{Outcome, Problem, ProblemError, Settings, Solution, Target, Trajectory};
 use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::plan::Status;
+use crate::{Matrix3, Vector3, lie};
 
 /// The slopes of a cost by the state at an end: by its turn and by its rate, body axes.
 pub type Slopes = [Vector3; 2];
@@ -92,8 +110,17 @@ impl Leg {
         };
         let j = problem.body.inertia.j();
         let [of_start, of_end] = [at(0), at(last)];
-        let slopes = [[of_start[0], j * of_start[1]], [-of_end[0], -(j * of_end[1])]];
         let rate = path.angular_velocity.first()?;
+        // The costate of the torque, and the angular momentum that turns with the body.
+        let (of_torque, carried) = match problem.actuation.wheels {
+            Some(_) => (-of_stored(path)?, j * rate + problem.actuation.stored_momentum()),
+            None => (of_start[1], j * rate),
+        };
+        let by_turn = match problem.actuation.wheels {
+            Some(_) => of_start[0] + (of_start[1] - of_torque).cross(&carried),
+            None => of_start[0],
+        };
+        let slopes = [[by_turn, j * of_torque], [-of_end[0], -(j * of_end[1])]];
         let torque = path.torque.first()?;
         let running = match problem.objective.fuel() {
             Some(fuel) => fuel.rate(&problem.actuation, path.inputs(0)),
@@ -102,11 +129,25 @@ impl Leg {
                 effort(&weighted.weight, path.inputs(0)) + problem.objective.time_price()
             }
         };
-        let momentum_rate = (j * rate).cross(rate) + torque;
-        let by_duration = of_start[0].dot(rate) + of_start[1].dot(&momentum_rate) + running;
+        let by_duration =
+            of_start[0].dot(rate) + of_start[1].dot(&carried.cross(rate)) + of_torque.dot(torque) + running;
         let continuous = solution.switching.as_ref().map(|switching| switching.continuous_cost);
         let cost = continuous.filter(|cost| cost.is_finite()).unwrap_or(solution.cost);
         let finite = cost.is_finite() && slopes.iter().flatten().all(|slope| slope.amax().is_finite());
         finite.then_some(Self { problem, solution, cost, slopes, by_duration })
     }
+}
+
+/// Returns the costate of the momentum that wheels store at the start of a leg, body axes: the sum
+/// over the steps, each in the axes of its middle.
+fn of_stored(path: &Trajectory) -> Option<Vector3> {
+    let costate =
+        |node: usize| Some(Vector3::from_column_slice(path.costates.get(6 * node + 3..6 * node + 6)?));
+    let attitudes: Vec<Matrix3> = path.quaternion.iter().map(lie::rotation_from_quaternion).collect();
+    let mut stored = -costate(attitudes.len().checked_sub(1)?)?;
+    for (node, pair) in attitudes.windows(2).enumerate() {
+        let half = lie::exp(&(0.5 * lie::minus(&pair[1], &pair[0])));
+        stored += half * costate(node + 1)? - half.tr_mul(&costate(node)?);
+    }
+    Some(stored)
 }

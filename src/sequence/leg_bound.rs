@@ -1,15 +1,15 @@
-//! Rigorous lower bounds of a leg from rest to rest of a free body: its time, effort and fuel.
+//! Rigorous lower bounds of the time, effort and fuel of rest-to-rest legs of a free body.
 //!
-//! With `v = √(ΩᵀJΩ)` the gyroscopic torque does no work, so
+//! The gyroscopic torque does no work. With `v = √(ΩᵀJΩ)` therefore
 //!
 //! ```text
 //! |dv/dt| ≤ a = max |J^{-½}Bu| ,   v ≤ a min(t, T − t) ,   ∫ v dt ≥ d_J(Q)
 //! |dΠ/dt| ≤ ū = max |Bu| ,         |Ω| ≤ |Π|/J₁ ≤ (ū/J₁) min(t, T − t) ,   ∫ |Ω| dt ≥ θ
 //! ```
 //!
-//! with the geodesic distance `d_J` in the inertia metric and the angle θ of the turn Q. Limits of
-//! rates, and wheels that hold no momentum in sum (`JΩ = −Σ a_i h_i`), bound `|Ω|` and v too.
-//! A length l at a speed of at most s, with an acceleration of at most a, needs
+//! with the geodesic distance `d_J` in the inertia metric and the angle θ of the turn Q. Rate
+//! limits, and wheels with zero total momentum (`JΩ = −Σ a_i h_i`), also bound `|Ω|` and v. A path
+//! of length l, at speeds up to s and with accelerations up to a, requires
 //!
 //! ```text
 //! T ≥ 2 √(l/a)   if  l ≤ s²/a ,   T ≥ l/s + s/a   otherwise
@@ -17,24 +17,26 @@
 //! ∫ Σ c_i|u_i| dt ≥ 2 l/(κ T) ,   κ = max |a_i|/c_i in the metric of the length
 //! ```
 //!
-//! and the larger bound of both lengths holds.
+//! and the larger of the bounds from the two lengths holds.
 //!
 //! # How is the distance bounded from below?
 //!
-//! A smaller inertia `J' ≤ J` has smaller distances. The two axisymmetric ones `(a, a, c)` that are
-//! largest are `(J₁, J₁, J₃)` about the third principal axis and `(J₂, J₂, J₁)` about the first.
-//! There a path of the axis e on the unit sphere of length ℓ, which encloses the area A with the
-//! shortest arc, and a spin `χ − A` about the axis lead to Q, so
+//! A smaller inertia `J' ≤ J` has smaller distances. The two largest axisymmetric inertias
+//! `(a, a, c)` below J are `(J₁, J₁, J₃)` about the third principal axis and `(J₂, J₂, J₁)` about
+//! the first. For them a motion to Q consists of two parts. The symmetry axis e follows a path of
+//! length ℓ on the unit sphere, which encloses the area A with the shortest arc, and the body spins
+//! by `χ − A` about e. So
 //!
 //! ```text
 //! d² = min_A  a ℓ(A)² + c (χ − A)² ,   Q = exp(χ e) after the shortest tilt by ψ
 //! ```
 //!
-//! The shortest path for an area is an arc of a circle (isoperimetry). Its half angle η seen from
-//! the center gives `ℓ = 2η sin(ψ/2)/sin η`; the area is that of the sector without the triangle.
-//! Both increase with η, so each interval of η has a lower bound, and bisection of the smallest
-//! one finds the minimum from below: no root can be missed. A grid of roots of the geodesic
-//! equation missed one and gave 33.7 for 26.4, above the truth.
+//! The shortest path for an area is an arc of a circle (isoperimetry). With its half angle η, as
+//! seen from the center, `ℓ = 2η sin(ψ/2)/sin η`; the area is the area of the sector minus the
+//! triangle. Both increase with η, so each interval of η has a lower bound. Bisection of the
+//! interval with the smallest bound finds the minimum from below, and cannot miss a root. A grid of
+//! roots of the geodesic equation missed a root: it gave 33.7 instead of 26.4, which is above the
+//! true value.
 
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::infeasible::Outputs;
@@ -45,45 +47,46 @@ use crate::mechanics::body::principal_axes;
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// Relative reduction of every bound: round-off must not lift it above the truth.
+/// Relative reduction of every bound, so that round-off cannot lift it above the true value.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The relative width of the bracket of a distance at which bisection ends: a smaller one costs
-/// time and gains less than this.
+/// Relative width of the bracket of a distance at which bisection ends. A smaller width takes more
+/// time and improves the bound by less than this.
 const WIDTH: f64 = 1e-4;
 
-/// The most bisections of a distance. Near ψ = π the area changes fast, and the bracket stays
-/// wider; the bound holds anyway.
+/// Largest number of bisections for a distance. Near ψ = π the area changes fast and the bracket
+/// stays wider; the bound remains valid.
 const MAX_BISECTIONS: usize = 400;
 
-/// The bounds of one length: largest acceleration and speed, and the constants of effort and fuel.
+/// The bounds on motions along one of the two lengths: largest acceleration and speed, and the
+/// constants of effort and fuel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Means {
-    /// The largest acceleration of the length.
+    /// Largest second derivative of the length.
     acceleration: f64,
-    /// The largest speed of the length; infinite without a limit.
+    /// Largest rate of change of the length; infinite without a limit.
     speed: f64,
-    /// The largest square of the acceleration for each unit of `uᵀWu`; infinite if unknown.
+    /// Largest squared acceleration per unit of `uᵀWu`; infinite if unknown.
     authority: f64,
-    /// The largest acceleration for each unit of the fuel rate; infinite if unknown.
+    /// Largest acceleration per unit of the fuel rate; infinite if unknown.
     per_fuel: f64,
 }
 
-/// The lower bounds of the legs of one spacecraft.
+/// Lower bounds of the rest-to-rest legs of one spacecraft.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegBound {
-    /// Principal moments, ascending [kg·m²].
+    /// Principal moments of inertia in ascending order [kg·m²].
     moments: Vector3,
-    /// Principal axes as columns, body axes.
+    /// Principal axes as columns, in body axes.
     axes: Matrix3,
-    /// The bounds of the angle \[rad\].
+    /// Bounds on motions by the angle of the turn \[rad\].
     angle: Means,
-    /// The bounds of the length in the inertia metric [√(kg·m²)].
+    /// Bounds on motions by the length in the inertia metric [√(kg·m²)].
     metric: Means,
 }
 
 impl Means {
-    /// Returns the least time \[s\] from rest to rest over a length.
+    /// Returns the least time \[s\] from rest to rest over `length`.
     fn time(&self, length: f64) -> f64 {
         let Self { acceleration, speed, .. } = *self;
         if acceleration == f64::INFINITY {
@@ -100,9 +103,9 @@ impl LegBound {
     /// The number of values in [`LegBound::numbers`].
     pub const NUMBERS: usize = 20;
 
-    /// Builds the bounds of the legs of the craft of a problem. Its ends, fields, cones and
-    /// duration are ignored: cones only lengthen a leg; in a field, and with momentum stored in
-    /// wheels, the bounds do not hold.
+    /// Builds the bounds for the craft of a problem. Start, end, force fields, cones and duration
+    /// of the problem are ignored. Cones only lengthen a leg, so the bounds stay valid; they are
+    /// not valid in a force field, or if wheels store momentum.
     pub fn new(problem: &Problem) -> Self {
         let inertia = problem.body.inertia.j();
         let (moments, axes) = principal_axes(inertia);
@@ -124,7 +127,7 @@ impl LegBound {
             }
         }
         if let Some(held) = &problem.actuation.wheels {
-            // Rates and speeds that full wheels give: Ω = J⁻¹ Σ a h.
+            // The rates and speeds that saturated wheels produce: Ω = J⁻¹ Σ a h.
             let inverse = problem.body.inertia.j_inverse();
             for (bound, map) in wheels.iter_mut().zip([*inverse, metric]) {
                 let turned: Vec<Vector3> = set.axes().iter().map(|axis| map * axis).collect();
@@ -143,7 +146,7 @@ impl LegBound {
             }
         };
         let [slowest, heaviest] = [moments[0], moments[2]];
-        // The angle moves with |Ω| ≤ |Π|/J₁, and with |Ω| ≤ v/√J₁.
+        // The rate of change of the angle is |Ω|, with |Ω| ≤ |Π|/J₁ and |Ω| ≤ v/√J₁.
         let of_momentum = means(&(Matrix3::identity() / slowest), rate.min(wheels[0]));
         let of_energy = means(&(metric / slowest.sqrt()), rate.min(wheels[0]));
         let angle = Means {
@@ -155,33 +158,35 @@ impl LegBound {
         Self { moments, axes, angle, metric: means(&metric, wheels[1].min(rate * heaviest.sqrt())) }
     }
 
-    /// Returns the least time \[s\] of a turn from rest to rest; zero for the identity.
+    /// Returns a lower bound of the time \[s\] of a turn from rest to rest; zero for the identity.
     pub fn time(&self, turn: &Matrix3) -> f64 {
         let angle = lie::log(turn).norm();
         self.angle.time(angle).max(self.metric.time(self.distance(turn))) * (1.0 - ROUND_OFF)
     }
 
-    /// Returns a lower bound of the time \[s\] of every turn by at least an angle \[rad\].
+    /// Returns a lower bound of the time \[s\] of every turn by at least `angle` \[rad\].
     pub fn time_of_angle(&self, angle: f64) -> f64 {
         (1.0 - ROUND_OFF) * self.angle.time(angle)
     }
 
-    /// Returns the least effort `∫ ½ uᵀWu dt` of a turn from rest to rest in `duration` \[s\].
+    /// Returns a lower bound of the effort `∫ ½ uᵀWu dt` of a turn from rest to rest in `duration`
+    /// \[s\].
     pub fn effort(&self, turn: &Matrix3, duration: f64) -> f64 {
         let of = |length: f64, means: &Means| 6.0 * length * length / (means.authority * duration.powi(3));
         let angle = of(lie::log(turn).norm(), &self.angle);
         angle.max(of(self.distance(turn), &self.metric)) * (1.0 - ROUND_OFF)
     }
 
-    /// Returns the least fuel `∫ Σ c_i |u_i| dt` of a turn from rest to rest in `duration` \[s\].
+    /// Returns a lower bound of the fuel `∫ Σ c_i |u_i| dt` of a turn from rest to rest in
+    /// `duration` \[s\].
     pub fn fuel(&self, turn: &Matrix3, duration: f64) -> f64 {
         let of = |length: f64, means: &Means| 2.0 * length / (means.per_fuel * duration);
         let angle = of(lie::log(turn).norm(), &self.angle);
         angle.max(of(self.distance(turn), &self.metric)) * (1.0 - ROUND_OFF)
     }
 
-    /// Returns a lower bound of the geodesic distance `min ∫ √(ΩᵀJΩ) dt` of a turn from the
-    /// identity [√(kg·m²)], never less than `√J₁ θ`.
+    /// Returns a lower bound of the geodesic distance `min ∫ √(ΩᵀJΩ) dt` between the identity and a
+    /// turn [√(kg·m²)]. It is at least `√J₁ θ`.
     pub fn distance(&self, turn: &Matrix3) -> f64 {
         let [q0, x, y, z] = lie::quaternion_from_rotation(turn);
         let vector = self.axes.tr_mul(&Vector3::new(x, y, z));
@@ -195,7 +200,7 @@ impl LegBound {
         least.max(about(2, first, third)).max(about(0, second, first))
     }
 
-    /// Returns the numbers of the bounds, in a fixed order, for files.
+    /// Returns the numbers that define the bounds, in a fixed order, for files.
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let mut numbers = [0.0; Self::NUMBERS];
         numbers[..3].copy_from_slice(self.moments.as_slice());
@@ -206,7 +211,7 @@ impl LegBound {
         numbers
     }
 
-    /// Builds the bounds from [`LegBound::numbers`]; `None` if these are no bounds of a body.
+    /// Builds the bounds from [`LegBound::numbers`]; `None` if the numbers cannot belong to a body.
     pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
         let numbers: &[f64; Self::NUMBERS] = numbers.try_into().ok()?;
         let means = |part: &[f64]| Means {
@@ -226,7 +231,8 @@ impl LegBound {
     }
 }
 
-/// Returns the largest norm of an output of a set, each axis mapped to `turned` by `map`.
+/// Returns the largest norm of the torque of an actuator set after the linear map `map`; `turned`
+/// holds the mapped axes.
 fn strongest(turned: &[Vector3], set: &ActuatorSet, map: &Matrix3) -> f64 {
     let limits = set.limits();
     let of_norm = limits.norm.map_or(f64::INFINITY, |norm| norm * principal_axes(map).0[2]);
@@ -234,7 +240,8 @@ fn strongest(turned: &[Vector3], set: &ActuatorSet, map: &Matrix3) -> f64 {
         if !limits.one_sided {
             return Outputs::new(turned, sizes.iter().copied()).largest();
         }
-        // Inputs from 0 to L are L/2 ± L/2: the largest |center + output| is that of ±center too.
+        // Inputs from 0 to L equal L/2 ± L/2, so the largest |center + output| equals the largest
+        // ±center + output|.
         let center: Vector3 = turned.iter().zip(sizes).map(|(axis, size)| axis * (0.5 * size)).sum();
         let axes: Vec<Vector3> = turned.iter().copied().chain([center]).collect();
         let halves = sizes.iter().map(|size| 0.5 * size).chain([1.0]);
@@ -245,18 +252,18 @@ fn strongest(turned: &[Vector3], set: &ActuatorSet, map: &Matrix3) -> f64 {
     of_norm.min(of_sizes)
 }
 
-/// Returns a lower bound of the distance for the moments (a, a, c): the axis tilts by `2 half_tilt`
-/// and the body spins by `2 half_spin` about it.
+/// Returns a lower bound of the distance for the principal moments (a, a, c). The symmetry axis
+/// tilts by `2 half_tilt`, and the body spins by `2 half_spin` about it.
 fn axisymmetric_distance(half_tilt: f64, half_spin: f64, across: f64, along: f64) -> f64 {
-    // The spin is counted modulo a full turn.
+    // The spin is reduced modulo a full turn.
     let mut spin = (2.0 * half_spin).rem_euclid(2.0 * PI);
     spin = spin.min(2.0 * PI - spin);
     let chord = half_tilt.sin();
     if chord < 1e-9 {
-        // The distance changes by at most the length of the tilt.
+        // Ignoring the tilt changes the distance by at most the length of the tilt.
         return (pure_spin(spin, across, along) - 2.0 * half_tilt * across.sqrt()).max(0.0);
     }
-    // Length and area of the arc with the half angle eta.
+    // Length and enclosed area of the arc with half angle eta.
     let length = |eta: f64| 2.0 * eta * chord / eta.sin();
     let area = |eta: f64| {
         let sine = (chord / eta.sin()).min(1.0);
@@ -284,13 +291,15 @@ fn axisymmetric_distance(half_tilt: f64, half_spin: f64, across: f64, along: f64
         intervals.retain(|interval| interval.least <= most);
     }
     let least = smallest(&intervals).1.min(most);
-    // The tilt alone, whatever the spin.
+    // The tilt alone is a lower bound for any spin.
     least.sqrt().max(2.0 * half_tilt * across.sqrt())
 }
 
-/// Returns the distance of a pure spin: `ℓ² = A(4π − A)` for a closed circle of the area A.
+/// Returns the distance of a pure spin; a closed circle that encloses the area A has
+/// `ℓ² = A(4π − A)`.
 fn pure_spin(spin: f64, across: f64, along: f64) -> f64 {
-    // d² = a A(4π − A) + c (χ − A)² is quadratic in A: least at an end of 0 ≤ A ≤ χ or inside.
+    // d² = a A(4π − A) + c (χ − A)² is quadratic in A. Its minimum on 0 ≤ A ≤ χ is at an end or
+    // inside.
     let of = |area: f64| across * area * (4.0 * PI - area) + along * (spin - area).powi(2);
     let mut least = of(0.0).min(of(spin));
     let curvature = along - across;
@@ -303,14 +312,14 @@ fn pure_spin(spin: f64, across: f64, along: f64) -> f64 {
     least.sqrt()
 }
 
-/// An interval of half angles with the least square of the distance on it.
+/// An interval of half angles with a lower bound of the squared distance on it.
 struct Interval {
     from: f64,
     to: f64,
     least: f64,
 }
 
-/// Returns the interval with the smallest bound, and the bound.
+/// Returns the index of the interval with the smallest bound, and this bound.
 fn smallest(intervals: &[Interval]) -> (usize, f64) {
     let each = intervals.iter().map(|interval| interval.least).enumerate();
     each.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
@@ -321,14 +330,14 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    /// Returns the distance by the geodesics `exp(u) exp((a/c − 1)(u·e) e)`: the shortest of those
-    /// of a fine grid that end within `near` of the turn.
+    /// Returns the distance along the geodesics `exp(u) exp((a/c − 1)(u·e) e)`: the length of the
+    /// shortest one, on a fine grid, that ends at the turn.
     fn by_geodesics(moments: [f64; 2], half_tilt: f64, half_spin: f64) -> f64 {
         let [across, along] = moments;
         let mut least = f64::INFINITY;
         const POINTS: usize = 400_000;
-        // The tilt fixes the share z of the axis for each angle; the spin is then a function of
-        // the angle, and its roots lie between its changes of sign.
+        // For each angle the tilt determines the component z along the axis. The spin is then a
+        // function of the angle, and its roots lie between its changes of sign.
         for sign in [-1.0, 1.0] {
             let state = |angle: f64| {
                 let sine = (0.5 * angle).sin();
@@ -394,7 +403,7 @@ mod tests {
         numbers[0] = f64::NAN;
         assert_eq!(LegBound::from_numbers(&numbers), None);
         assert_eq!(LegBound::from_numbers(&numbers[1..]), None);
-        // Without limits no time is too short.
+        // Without limits every time is feasible, so the bound is zero.
         assert_eq!(bound.time(&lie::exp(&Vector3::x())), 0.0);
     }
 }

@@ -94,7 +94,7 @@ impl<'a> Legs<'a> {
     /// free that the next one depends on, or at a time that is free.
     fn sharing(&self, left: &[usize]) -> Result<usize, SequenceError> {
         let sequence = self.sequence;
-        let is_alone = |stop: usize| sequence.is_alone(&sequence.stops[stop]);
+        let is_alone = |stop: usize| tracked::moves(&sequence.stops[stop]);
         let arrivals = self.next_arrivals();
         for (index, pair) in left.windows(2).enumerate() {
             let is_open = arrivals.is_some_and(|arrivals| !is_given(arrivals[index]));

@@ -8,6 +8,7 @@
 
 mod arrivals;
 mod carried;
+pub mod flown;
 pub mod joined;
 mod joint;
 mod leg;
@@ -22,6 +23,7 @@ mod together;
 pub mod tracked;
 mod windows;
 
+pub use flown::WholeMotion;
 pub use leg_bound::LegBound;
 pub use symmetry::Symmetry;
 pub use table::{Making, Quantity, SlewTable, TableError, TableOptions};
@@ -337,12 +339,6 @@ impl Sequence {
         if !matches!(craft.objective, Objective::Time) {
             self.check_timed()?;
         }
-        let passed = self.stops.iter().any(|stop| stop.passing.is_some());
-        if passed && craft.actuation.wheels.is_some() {
-            return Err(SequenceError::Unsupported(
-                "a body with wheels stops at its stops: leave `passing` out",
-            ));
-        }
         Ok(())
     }
 
@@ -350,13 +346,13 @@ impl Sequence {
     fn check_timed(&self) -> Result<(), SequenceError> {
         let begins = |stop: &Stop| stop.visit.pinned;
         let all_begin = self.stops.iter().all(begins);
-        let mut alone = self.stops.iter().enumerate().filter(|(_, stop)| self.is_alone(stop));
+        let mut alone = self.stops.iter().enumerate().filter(|(_, stop)| tracked::moves(stop));
         let is_timed =
             alone.all(|(index, stop)| begins(stop) && (index == 0 || begins(&self.stops[index - 1])));
         if !is_timed && !all_begin {
             return Err(SequenceError::Unsupported(
-                "for effort and fuel, targets that move and free rolls beside stored momentum go with the \
-                 begin of their holds: give `start_s` of such a stop, and of the stop before it",
+                "for effort and fuel, a moving target needs the time at which its hold begins: give `start_s` \
+                 of that stop, and of the stop before it",
             ));
         }
         let has_window = self.stops.iter().any(|stop| stop.visit.window != Visit::PASSED.window);
@@ -373,13 +369,6 @@ impl Sequence {
             ));
         }
         Ok(())
-    }
-
-    /// Returns whether the leg to a stop is planned by itself, to the best roll of its own: to a
-    /// target that moves, or where the roll decides what the wheels have to hold.
-    fn is_alone(&self, stop: &Stop) -> bool {
-        let turns = matches!(&stop.place, Place::Aim(aim) if aim.has_roll());
-        tracked::moves(stop) || turns && carried::momentum(&self.craft) != Vector3::zeros()
     }
 
     /// Returns the time \[s\] until which all targets and cones are known.

@@ -1,17 +1,19 @@
-//! The order of stops, by plans of all pairs.
+//! Search for the order of stops, from plans of the legs between all pairs.
 //!
-//! Every pair is planned by a quick search. A quick plan may be longer than the best one, by
-//! [`SHORTER`] as a rule at most, so it counts as that much shorter until it is planned as the settings
-//! ask for. The best order then asks for its own legs, and the next best order again, until one has
-//! such legs alone: no other order is better, unless a quick plan was longer still.
+//! Every pair is first planned by a quick search. A quick plan may be longer than the best one,
+//! usually by at most the factor [`SHORTER`]. Its cost is therefore multiplied by this factor until
+//! the leg is planned with the requested settings. In each round the legs of the best order so far
+//! are planned with the requested settings, until one order consists of such legs only. No other
+//! order is then better, unless a quick plan was still longer than assumed.
 //!
-//! From rest to rest, without stored momentum, the way back takes as long as the way there for any
-//! inputs: `R(T−t), −Ω(T−t), u(T−t)` solves the same equations. What one search misses the other
-//! finds as a rule, so the shorter one counts for both.
+//! From rest to rest, and without stored momentum, the return leg takes as long as the outward leg
+//! for any inputs: `R(T−t), −Ω(T−t), u(T−t)` solves the same equations. The search for one of the
+//! two legs usually finds what the other search misses, so the shorter duration applies to both
+//! legs.
 //!
-//! To and from targets that move, or past cones that do, a leg depends on when it begins. It is
-//! planned at the times of the best order so far, and lies on a straight line between two of them;
-//! the best order is then that of the times that were tried.
+//! If targets or cones move, a leg depends on its start time. It is planned at the times of the
+//! best order so far, and interpolated linearly between two such times. The result is then the best
+//! order for the times that were tried.
 
 use super::carried;
 use super::joint::Joint;
@@ -25,15 +27,14 @@ use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::optimize::search::Observer;
 
-/// What a quick plan counts for, as a part of it: less of it asks for more plans (`evidence --
-/// orders`).
+/// Factor on the cost of a quick plan. A smaller factor causes more plans (`evidence -- orders`).
 const SHORTER: f64 = 0.98;
 
-/// Rounds of a search for each stop, where legs depend on when they begin: more rounds know them
-/// better at the times of the best order.
+/// Rounds of the search per stop if legs depend on their start times. More rounds give more
+/// accurate costs at the times of the best order.
 const ROUNDS: usize = 2;
 
-/// Returns the best order of the stops of a sequence.
+/// Finds the best order of the stops of a sequence.
 pub fn ordered(
     sequence: &Sequence,
     settings: &Settings,
@@ -77,7 +78,7 @@ pub fn ordered(
         if pairs.is_timed() {
             (order.proof, order.bound) = (Proof::None, f64::NEG_INFINITY);
         }
-        // What depends on the begin of every leg may be known ever better.
+        // If legs depend on their start times, further rounds would always refine their costs.
         if unsure.is_empty() || pairs.is_timed() && rounds > ROUNDS * pairs.count {
             return Ok(order);
         }
@@ -94,7 +95,8 @@ pub fn ordered(
     }
 }
 
-/// Returns the order of effort or fuel where the begin of every hold is given: no other keeps them.
+/// Returns the only possible order of a minimum-effort or minimum-fuel sequence in which the start
+/// of every hold is given: the order of these times. Returns `None` for other sequences.
 fn pinned(sequence: &Sequence) -> Option<Order> {
     let visit = |stop: &usize| sequence.stops[stop - 1].visit;
     let mut stops: Vec<usize> = (1..=sequence.stops.len()).collect();
@@ -107,22 +109,22 @@ fn pinned(sequence: &Sequence) -> Option<Order> {
     Some(Order { stops, end, late: 0.0, bound: end, proof: Proof::AllOrders })
 }
 
-/// What a leg adds to an order if it begins at a time.
+/// The weight of a leg in an order, if the leg begins at a known time.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     begins: f64,
     weight: f64,
-    /// Whether it was planned as the settings ask for.
+    /// Whether the leg was planned with the requested settings.
     sure: bool,
 }
 
-/// What all legs add to an order.
+/// The weights of the legs between all pairs of stops.
 struct Pairs<'a> {
     sequence: &'a Sequence,
-    /// The start and all stops, and whether each is given wholly.
+    /// The states of the start and of all stops, and whether each state is given completely.
     states: Vec<(State, bool)>,
     count: usize,
-    /// What is known of each leg, by the time at which it begins.
+    /// The known weights of each leg, in the order of its start time.
     known: Vec<Vec<Known>>,
 }
 
@@ -142,12 +144,12 @@ impl<'a> Pairs<'a> {
         from * self.count + to
     }
 
-    /// Returns whether legs depend on when they begin.
+    /// Returns whether the weights of legs depend on their start times.
     fn is_timed(&self) -> bool {
         self.sequence.craft.is_timed() || self.sequence.stops.iter().any(tracked::moves)
     }
 
-    /// Returns whether the way back takes as long as the way there.
+    /// Returns whether the return leg takes as long as the outward leg.
     fn mirrored(&self, from: usize, to: usize) -> bool {
         let still = |stop: usize| {
             let (state, given) = self.states[stop];
@@ -158,8 +160,8 @@ impl<'a> Pairs<'a> {
         from > 0 && to > 0 && still(from) && still(to) && turns_back
     }
 
-    /// Notes what is known of a leg: beside what is known of it at other times, in place of that
-    /// where it does not depend on the time.
+    /// Records the weight of a leg. If legs depend on their start times, the weights for other
+    /// start times are kept; otherwise the new weight replaces the old one.
     fn know(&mut self, (from, to): (usize, usize), known: Known) {
         let back = self.mirrored(from, to).then_some((to, from));
         let timed = self.is_timed();
@@ -172,8 +174,8 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Returns what a leg adds that begins at a time: between two times that are known by a straight
-    /// line.
+    /// Returns the weight of a leg that begins at the time `begins`, interpolated linearly between
+    /// known start times.
     fn weight(&self, from: usize, to: usize, begins: f64) -> f64 {
         let all = &self.known[self.place(from, to)];
         let next = all.partition_point(|known| known.begins < begins);
@@ -188,26 +190,26 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Returns the least that a leg adds at any time that is known.
+    /// Returns the smallest known weight of a leg over its start times.
     fn least(&self, from: usize, to: usize) -> f64 {
         self.known[self.place(from, to)].iter().map(|known| known.weight).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns whether a leg was planned as the settings ask for, for a begin that is no further away
-    /// than the leg lasts.
+    /// Returns whether a leg was planned with the requested settings, for a start time that differs
+    /// by no more than the duration of the leg.
     fn is_sure(&self, from: usize, to: usize, begins: f64) -> bool {
         let near = |known: &Known| !self.is_timed() || (known.begins - begins).abs() <= known.weight;
         self.known[self.place(from, to)].iter().any(|known| known.sure && near(known))
     }
 
-    /// Returns a time at which a leg may begin \[s\]: for its first plan.
+    /// Returns the start time \[s\] for the first plan of a leg.
     fn first(&self, from: usize, to: usize) -> f64 {
         let visit = |stop: usize| stop.checked_sub(1).map(|stop| self.sequence.stops[stop].visit);
         let left = visit(from).map_or(0.0, |visit| visit.window[0].max(0.0) + visit.hold);
         visit(to).map_or(left, |visit| left.max(visit.window[0]))
     }
 
-    /// Returns the state in which a leg begins at a time \[s\].
+    /// Returns the state from which a leg begins at the time `begins` \[s\].
     fn begun(&self, from: usize, begins: f64) -> Result<State, SequenceError> {
         let stop = from.checked_sub(1).map(|from| &self.sequence.stops[from]);
         let Some(Stop { name, place: Place::Aim(aim), .. }) = stop.filter(|stop| tracked::moves(stop)) else {
@@ -220,7 +222,8 @@ impl<'a> Pairs<'a> {
         Ok(State::attitude(attitude, rate))
     }
 
-    /// Plans a leg that begins at a time \[s\]; infinite if no plan is found.
+    /// Plans a leg that begins at the time `begins` \[s\], and returns its weight; infinite if no
+    /// plan is found.
     fn planned(
         &self,
         (from, to, begins): (usize, usize, f64),
@@ -246,7 +249,8 @@ impl<'a> Pairs<'a> {
         }
         let leg = Leg::of(problem.later(begins), settings, None, observer);
         let leg = leg.map_err(|error| error.at(&stop.name))?;
-        // Of effort c/T³ in a total the fourth roots add up.
+        // For efforts c/T³ in a total time, the weights that add up are the fourth roots of the
+        // costs.
         let weight = |leg: Leg| match sequence.craft.objective {
             Objective::Time => leg.cost,
             _ => leg.cost.powf(0.25),

@@ -1,20 +1,25 @@
-//! First rolls at stops whose roll is free: the best of a grid of rolls, by the turns of all legs.
+//! Initial values of free rolls at the stops: the best rolls of a grid, judged by the turns of all
+//! legs.
 //!
-//! A turn φ about a fixed axis has the momentum `Jφ/T`, whose size is what a leg costs: its square
-//! of effort in a given time, its root of time, itself of fuel. Stop after stop the cheapest way to
-//! each roll is kept (Bellman), so that the grid of all stops costs what its pairs do.
+//! A turn φ about a fixed axis needs the momentum `Jφ/T`. The cost of a leg is a power of its norm:
+//! the square for minimum effort in a given time, the square root for minimum time, and the norm
+//! itself for minimum fuel. Dynamic programming (Bellman) keeps the cheapest sequence to each roll
+//! of each stop, so that the total work grows only with the number of pairs of rolls at
+//! neighbouring stops.
 
 use super::joint::Joint;
 use crate::Matrix3;
 use crate::lie;
 use crate::maneuver::problem::State;
 
-/// Rolls of a grid: optima of neighbouring rolls are wider apart (`evidence -- dwells`).
+/// Number of rolls in the grid. Optima of neighbouring rolls are farther apart than its spacing
+/// (`evidence -- dwells`).
 const ROLLS: usize = 24;
 
-/// Returns the states at the joints for the cheapest rolls of the grid, from a start; at each of them
-/// a body is `allowed` to be, if it is at any. `power` is that of the momentum which a leg costs, and
-/// `lasting` what the legs last, as far as they are known.
+/// Returns the states at the joints for the cheapest rolls of the grid, from a given start. Rolls
+/// that `allowed` rejects are excluded, unless it rejects all rolls of a joint. `power` is the
+/// exponent of the momentum in the cost of a leg, and `lasting` holds the known durations of the
+/// first legs \[s\].
 pub fn cheapest(
     start: &State,
     joints: &[Joint],
@@ -48,7 +53,8 @@ pub fn cheapest(
     best.map(|(_, way)| way[1..].to_vec()).unwrap_or_default()
 }
 
-/// Returns the states of a joint over the grid of rolls.
+/// Returns the candidate states at a joint of two legs: one for each roll of the grid, or the only
+/// one if the joint has no free roll.
 fn candidates(joint: &Joint) -> Vec<State> {
     let over =
         |within: f64| (0..ROLLS).map(move |index| within * (2.0 * (index as f64 + 0.5) / ROLLS as f64 - 1.0));

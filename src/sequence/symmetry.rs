@@ -1,17 +1,17 @@
-//! The turns that have equal times because spacecraft and inputs look alike.
+//! Turns that take equal times because of symmetries of the spacecraft and its inputs.
 //!
-//! A rotation S that maps inertia, inputs and limits of rates to themselves carries a plan over to
-//! one with `SΩ`, so `T(SQSᵀ) = T(Q)`: the rotation vector φ becomes Sφ. From rest to rest a free
-//! body also flies a plan backwards, with `R(T − t)` and `u(T − t)`, whatever its inputs, so
-//! `T(Q⁻¹) = T(Q)`: φ becomes −φ.
+//! Let the rotation S map the inertia, the inputs and the rate limits to themselves. It then maps a
+//! plan with rate Ω to a plan with rate `SΩ`, so `T(SQSᵀ) = T(Q)`: the rotation vector φ becomes
+//! Sφ. From rest to rest a free body can also fly a plan in reverse, with `R(T − t)` and `u(T − t)`
+//! for any inputs. Therefore `T(Q⁻¹) = T(Q)`: φ becomes −φ.
 //!
-//! A mirror image of the spacecraft acts on torques and rates, which are axial vectors, as the half
-//! turn about the normal of the mirror. So rotations are all that is needed.
+//! A reflection of the spacecraft acts on torques and rates, which are axial vectors, like a half
+//! turn about the normal of the mirror plane. Rotations are therefore sufficient.
 //!
-//! A table has nodes whose directions are mapped to each other by signed permutations of three
-//! axes, [`Symmetry::axes`]. The group is searched among the rotations that map two inputs, or two
-//! principal axes, to two others. Of those found, the signed permutations in the best of the
-//! candidate axes are kept: threefold axes are not used.
+//! The nodes of a table have directions that signed permutations of three axes map to each other
+//! ([`Symmetry::axes`]). The group is searched among the rotations that map two inputs, or two
+//! principal axes, to two others. Among the rotations found, those that are signed permutations in
+//! the best candidate axes are kept. Threefold axes are not used.
 
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::objective::Objective;
@@ -19,21 +19,21 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::body::principal_axes;
 use crate::{Matrix3, Vector3};
 
-/// The relative difference of inertia, axes or limits that counts as equal. A time differs by about
-/// as much, far less than a table's error.
+/// Relative tolerance within which inertias, axes or limits count as equal. The times then differ
+/// by about as much, which is far less than the error of a table.
 const EQUAL: f64 = 1e-6;
 
-/// The rotations and the reversal under which all legs of a spacecraft are equal.
+/// The rotations and the time reversal that map legs of a spacecraft to legs of equal cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Symmetry {
-    /// The axes of the signed permutations, as columns, body axes.
+    /// Axes of the signed permutations, as columns in body axes.
     pub axes: Matrix3,
-    /// The signed permutations, in these axes, identity and −identity included: 2 to 48.
+    /// The signed permutations in these axes, 2 to 48, including the identity and −identity.
     pub maps: Vec<Matrix3>,
 }
 
 impl Symmetry {
-    /// Finds the symmetry of the legs from rest to rest of the craft of a problem.
+    /// Finds the symmetry of all rest-to-rest legs of the craft of a problem.
     pub fn of(problem: &Problem) -> Self {
         let craft = Craft::new(problem);
         let group = craft.group();
@@ -54,17 +54,17 @@ impl Symmetry {
     }
 }
 
-/// The parts of a spacecraft that a symmetry keeps.
+/// The properties of a spacecraft that a symmetry must preserve.
 struct Craft {
     inertia: Matrix3,
-    /// Directions of the inputs, each with its size, and whether its opposite is an input too.
+    /// The inputs, each with its axis, its limits, and whether it is two-sided.
     inputs: Vec<Input>,
-    /// Whether all directions are alike as far as the torque goes.
+    /// Whether the torque capability is the same in all directions.
     round: bool,
     rate_axes: Vec<Vector3>,
 }
 
-/// One input: its axis, the limits that go with it, and whether it acts to both sides.
+/// One input: its axis, its limits and weight, and whether it can act in both directions.
 struct Input {
     axis: Vector3,
     limits: Vec<f64>,
@@ -88,14 +88,15 @@ impl Craft {
                 limits.size.as_ref().map_or(f64::INFINITY, |sizes| sizes[index]),
                 limits.rate.as_ref().map_or(f64::INFINITY, |rates| rates[index]),
                 held.map_or(f64::INFINITY, |held| held.momentum_limit[index]),
-                // Weights that couple inputs are each alike with themselves alone.
+                // If weights couple the inputs, each input counts as equal to itself only.
                 if diagonal { weighted[(index, index)] } else { index as f64 },
             ]
             .to_vec(),
             both_sides: !limits.one_sided && diagonal,
         });
         let inputs: Vec<Input> = inputs.collect();
-        // A norm alone limits the torque, or effort is weighed, in all directions alike.
+        // The torque is limited by its norm only, or the effort has equal weights in all
+        // directions.
         let gram: Matrix3 = set.axes().iter().map(|axis| axis * axis.transpose()).sum();
         let isotropic = (gram - Matrix3::identity() * (gram.trace() / 3.0)).amax() <= EQUAL * gram.amax();
         let alike = inputs.iter().all(|input| input.limits == inputs[0].limits);
@@ -112,7 +113,7 @@ impl Craft {
         Self { inertia: *problem.body.inertia.j(), inputs, round, rate_axes: rate_axes.collect() }
     }
 
-    /// Returns the rotations that keep the craft, the identity first.
+    /// Returns the rotations that preserve the craft, the identity first.
     fn group(&self) -> Vec<Matrix3> {
         let mut found = vec![Matrix3::identity()];
         let add = |map: Matrix3, found: &mut Vec<Matrix3>| {
@@ -126,7 +127,7 @@ impl Craft {
             add(principal * turn * principal.transpose(), &mut found);
         }
         let units: Vec<Vector3> = self.inputs.iter().map(|input| input.axis.normalize()).collect();
-        // Two inputs that are not parallel fix a rotation.
+        // The images of two nonparallel inputs determine a rotation.
         let Some(second) = (1..units.len()).find(|index| units[0].cross(&units[*index]).norm() > 1e-3) else {
             return found;
         };
@@ -147,11 +148,11 @@ impl Craft {
         found
     }
 
-    /// Returns whether a rotation keeps inertia, inputs and limits of rates.
+    /// Returns whether a rotation preserves inertia, inputs and rate limits.
     fn is_kept(&self, map: &Matrix3) -> bool {
         let turned = map * self.inertia * map.transpose();
         let rates = self.rate_axes.iter().all(|limits| {
-            // A box of unequal sides is kept by signed permutations that keep its sides.
+            // Only signed permutations that preserve the rate limits map their box to itself.
             signed_permutation(map)
                 .is_some_and(|turn| (turn.abs() * limits - limits).amax() <= EQUAL * limits.amax())
         });
@@ -171,14 +172,15 @@ impl Craft {
     }
 }
 
-/// Returns the right-handed axes with the first along `a` and the second towards `b`.
+/// Returns right-handed axes whose first axis is along `a`; the second lies in the plane of `a` and
+/// `b`, towards `b`.
 fn triad(a: &Vector3, b: &Vector3) -> Matrix3 {
     let third = a.cross(b).normalize();
     Matrix3::from_columns(&[*a, third.cross(a), third])
 }
 
-/// Returns the axes in which a group may be signed permutations: two of its axes at a right angle,
-/// or one and any normal of it.
+/// Returns candidate axes in which the group may consist of signed permutations: two perpendicular
+/// rotation axes of the group, or one rotation axis with any normal to it.
 fn frames(group: &[Matrix3]) -> Vec<Matrix3> {
     let axes: Vec<Vector3> =
         group.iter().skip(1).filter_map(|map| crate::lie::log(map).try_normalize(1e-6)).collect();
@@ -192,7 +194,8 @@ fn frames(group: &[Matrix3]) -> Vec<Matrix3> {
     frames
 }
 
-/// Returns the signed permutation that a matrix is, to [`EQUAL`].
+/// Returns the signed permutation that equals a matrix within ten times [`EQUAL`]; `None` if no
+/// signed permutation does.
 fn signed_permutation(map: &Matrix3) -> Option<Matrix3> {
     let rounded = map.map(f64::round);
     ((map - rounded).amax() <= 10.0 * EQUAL).then_some(rounded)
@@ -226,7 +229,7 @@ mod tests {
         assert_eq!(size(&boxed([1.0, 1.0, 1.5], [1.0; 3])), 16);
         assert_eq!(size(&boxed([1.0, 1.2, 1.5], [1.0; 3])), 8);
         assert_eq!(size(&boxed([1.0; 3], [1.0, 1.0, 2.0])), 16);
-        // A limit of the rates of one axis takes those of the others away.
+        // A smaller rate limit about one axis removes the symmetries that move this axis.
         let rule = Rule::RateAxes(Vector3::new(0.1, 0.1, 0.2));
         assert_eq!(size(&cube.with_constraint(Constraint { name: "rates".into(), rule })), 16);
         let mut full = boxed([1.0; 3], [1.0; 3]);
@@ -242,7 +245,7 @@ mod tests {
         problem.actuation = Actuation::of_wheels(axes.to_vec(), vec![0.1; 4], wheels).unwrap();
         assert_eq!(size(&problem), 16);
         problem.actuation.wheels.as_mut().unwrap().momentum_limit[0] = 0.5;
-        // The half turn about the failing wheel's plane is left.
+        // Only the half turn about the plane of the failed wheel remains.
         assert_eq!(size(&problem), 4);
     }
 
@@ -258,7 +261,7 @@ mod tests {
         problem.actuation = Actuation::torques(set(vec![1.0; 6]));
         assert_eq!(size(&problem), 48);
         problem.actuation = Actuation::torques(set(vec![1.0, 1.0, 1.0, 0.5, 1.0, 1.0]));
-        // Quarter turns about x alone.
+        // Only quarter turns about x remain.
         assert_eq!(size(&problem), 8);
     }
 }

@@ -1,5 +1,5 @@
-//! Sequences against plans of another program: multi-leg indirect shooting with exact derivatives and
-//! multi-leg collocation under IPOPT, which agree to 1e-12 (durations of least time to 1e-9).
+//! Tests of sequences against plans of another program: multi-leg indirect shooting with exact
+//! derivatives and multi-leg collocation with IPOPT, which agree to 1e-12 (minimum times to 1e-9).
 
 use super::joined::Joined;
 use super::joint::Joint;
@@ -7,21 +7,23 @@ use super::leg::Leg;
 use super::order::Visit;
 use super::rolls::cheapest;
 use super::together::{Together, Tuning};
-use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, windows};
+use super::{Ordering, Place, Sequence, SequenceError, SequencePlan, Stop, carried, windows};
 use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::{Constraint, Direction, Rule};
+use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::settings::Settings;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::search::Silent;
+use crate::plan::Status;
 use crate::{Matrix3, Vector3, lie};
 
 fn body(inertia: Matrix3) -> Body {
     Body { inertia: Inertia::new(inertia).unwrap(), mass: None }
 }
 
-/// The body of s02 and p06.
+/// Returns the body of the reference cases s02 and p06.
 fn skew_body() -> Body {
     body(Matrix3::new(2.2, -0.3, 0.2, -0.3, 1.6, -0.25, 0.2, -0.25, 1.1))
 }
@@ -34,7 +36,7 @@ fn to(quaternion: [f64; 4]) -> Place {
     Place::Attitude(lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion)))
 }
 
-/// The third body axis along a direction.
+/// Returns a place at which the third body axis points along a direction.
 fn pointing(direction: [f64; 3]) -> Place {
     let at = Direction::Fixed(Vector3::from(direction).normalize());
     Place::Aim(Aim::new(Vector3::z(), at).at_rest())
@@ -48,7 +50,7 @@ fn planned(sequence: &Sequence) -> SequencePlan {
     sequence.plan(&Settings::discrete(), &mut Silent).unwrap()
 }
 
-/// The cost in continuous time, from two grids whose errors are of the square of the step.
+/// Returns the cost in continuous time by Richardson extrapolation from two grids.
 fn cost(on: impl Fn(usize) -> Sequence) -> f64 {
     let [coarse, fine] = [150, 300].map(|steps| planned(&on(steps)).cost);
     (4.0 * fine - coarse) / 3.0
@@ -58,13 +60,14 @@ fn is_near(found: f64, known: f64, within: f64) {
     assert!((found / known - 1.0).abs() < within, "{found:.12} {known:.12}");
 }
 
-/// Effort with a given duration of the whole.
+/// Returns a minimum-effort sequence with a given total duration.
 fn effort(body: Body, total: f64, stops: Vec<Stop>, steps: usize) -> Sequence {
     let craft = Problem::attitude(body, rest(), rest(), total).with_steps(steps);
     Sequence { craft, stops, order: Ordering::Given }
 }
 
-/// Effort between two stops at which the roll is free, and to a third: the split of the total is free, and the best.
+/// Two stops with free rolls and a third stop, at minimum effort: the rolls and the split of the
+/// total time are found together.
 #[test]
 fn rolls_and_times_of_dwells_are_found_together() {
     let stops = || {
@@ -72,16 +75,18 @@ fn rolls_and_times_of_dwells_are_found_together() {
         directions.iter().map(|direction| stop("dwell", pointing(*direction))).collect()
     };
     let found = planned(&effort(skew_body(), 13.5, stops(), 100));
-    // Legs of 4, 5 and 4.5 s cost 1.22057668385 at best, and each leg by itself 1.22914.
+    // With legs of 4, 5 and 4.5 s the minimum cost is 1.22057668385, and 1.22914 if each leg is
+    // planned alone.
     assert!(found.cost < 1.2206 && found.cost > 1.1, "{}", found.cost);
     assert!((found.end - 13.5).abs() < 1e-9);
-    // With the best split H is the same in all legs: three times the mean rate of the cost.
+    // With the best split the Hamiltonian is equal in all legs: three times the mean rate of the
+    // cost.
     let rates: Vec<f64> =
         found.legs.iter().map(|leg| leg.plan.solution.cost / leg.problem.seconds()).collect();
     assert!(rates.iter().all(|rate| (rate / rates[0] - 1.0).abs() < 1e-3), "{rates:?}");
 }
 
-/// The cost of legs of given durations in continuous time, from two grids.
+/// Returns the cost of legs of given durations in continuous time, extrapolated from two grids.
 fn of_legs(body: &Body, joints: &[Joint], durations: &[f64], first: &[State]) -> f64 {
     let on = |steps: usize| {
         let craft = Problem::attitude(body.clone(), rest(), rest(), 1.0).with_steps(steps);
@@ -115,7 +120,7 @@ fn given(quaternion: [f64; 4]) -> State {
     State::at_rest(lie::project_to_rotation(&lie::rotation_from_quaternion(&quaternion)))
 }
 
-/// p05 and s03: an attitude is passed at a given time, at a free rate and at a bounded one.
+/// Cases p05 and s03: an attitude is passed at a given time, at a free and at a bounded rate.
 #[test]
 fn an_attitude_is_passed_at_the_best_rate() {
     let body = body(Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)));
@@ -127,7 +132,7 @@ fn an_attitude_is_passed_at_the_best_rate() {
     }
 }
 
-/// s02: three stops at rest, each with a free roll.
+/// Case s02: three stops at rest, each with a free roll.
 #[test]
 fn three_rolls_are_found_together() {
     let directions = [[1.0, 0.4, 0.3], [-0.3, 1.0, -0.5], [-0.8, -0.6, 0.4]];
@@ -141,7 +146,7 @@ fn three_rolls_are_found_together() {
     is_near(of_legs(&body, &joints, &[4.0, 5.0, 4.5], &first), 1.2205766838479164, 1e-8);
 }
 
-/// A leg between given ends leaves nothing free; the roll at the end of the next is still the best.
+/// A leg between given ends has no unknowns; the roll at the end of the next leg is still optimal.
 #[test]
 fn a_leg_without_unknowns_goes_with_a_free_roll() {
     let at = given([0.8660254037844387, 0.3535533905932737, 0.3535533905932737, 0.0]);
@@ -161,7 +166,7 @@ fn a_leg_without_unknowns_goes_with_a_free_roll() {
     assert!(found < least && found > 0.97 * least, "{found} {least}");
 }
 
-/// p06: a boresight passes a direction at a free time, on the way to a given attitude.
+/// Case p06: a boresight passes a direction at a free time, before a given attitude is reached.
 #[test]
 fn a_boresight_passes_a_target_at_the_best_time() {
     let end = [0.3420201433256688, -0.7004055260107409, 0.2801622104042964, 0.5603244208085928];
@@ -173,7 +178,7 @@ fn a_boresight_passes_a_target_at_the_best_time() {
     assert!((found.legs[1].begins - 3.0777053935790963).abs() < 1e-3);
 }
 
-/// The slopes of a leg are those of its cost: by differences.
+/// The coded gradient of a leg's cost agrees with differences.
 #[test]
 fn slopes_of_a_leg_are_those_of_its_cost() {
     let leg = |turn: &Vector3, rate: &Vector3, seconds: f64| {
@@ -197,7 +202,8 @@ fn slopes_of_a_leg_are_those_of_its_cost() {
     assert!(((by_time[0] - by_time[1]) / (2.0 * by) - at.by_duration).abs() < 1e-4);
 }
 
-/// The sum of least times, with holds, in the best order: s01, and s04 of all 120 orders.
+/// The sum of minimum times and holds in the best order: case s01, and case s04 with all 120
+/// orders.
 #[test]
 fn least_time_visits_stops_in_the_best_order() {
     let timed = |inertia: Matrix3, limits: [f64; 3], quaternions: &[[f64; 4]]| {
@@ -224,7 +230,8 @@ fn least_time_visits_stops_in_the_best_order() {
     let found = planned(&two);
     assert_eq!(found.legs.iter().map(|leg| leg.stop).collect::<Vec<_>>(), [1, 0, 2]);
     let order = found.order.as_ref().unwrap();
-    // One leg has a singular piece: its arcs are 1.6e-5 s above another program's.
+    // One leg has a singular arc, so its bang-bang arcs take 1.6e-5 s longer than the other
+    // program's plan.
     assert!((order.end - 118.51363402375748).abs() < 5e-5, "{}", order.end);
     let five = timed(
         Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0),
@@ -242,7 +249,7 @@ fn least_time_visits_stops_in_the_best_order() {
     is_near(found.order.unwrap().end, 76.6975064971358, 1e-7);
 }
 
-/// s05: effort without limits, whose best split and order are known.
+/// Case s05: minimum effort without limits, for which the best split and order are known.
 #[test]
 fn effort_splits_its_time_by_the_fourth_roots_of_its_legs() {
     let quaternions = [
@@ -266,7 +273,7 @@ fn effort_splits_its_time_by_the_fourth_roots_of_its_legs() {
     assert!(lasting.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-3), "{lasting:?}");
 }
 
-/// Holds that begin at given times leave each leg its own duration.
+/// If holds begin at given times, the duration of each leg is given.
 #[test]
 fn holds_that_begin_at_given_times_divide_the_whole() {
     let at = |name: &str, begins: f64, quaternion: [f64; 4]| {
@@ -280,8 +287,8 @@ fn holds_that_begin_at_given_times_divide_the_whole() {
     assert_eq!((lasting, found.end, found.late), (vec![4.0, 5.0], 15.0, 0.0));
 }
 
-/// The window of a stop divides the whole where it acts: the legs on either side share what it leaves
-/// them by their fourth roots (s05).
+/// An active window of a stop fixes its arrival; the legs before and after it divide their
+/// remaining times by the fourth roots of their costs (s05).
 #[test]
 fn effort_keeps_windows() {
     let quaternions = [
@@ -297,7 +304,8 @@ fn effort_keeps_windows() {
         stops[1].visit.window = window;
         effort(body(inertia), 30.0, stops, steps)
     };
-    // Without a window the legs take these parts of 30 s, and cost 0.47770595624872747: c_i = k p_i⁴.
+    // Without a window the legs have these fractions of 30 s, and cost 0.47770595624872747: c_i = k
+    // p_i⁴.
     let parts =
         [4.107988118103805, 6.423118880843569, 6.375850156125012, 6.242782712962539, 6.850260131965072];
     let power = 0.47770595624872747 * 30.0_f64.powi(3) / 30.0_f64.powi(4);
@@ -308,14 +316,14 @@ fn effort_keeps_windows() {
         let found = planned(&on(150, window));
         assert!((found.legs[2].begins - arrival).abs() < 1e-3 && found.late == 0.0);
     }
-    // The stop has to be left before the whole begins to end.
+    // The window opens at 31 s, after the total duration of 30 s.
     let found = on(50, [31.0, 40.0]).plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::Windows { late, .. }) if late > 1.0 - 1e-12));
     let free = Sequence { order: Ordering::Free, ..on(50, [0.0, 8.0]) };
     assert!(matches!(free.check(), Err(SequenceError::Unsupported(_))));
 }
 
-/// One stop: its leg has what the hold leaves of the whole.
+/// The leg to a single stop has the total duration minus the hold.
 #[test]
 fn one_leg_lasts_as_long_as_its_hold_leaves() {
     let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(5.0)];
@@ -323,7 +331,7 @@ fn one_leg_lasts_as_long_as_its_hold_leaves() {
     assert_eq!((found.legs[0].problem.seconds(), found.end), (25.0, 30.0));
 }
 
-/// The end of the craft belongs to no leg: a spec has its [end] on a target as the last stop.
+/// No leg uses the end of the craft; the [end] of a spec becomes the last stop of its sequence.
 #[test]
 fn legs_end_at_their_own_stops() {
     let place = to([0.6, 0.8, 0.0, 0.0]);
@@ -337,7 +345,7 @@ fn legs_end_at_their_own_stops() {
     assert!(lie::minus(&lie::rotation_from_quaternion(last), &attitude).norm() < 1e-9);
 }
 
-/// A body on four wheels, two of which spin at the start.
+/// Returns a body with four wheels, two of which spin at the start.
 fn on_wheels(steps: usize) -> Problem {
     let directions = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
     let axes = directions.map(Vector3::from).to_vec();
@@ -349,8 +357,8 @@ fn on_wheels(steps: usize) -> Problem {
     craft
 }
 
-/// Without an outside torque `R(JΩ + Σ a_i h_i)` is one vector over all legs and rests: the wheels
-/// carry their momentum from leg to leg.
+/// Without an external torque `R(JΩ + Σ a_i h_i)` is a constant vector over all legs and rests: the
+/// wheels pass their momentum from leg to leg.
 #[test]
 fn wheels_carry_their_momentum_from_leg_to_leg() {
     let craft = on_wheels(50);
@@ -367,13 +375,71 @@ fn wheels_carry_their_momentum_from_leg_to_leg() {
         let body =
             craft.body.inertia.j() * path.angular_velocity[node] + craft.actuation.torque.output(momenta);
         let whole = lie::rotation_from_quaternion(&path.quaternion[node]) * body;
-        // The plan lands: its discrete motion ends as far from the stop as its steps err.
+        // In a landed plan the discrete motion misses the stop by the discretisation error.
         assert!((whole - stored).norm() < 2e-3 * stored.norm(), "{node}: {whole} {stored}");
     }
 }
 
-/// The motion over the whole has the nodes of all legs in the order of time, one attitude after the
-/// other, and rests in between.
+/// A body on four wheels that turns with least effort and stores momentum.
+fn of_effort_on_wheels(steps: usize) -> Problem {
+    let craft = on_wheels(steps);
+    Problem { objective: Objective::default(), ..craft }.with_duration(8.0)
+}
+
+/// The slopes of a leg on wheels are those of its cost: by differences, at both ends. The wheels take
+/// up what the body leaves of the momentum of the whole.
+#[test]
+fn slopes_of_a_leg_on_wheels_are_those_of_its_cost() {
+    let craft = of_effort_on_wheels(200);
+    let whole = carried::momentum(&craft);
+    let leg = |turns: [&Vector3; 2], rates: [&Vector3; 2], seconds: f64| {
+        let start = lie::exp(&Vector3::new(-0.2, 0.3, 0.1));
+        let end = lie::exp(&Vector3::new(0.4, -0.8, 1.2));
+        let mut problem = Problem {
+            start: State::attitude(start * lie::exp(turns[0]), Vector3::new(-0.05, 0.1, 0.08) + rates[0]),
+            end: State::attitude(end * lie::exp(turns[1]), Vector3::new(0.1, 0.05, -0.1) + rates[1]),
+            ..craft.clone().with_duration(seconds)
+        };
+        carried::carry(&mut problem, &whole, None);
+        Leg::of(problem, &Settings::default(), None, &mut Silent).unwrap().unwrap()
+    };
+    let (zero, by) = (Vector3::zeros(), 1e-3);
+    let at = leg([&zero; 2], [&zero; 2], 8.0);
+    let largest = at.slopes.iter().flatten().map(|slope| slope.amax()).fold(0.0, f64::max);
+    for (end, axis) in [0, 1].into_iter().flat_map(|end| (0..3).map(move |axis| (end, axis))) {
+        let moved = |by: f64| {
+            let by = Vector3::ith(axis, by);
+            if end == 0 { [by, zero] } else { [zero, by] }
+        };
+        let slope = |[up, down]: [f64; 2]| (up - down) / (2.0 * by);
+        let by_turn = slope([by, -by].map(|by| leg(moved(by).each_ref(), [&zero; 2], 8.0).cost));
+        let by_rate = slope([by, -by].map(|by| leg([&zero; 2], moved(by).each_ref(), 8.0).cost));
+        let [turn, rate] = at.slopes[end].map(|slope| slope[axis]);
+        assert!((by_turn - turn).abs() < 1e-3 * largest, "turn {end} {axis}: {by_turn} {turn}");
+        assert!((by_rate - rate).abs() < 1e-3 * largest, "rate {end} {axis}: {by_rate} {rate}");
+    }
+    let by_time = [by, -by].map(|by| leg([&zero; 2], [&zero; 2], 8.0 + by).cost);
+    let by_time = (by_time[0] - by_time[1]) / (2.0 * by);
+    assert!((by_time / at.by_duration - 1.0).abs() < 1e-2, "{by_time} {}", at.by_duration);
+}
+
+/// An attitude that the best slew on wheels goes through anyway costs nothing: the passage is made at
+/// the rate and the time of that slew.
+#[test]
+fn wheels_pass_an_attitude_on_their_way() {
+    let craft = Problem { end: given([0.5, 0.5, 0.5, 0.5]), ..of_effort_on_wheels(200) };
+    let alone = Leg::of(craft.clone(), &Settings::default(), None, &mut Silent).unwrap().unwrap();
+    let middle = Place::Attitude(lie::rotation_from_quaternion(&alone.solution.trajectory.quaternion[90]));
+    let stops =
+        vec![stop("middle", middle).passed_at_most_at(f64::INFINITY), stop("end", to([0.5, 0.5, 0.5, 0.5]))];
+    let found = planned(&Sequence { craft: craft.with_steps(100), stops, order: Ordering::Given });
+    assert_eq!(found.status(), Status::Solved);
+    is_near(found.cost, alone.cost, 1e-3);
+    is_near(found.legs[1].begins, 8.0 * 90.0 / 200.0, 1e-2);
+}
+
+/// The joined motion contains the nodes of all legs in the order of time, with a continuous
+/// attitude and with rests between the legs.
 #[test]
 fn legs_and_rests_are_joined() {
     let stops = vec![
@@ -392,14 +458,14 @@ fn legs_and_rests_are_joined() {
     let turn = |pair: &[[f64; 4]]| pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum::<f64>();
     for part in parts.iter().filter(|part| part.rests) {
         let [from, until] = part.nodes;
-        // A leg ends within the tolerance of its stop, and the next one begins at the stop.
+        // A leg ends at its stop within the tolerance, and the next leg begins exactly at the stop.
         assert!(turn(&path.quaternion[from..=until]) > 1.0 - 1e-12);
         assert_eq!(path.torque[from], Vector3::zeros());
     }
     assert!(path.quaternion.windows(2).all(|pair| turn(pair) > 0.9));
 }
 
-/// The window closes before a bound of the leg: proved before any leg is planned.
+/// A window that closes before the lower bound of the leg is reported before any leg is planned.
 #[test]
 fn windows_that_no_plan_can_keep_are_proved() {
     let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(50);
@@ -419,7 +485,7 @@ fn windows_that_no_plan_can_keep_are_proved() {
         Err(error) => panic!("{error}"),
         Ok(_) => None,
     };
-    // A leg takes 3.3 s at least, and one from A to B 4.5 s.
+    // A leg takes at least 3.3 s, and a leg from A to B at least 4.5 s.
     for order in [Ordering::Given, Ordering::Free] {
         assert_eq!(missed(plan(vec![within("A", 3.0, a.clone())], order)), Some("`A`".into()));
         let both = vec![within("A", 7.0, a.clone()), within("B", 7.0, b.clone())];
@@ -431,7 +497,8 @@ fn windows_that_no_plan_can_keep_are_proved() {
     }
     let aims = vec![within("A", 1.0, pointing([1.0, 0.0, 0.0]))];
     assert_eq!(missed(plan(aims, Ordering::Given)), Some("`A`".into()));
-    // A body that begins in motion turns no faster than its rate allows: by 106° in 6.2 s at 0.3 rad/s.
+    // For a body that moves at the start only the rate limit gives a bound: a turn by 106° takes at
+    // least 6.2 s at 0.3 rad/s.
     let mut moving = craft.clone();
     moving.start.angular_velocity = Vector3::new(0.0, 0.0, 0.01);
     moving.constraints.push(Constraint { name: "rate".into(), rule: Rule::RateNorm(0.3) });
@@ -468,12 +535,12 @@ fn what_a_sequence_cannot_have_is_told() {
     let stops = vec![stop("A", to([0.6, 0.8, 0.0, 0.0])).held(40.0)];
     let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::NoTime { holds: 40.0, total: 30.0 })));
-    // Effort to a target that moves needs the time at which it is met.
+    // At minimum effort a moving target requires a given time of arrival.
     let moving = Direction::along(0.0, 60.0, 10.0, 6, |t| Vector3::new(1.0, 0.01 * t, 0.0)).unwrap();
     let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving.clone())))];
     let found = effort(skew_body(), 30.0, stops, 50).plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::Unsupported(_))));
-    // The target is known for a minute.
+    // The positions of the target are known for one minute only.
     let stops = vec![stop("A", Place::Aim(Aim::new(Vector3::z(), moving))).held(70.0)];
     let mut craft = Problem::minimum_time(skew_body(), rest(), rest()).with_steps(50);
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };

@@ -1,22 +1,22 @@
-//! The hold of a stop: at rest, or on a target that moves.
+//! The hold at a stop: at rest, or on a moving target.
 //!
-//! Nothing is left to choose there. The target gives the attitudes at all nodes, and a free roll
-//! keeps what it has: from node to node the body turns the shortest way, so that it never turns
-//! about its boresight. The difference equations then give the torques (inverse dynamics):
+//! A hold has no free choice. The target determines the attitudes at all nodes, and a free roll
+//! evolves by the shortest rotation from node to node, so that the body never turns about its
+//! boresight. The difference equations then give the torques (inverse dynamics):
 //!
 //! ```text
 //! Π̃_k = vee(F_k J_d − J_d F_kᵀ)/h ,    F_k = R_kᵀ R_{k+1} ,    h τ_k = Π̃_k − F_{k−1}ᵀ Π̃_{k−1}
 //! (h/2) τ_0 = Π̃_0 − J Ω_0 ,            (h/2) τ_N = J Ω_N − F_{N−1}ᵀ Π̃_{N−1}
 //! ```
 //!
-//! Wheels share the momentum `H` of the whole, and store μ̃ over a step, with `F = cay(c)`:
+//! Wheels share the total momentum `H`, and store μ̃ over a step, with `F = cay(c)`:
 //!
 //! ```text
 //! (I + S(c) + c cᵀ) μ̃_k = R_kᵀ H − Π̃_k ,    h τ_k = μ̃_{k−1} − μ̃_k ,    μ = Rᵀ H − J Ω at the ends
 //! ```
 //!
-//! Of all inputs with these torques those of the least squares within their limits count. The
-//! witnesses judge a hold as they judge any other motion, limits and cones among it.
+//! Among all inputs with these torques, those with the least sum of squares within their limits are
+//! used. The witnesses check a hold, including its limits and cones, like any other motion.
 
 use super::carried::{carry, momentum};
 use super::{Place, Sequence, Stop};
@@ -35,30 +35,30 @@ use crate::verify::{self, Accuracy};
 use crate::{Matrix3, Vector3};
 use std::time::Instant;
 
-/// A hold, with the results of the witnesses.
+/// A hold at a stop, with the results of the witnesses.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Hold {
-    /// Its motion as a maneuver, from the arrival to the end of the hold.
+    /// The motion of the hold as a maneuver, from the arrival to the end of the hold.
     pub problem: Problem,
-    /// Its trajectory. No cost and no costates belong to it.
+    /// The trajectory of the hold. It has neither cost nor costates.
     pub plan: Plan,
 }
 
 impl Hold {
-    /// Returns the state at its end.
+    /// Returns the state at the end of the hold.
     pub fn end(&self) -> State {
         self.problem.end
     }
 }
 
-/// Returns whether a stop is on a target that moves.
+/// Returns whether the target of a stop moves.
 pub fn moves(stop: &Stop) -> bool {
     matches!(&stop.place, Place::Aim(aim) if aim.moves(&Vector3::zeros()))
 }
 
-/// Returns the maneuver of a hold at a stop that begins at a time \[s\] in a state: its limits and
-/// cones as they are then. Its end is not known yet.
+/// Returns the maneuver of a hold that begins at the time `arrival` \[s\] in the state `start`,
+/// with the limits and cones at that time. The state at the end is set later.
 pub fn holding(sequence: &Sequence, stop: &Stop, (arrival, start): (f64, State), lasting: f64) -> Problem {
     let craft = &sequence.craft;
     Problem {
@@ -76,8 +76,8 @@ pub fn holding(sequence: &Sequence, stop: &Stop, (arrival, start): (f64, State),
     }
 }
 
-/// Returns by how much a motion from a time \[s\] on leaves the target of a stop at most \[rad\], or
-/// the attitude in which it begins, of a stop that does not move.
+/// Returns the largest angle \[rad\] between a motion that begins at the time `arrival` \[s\] and
+/// the target of the stop. For a stop that does not move it is the angle from the first attitude.
 pub fn off_target(stop: &Stop, arrival: f64, path: &Trajectory) -> f64 {
     let attitudes = path.quaternion.iter().map(lie::rotation_from_quaternion);
     let first = attitudes.clone().next().unwrap_or_default();
@@ -94,11 +94,11 @@ pub fn off_target(stop: &Stop, arrival: f64, path: &Trajectory) -> f64 {
         .fold(0.0, |most: f64, off| if most.is_nan() || off <= most { most } else { off })
 }
 
-/// Returns the hold at a stop, from the arrival at a time in a state until the next leg begins;
-/// `held` are the momenta that the wheels have then.
+/// Plans the hold at a stop, from the arrival in a given state to the start of the next leg at
+/// `until` \[s\]. `held` contains the wheel momenta at the arrival.
 ///
 /// # Errors
-/// [`AimError`] where the target leaves the roll undetermined.
+/// [`AimError`] if the target leaves the roll undetermined.
 pub fn hold(
     sequence: &Sequence,
     stop: &Stop,
@@ -121,7 +121,7 @@ pub fn hold(
         let plan = judged(&craft, settings, solution, began, observer);
         let wanted = settings.continuous_limit();
         let more = plan.verification.as_ref().and_then(|found| Accuracy::of(found, &craft, wanted).steps);
-        // A hold takes the steps that it needs, whatever the legs take.
+        // A hold uses as many steps as it needs, independently of the legs.
         match more.filter(|more| wanted.is_some() && *more > craft.steps && *more <= MOST_STEPS) {
             Some(more) => craft.steps = more,
             None => return Ok(Hold { problem: craft, plan }),
@@ -129,16 +129,18 @@ pub fn hold(
     }
 }
 
-/// The most steps of a hold: more of them say that its torques do not hold the body on the target.
+/// Largest number of steps of a hold. If a hold needs more, its torques cannot keep the body on the
+/// target.
 const MOST_STEPS: usize = 100_000;
 
-/// The attitudes of a hold at its nodes, and the state at its end.
+/// The attitudes of a hold at its nodes, and its final state.
 struct Attitudes {
     all: Vec<Matrix3>,
     end: State,
 }
 
-/// Returns the attitudes from the start of a hold on, on a target or at rest.
+/// Returns the attitudes of a hold from its start on: on the target `aim`, or at rest if it is
+/// `None`.
 fn attitudes(craft: &Problem, aim: Option<&Aim>) -> Result<Attitudes, AimError> {
     let (start, steps, zero) = (craft.start, craft.steps, Vector3::zeros());
     let Some(aim) = aim else {
@@ -158,7 +160,7 @@ fn attitudes(craft: &Problem, aim: Option<&Aim>) -> Result<Attitudes, AimError> 
     Ok(Attitudes { all, end: State::attitude(at, rate) })
 }
 
-/// Returns the motion through attitudes, with the torques that it takes.
+/// Returns the motion through given attitudes, with the torques that it requires.
 fn followed(craft: &Problem, attitudes: &[Matrix3], settings: &Settings) -> Solution {
     let mut solution = Solution { optimality: Optimality::UNTESTED, ..Solution::unknown() };
     let set = &craft.actuation.torque;
@@ -185,7 +187,8 @@ fn followed(craft: &Problem, attitudes: &[Matrix3], settings: &Settings) -> Solu
     solution
 }
 
-/// Returns the set of alternatives that leaves a hold the most room; one set holds throughout.
+/// Returns the set of alternatives that leaves a hold the largest margin. One set applies
+/// throughout the hold.
 fn clearest(craft: &Problem, of: &Alternatives, inputs: &[f64]) -> Turns {
     let lasting = craft.seconds();
     let turns = |set: usize| Turns { of: of.clone(), shifts: vec![Shift { set, from: 0.0, to: lasting }] };
@@ -198,7 +201,7 @@ fn clearest(craft: &Problem, of: &Alternatives, inputs: &[f64]) -> Turns {
     turns(best.unwrap_or_default())
 }
 
-/// Returns the torques at the nodes, body axes [N·m], by the difference equations.
+/// Returns the torques at the nodes from the difference equations, body axes [N·m].
 fn torques(craft: &Problem, attitudes: &[Matrix3]) -> Vec<Vector3> {
     let (j, j_d, h) = (craft.body.inertia.j(), craft.body.inertia.j_d(), craft.step());
     let [first, last] = [craft.start, craft.end].map(|state| j * state.angular_velocity);
@@ -209,7 +212,7 @@ fn torques(craft: &Problem, attitudes: &[Matrix3]) -> Vec<Vector3> {
         let stored = momenta.zip(&turns).zip(attitudes).map(|((momentum, f), attitude)| {
             let c = cayley_inverse(f);
             let seen = Matrix3::identity() + hat(&c) + c * c.transpose();
-            // Its determinant is (1 + c²)².
+            // The determinant of this matrix is (1 + c²)².
             let stored = seen.try_inverse().unwrap_or_default() * (attitude.tr_mul(&whole) - momentum);
             [-stored, -stored]
         });
@@ -233,11 +236,13 @@ fn torques(craft: &Problem, attitudes: &[Matrix3]) -> Vec<Vector3> {
     torques
 }
 
-/// Newton steps on the three multipliers: a piecewise linear equation of few pieces.
+/// Largest number of Newton steps for the three multipliers. The equation is piecewise linear with
+/// few pieces.
 const MOST_NEWTON: usize = 50;
 
-/// Returns the inputs of least squares within their limits whose output is a torque, in the axes of
-/// the set; where none has it, those that the last step came to.
+/// Returns the inputs within their limits that produce `torque` (in the axes of the actuator set)
+/// with the least sum of squares. If no inputs produce it, returns the inputs of the last Newton
+/// step.
 ///
 /// ```text
 /// min ½ |u|²  where  B u = τ ,  lower ≤ u ≤ upper :     u = clamp(Bᵀ y) ,  B clamp(Bᵀ y) = τ
@@ -257,7 +262,7 @@ fn shared(set: &ActuatorSet, torque: &Vector3) -> Vec<f64> {
         })
         .collect()
     };
-    // The dual function ½|u|² − y·(B u − τ) is concave, and its slope is what is missing.
+    // The dual function ½|u|² − y·(B u − τ) is concave; its gradient is the missing torque.
     let missing = |y: &Vector3| torque - set.output(&inputs(y));
     let mut y = Vector3::zeros();
     let mut lacks = missing(&y);
@@ -293,7 +298,8 @@ fn shared(set: &ActuatorSet, torque: &Vector3) -> Vec<f64> {
     inputs(&y)
 }
 
-/// The curvature, as a part of the largest, below which no free input acts in a direction.
+/// Threshold on the curvature, relative to the largest one: in directions below it no free input
+/// acts.
 const SINGULAR: f64 = 1e-12;
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
-//! Windows that cannot be kept, proved by the lower bounds of the legs ([`super::leg_bound`]).
+//! Windows that no plan can keep, as lower bounds on the legs prove ([`super::leg_bound`]).
 //!
-//! Where the body begins and ends at rest, a motion by way of other stops is a motion from the one
-//! to the other too, so the bound of the straight leg holds for it. A given order adds up its legs.
-//! In a free order a stop may come first; and of two stops one comes before the other. A limit of the
-//! rate bounds every leg by its angle, whether the body rests at its ends or not.
+//! If the body begins and ends at rest, a motion from one stop to another by way of further stops
+//! is also a motion between the two, so the lower bound of the direct leg applies to it. For a
+//! given order the bounds of the legs add up. In a free order any stop may come first, and of two
+//! stops one precedes the other. A rate limit gives a lower bound for every leg from its angle,
+//! whether or not the body rests at the ends.
 
 use super::leg_bound::LegBound;
 use super::{Ordering, Place, Sequence, carried, tracked};
@@ -11,16 +12,17 @@ use crate::lie;
 use crate::maneuver::constraint::{Rule, angle_between};
 use crate::{Matrix3, Vector3};
 
-/// Windows that no plan can keep.
+/// Windows that no plan can keep, with the least possible delay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missed {
-    /// The stop, or both stops, whose windows these are.
+    /// Index of the stop with such a window, or the indices of two stops whose windows exclude each
+    /// other.
     pub stops: Vec<usize>,
-    /// By how much the hold begins too late at least \[s\].
+    /// Lower bound of the delay by which a hold begins too late \[s\].
     pub late: f64,
 }
 
-/// Returns windows that no plan of a sequence can keep; `None` where the bounds prove nothing.
+/// Returns windows that no plan of a sequence can keep; `None` if the bounds prove nothing.
 pub fn missed(sequence: &Sequence) -> Option<Missed> {
     let bounds = Bounds::of(sequence);
     let visits: Vec<_> = sequence.stops.iter().map(|stop| stop.visit).collect();
@@ -46,12 +48,13 @@ pub fn missed(sequence: &Sequence) -> Option<Missed> {
     alone.chain(pairs).find(|missed| missed.late > 0.0)
 }
 
-/// Lower bounds of the legs between stops.
+/// Lower bounds on the durations of the legs between stops.
 struct Bounds<'a> {
     sequence: &'a Sequence,
-    /// Those from rest to rest; `None` where the body does not begin at rest, or wheels store momentum.
+    /// Bounds for legs from rest to rest; `None` if the body does not begin at rest, or if wheels
+    /// store momentum.
     legs: Option<LegBound>,
-    /// The limit of the rate [rad/s]; infinite without one.
+    /// The rate limit [rad/s]; infinite if the craft has none.
     fastest: f64,
 }
 
@@ -70,7 +73,7 @@ impl<'a> Bounds<'a> {
         Self { sequence, legs: rests.then(|| LegBound::new(craft)), fastest }
     }
 
-    /// Returns the least time from the start, or from a stop, to a stop \[s\].
+    /// Returns a lower bound of the time \[s\] from the start (`None`) or from a stop to a stop.
     fn least(&self, from: Option<usize>, to: usize) -> f64 {
         let stops = &self.sequence.stops;
         let moves = |stop: usize| tracked::moves(&stops[stop]);
@@ -98,8 +101,8 @@ impl<'a> Bounds<'a> {
         rest.unwrap_or(0.0).max(angle / self.fastest)
     }
 
-    /// Returns an angle \[rad\] that every turn between two places has, of which one leaves the roll
-    /// free: that between the directions of its boresight.
+    /// Returns a lower bound of the angle \[rad\] of all turns between two places of which at least
+    /// one leaves the roll free: the angle between the directions of the boresight.
     fn least_angle(
         &self,
         from: Option<usize>,

@@ -1,6 +1,6 @@
-//! The chance that a limit is exceeded at an instant of a plan, to first order: a boresight
-//! enters a cone or leaves one, the body turns too fast, a command exceeds the limit of an input,
-//! or changes too fast.
+//! The chance that a limit is exceeded at an instant of a plan, to first order. A boresight enters
+//! a keep-out cone or leaves a keep-in cone, the body turns too fast, or a command exceeds the
+//! limit of an input or changes too fast.
 //!
 //! ```text
 //! cone      θ_k = angle(R_k b, w) − α ,   σ² = gᵀ P_ζζ g ,   g = (1/sin θ) wᵀ R_k S(b)          chance Φ(−room/σ)
@@ -9,9 +9,9 @@
 //! its rate  r_i − |u*_ik+1 − u*_ik|/h ,   σ of the change of the correction, over h
 //! ```
 //!
-//! `P` of torques is the covariance of the measured state. Errors of neighbouring instants are
-//! correlated, so the chance of the worst instant is near the chance of the whole plan, and the
-//! sum of the chances is not.
+//! For torques, `P` is the covariance of the measured state. Errors of neighbouring instants are
+//! correlated. The chance at the worst instant is therefore near the chance over the whole plan,
+//! whereas the sum of the chances over all instants is far above it.
 
 use super::Covariance;
 use crate::lie::hat;
@@ -22,69 +22,68 @@ use crate::optimize::discrete::linear_plan::LinearPlan;
 use crate::{Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The limited quantity.
+/// The physical quantity that a limit bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// The angle of a boresight from a cone \[rad\].
+    /// Angle between a boresight and the edge of a cone \[rad\].
     Angle,
-    /// The angular velocity [rad/s].
+    /// Angular velocity [rad/s].
     Rate,
-    /// The torque of an input, or the norm of all [N·m].
+    /// Torque of one input, or norm of the total torque [N·m].
     Torque,
-    /// The rate of the torque of an input [N·m/s].
+    /// Rate of change of the torque of an input [N·m/s].
     TorqueRate,
 }
 
-/// A limit at the instant of its largest chance.
+/// The state of a limit at the instant with the largest chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Worst {
-    /// The node; for inputs, the step that begins at the node.
+    /// Index of the node; for inputs, index of the step that begins at this node.
     pub node: usize,
-    /// The chance of exceeding it then.
+    /// Chance of exceeding the limit at this instant.
     pub chance: f64,
-    /// The standard deviation of the limited quantity at that time, in the unit of its
-    /// [`Quantity`].
+    /// Standard deviation of the limited quantity at this instant, in the unit of its [`Quantity`].
     pub sigma: f64,
-    /// The distance of the plan from the limit at that time, without margin.
+    /// Distance of the plan from the limit at this instant, without margin.
     pub room: f64,
 }
 
-/// The chance of violating a constraint, or of exceeding a limit of the inputs.
+/// The chance of violating a constraint or exceeding an input limit, along a plan.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
-    /// The name of the constraint or limit.
+    /// Name of the constraint or of the input limit.
     pub name: String,
-    /// The limited quantity.
+    /// The physical quantity that is limited.
     pub quantity: Quantity,
-    /// Chance at each node, or in each step: the largest of its parts.
+    /// Chance at each node, or in each step for inputs: the largest over the parts of the limit.
     pub nodes: Vec<f64>,
-    /// The worst chance of each part of the limit: a cone and a norm have one part, components and
-    /// inputs have one part each.
+    /// The worst instant of each part of the limit. A cone and a norm have one part; other limits
+    /// have one part per component or input.
     pub parts: Vec<Worst>,
 }
 
-/// Returns `Φ(x)` of the standard normal distribution.
+/// Returns the distribution function `Φ(x)` of the standard normal distribution.
 pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// Returns `Φ⁻¹(p)`.
+/// Returns the quantile `Φ⁻¹(p)` of the standard normal distribution.
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
-/// The relative excess by which a plan at a limit may exceed it, due to round-off.
+/// Relative tolerance by which a plan may exceed a limit due to round-off.
 const AT_LIMIT: f64 = 1e-9;
 
-/// Room and deviation of each part at an instant.
+/// Distance from the limit and standard deviation, for each part of a limit at one instant.
 type Instant = Vec<(f64, f64)>;
 
 impl Chance {
-    /// Returns the chances of every constraint of a maneuver, for the limits of the craft and
-    /// without margins. Cones on which boresights are held are excluded, because a boresight
-    /// leaves them with certainty.
+    /// Returns the chance of violating each constraint of a maneuver, for the limits of the craft
+    /// and without margins. Cones on whose surface a boresight is held are excluded, because any
+    /// error leaves the surface.
     pub fn of_constraints(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let craft = problem.of_craft();
         let held = |rule: &Rule| matches!(rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. }));
@@ -92,8 +91,8 @@ impl Chance {
         judged.map(|constraint| Self::of(constraint, &craft, plan, covariance)).collect()
     }
 
-    /// Returns the chances of every limit of the torques with gains, for the limits of the craft;
-    /// empty in open loop, where no correction is made.
+    /// Returns the chance of exceeding each torque limit in closed loop, for the limits of the
+    /// craft. Empty in open loop, where no corrections are made.
     pub fn of_limits(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let craft = problem.of_craft();
         let count = covariance.inputs.len();
@@ -136,7 +135,7 @@ impl Chance {
         all
     }
 
-    /// Returns the chance of one constraint.
+    /// Returns the chance of violating one constraint along a plan.
     pub fn of(
         constraint: &Constraint,
         problem: &Problem,
@@ -192,13 +191,13 @@ impl Chance {
         out
     }
 
-    /// Returns the part with the largest chance, and the node of that chance.
+    /// Returns the worst instant of the part that has the largest chance.
     pub fn worst(&self) -> Worst {
         let none = Worst { node: 0, chance: 0.0, sigma: 0.0, room: f64::INFINITY };
         self.parts.iter().fold(none, |worst, part| if part.is_worse_than(&worst) { *part } else { worst })
     }
 
-    /// Returns the largest of all instants.
+    /// Returns the largest chance over all parts and instants.
     pub fn largest(&self) -> f64 {
         self.worst().chance
     }
@@ -206,31 +205,32 @@ impl Chance {
 
 impl Worst {
     fn is_worse_than(&self, other: &Self) -> bool {
-        // Among instants at a limit, which have equal chances, selects the one with the largest
-        // deviation.
+        // At instants exactly on a limit the chances are equal; then the largest deviation decides.
         let key = |worst: &Self| (worst.chance, -worst.room, worst.sigma);
         key(self) > key(other)
     }
 }
 
-/// Returns the chance of being more than `room` off.
+/// Returns the chance that a normal error of deviation `sigma` exceeds `room`.
 fn beyond(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) }
 }
 
-/// Returns the length and direction of a vector; no direction of none.
+/// Returns the length and the unit direction of a vector; the direction is zero for the zero
+/// vector.
 fn size_of(vector: &Vector3) -> (f64, Vector3) {
     let size = vector.norm();
     (size, if size > 0.0 { vector / size } else { Vector3::zeros() })
 }
 
-/// Returns `√(gᵀPg)`.
+/// Returns the standard deviation `√(gᵀPg)` of a quantity with gradient `g`, for the covariance
+/// `P`.
 fn deviation(covariance: &Matrix3, gradient: &Vector3) -> f64 {
     gradient.dot(&(covariance * gradient)).max(0.0).sqrt()
 }
 
-/// Returns the room and the deviation for the pair of a boresight and a direction with the
-/// largest chance, to a cone without its margin.
+/// Returns the distance from the cone without its margin, and its deviation, for the pair of
+/// boresight and direction with the largest chance.
 fn beside_cone(
     cone: &Pointing,
     attitude: &Matrix3,
@@ -243,7 +243,7 @@ fn beside_cone(
     for (boresight, direction) in cone.pairs() {
         let (angle, gradient) = angle_from(attitude, boresight, &direction.at(time, frame_rate));
         let room = without.room_beside(angle, direction.angular_radius(time));
-        // The sign of the gradient, which the side of the cone decides, makes no difference to σ.
+        // The sign of the gradient depends on the side of the cone; it has no effect on σ.
         let sigma = deviation(of_attitude, &gradient);
         let chance = beyond(room, sigma);
         let worse = |(before, least, _): (f64, f64, f64)| {
@@ -256,7 +256,7 @@ fn beside_cone(
     worst.map_or((f64::INFINITY, 0.0), |(_, room, sigma)| (room, sigma))
 }
 
-/// Returns the angle of a boresight from a direction, and its gradient by `ζ`:
+/// Returns the angle between a boresight and a direction, and the gradient of this angle by `ζ`:
 /// `(1/sin θ) wᵀ R S(b)`.
 fn angle_from(attitude: &Matrix3, boresight: &Vector3, direction: &Vector3) -> (f64, Vector3) {
     let seen = attitude.tr_mul(direction);

@@ -1,4 +1,4 @@
-//! The pass along a plan that carries covariances, sensitivities and sets.
+//! Propagation of covariances, parameter sensitivities and sets along a plan.
 
 use super::{Bounded, Covariance, Uncertainty};
 use crate::feedback::Gains;
@@ -8,7 +8,8 @@ use nalgebra::{Const, Dyn, OMatrix, RowSVector, SMatrix};
 
 type Matrix6x3 = SMatrix<f64, 6, 3>;
 
-/// Returns the ellipsoid of least trace about the sum of ellipsoids; a point where all are points.
+/// Returns the ellipsoid of least trace that contains the Minkowski sum of ellipsoids centred at
+/// zero. It is a point if all of them are points.
 fn minkowski<const N: usize>(sets: &[Square<N>]) -> Square<N> {
     let roots: Vec<f64> = sets.iter().map(|set| set.trace().max(0.0).sqrt()).collect();
     let all: f64 = roots.iter().sum();
@@ -16,7 +17,7 @@ fn minkowski<const N: usize>(sets: &[Square<N>]) -> Square<N> {
     parts.fold(Square::<N>::zeros(), |sum, (set, root)| sum + set * (all / root))
 }
 
-/// A pass along a plan, with `N` states: 6, or 9 with the momentum of wheels.
+/// The propagation along a plan with `N` states: 6, or 9 with the momentum of wheels.
 pub(super) struct Flow<'a, const N: usize> {
     plan: &'a LinearPlan,
     gains: Option<&'a Gains>,
@@ -31,14 +32,15 @@ impl<'a, const N: usize> Flow<'a, N> {
         Self { plan, gains, uncertainty }
     }
 
-    /// Returns `[ζ; δΩ]` in SI as a scaled `z` of momenta.
+    /// Returns the matrix that maps `[ζ; δΩ]` in SI units to the scaled state `z`, which has
+    /// momenta.
     fn of_rates(&self) -> Matrix6 {
         let mut map = Matrix6::identity();
         map.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.plan.momentum_of_rate());
         map
     }
 
-    /// Returns the columns of the state, one for each parameter.
+    /// Returns a matrix with one column of the state for each parameter.
     fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
         let parameters = &self.uncertainty.parameters;
         let mut columns = Columns::<N>::zeros(parameters.len());
@@ -48,7 +50,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// Returns `S Σ_p Sᵀ`.
+    /// Returns the covariance `S Σ_p Sᵀ` that the parameters cause, for the sensitivities `S`.
     fn of_parameters(&self, columns: &Columns<N>) -> Square<N> {
         let mut sum = Square::<N>::zeros();
         for (column, (_, _, sigma)) in columns.column_iter().zip(&self.uncertainty.parameters) {
@@ -57,19 +59,19 @@ impl<'a, const N: usize> Flow<'a, N> {
         sum
     }
 
-    /// Returns the matrix of the whole state that contains a matrix of `z` and is zero elsewhere.
+    /// Embeds a 6×6 matrix of `z` in a matrix of the whole state, with zeros elsewhere.
     fn whole(of: &Matrix6) -> Square<N> {
         let mut out = Square::<N>::zeros();
         out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
         out
     }
 
-    /// Returns the part of `z`.
+    /// Returns the 6×6 block that belongs to `z`.
     fn part(of: &Square<N>) -> Matrix6 {
         of.fixed_view::<6, 6>(0, 0).into_owned()
     }
 
-    /// Returns `A` and `B` of a step for the whole state.
+    /// Returns the matrices `A` and `B` of a step for the whole state.
     fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
         let step = &self.plan.steps()[index];
         let mut a = Self::whole(&step.stage.a);
@@ -83,7 +85,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         (a, b)
     }
 
-    /// Returns `E_k` for the whole state.
+    /// Returns the disturbances `E_k` of a step for the whole state, one column for each parameter.
     fn disturbed(&self, step: usize) -> Columns<N> {
         let mut columns = self.columns(|parameter| self.plan.disturbance(step, parameter));
         for (index, (_, parameter, _)) in self.uncertainty.parameters.iter().enumerate() {
@@ -95,26 +97,26 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// Converts a covariance of the state to the covariance of `[ζ; δΠ]`, rad and N·m·s.
+    /// Converts a scaled covariance of the state to the covariance of `[ζ; δΠ]` in rad and N·m·s.
     fn si(&self, state: &Square<N>) -> Matrix6 {
         let unit = |row: usize| self.plan.unit(row);
         Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
     }
 
-    /// Returns the intensity of the noise of the torque, scaled.
+    /// Returns the intensity of the torque noise, scaled.
     fn noise_of_torque(&self) -> Matrix3 {
         let units = self.plan.units();
         self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
     }
 
-    /// Returns the covariance of the measurement, scaled.
+    /// Returns the covariance of the measurement noise, scaled.
     fn sensors(&self) -> Square<N> {
         let of_rates = self.of_rates();
         Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
     }
 
-    /// Returns `δJ Ω*` of each parameter at a node: the error of the momentum of the true body at
-    /// a known rate.
+    /// Returns `δJ Ω*` of each parameter at a node: the momentum error of the true body if its rate
+    /// is known.
     fn of_known_rate(&self, node: usize) -> Columns<N> {
         let rate = *self.plan.node(node).1;
         self.columns(|parameter| match parameter {
@@ -123,13 +125,12 @@ impl<'a, const N: usize> Flow<'a, N> {
         })
     }
 
-    /// Returns `B K` of a step for the whole state; zero in open loop.
+    /// Returns the gain `B K` of a step for the whole state; zero in open loop.
     fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
         self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
-    /// Returns the tick that begins at a node, with covariance and sensitivities of the state at
-    /// that node.
+    /// Begins a tick at a node, with covariance and sensitivities of the state at this node.
     fn tick(&self, node: usize, p: &Square<N>, s: &Columns<N>) -> Tick<N> {
         let measured = self.columns(|parameter| self.plan.measured(node, parameter));
         Tick {
@@ -176,7 +177,7 @@ impl<'a, const N: usize> Flow<'a, N> {
             along.torque.push(corrected * plan.units().torque().powi(2));
             along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
             if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
-                // A part of the last correction still follows at the end; it belongs to the
+                // A part of the last correction still acts at the end; it is based on the
                 // measurement before it.
                 let back = Self::whole(&plan.last());
                 let mut half = SMatrix::<f64, N, 3>::zeros();
@@ -203,8 +204,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.ended(along, &end, &moved)
     }
 
-    /// Returns the set of motions near the plan: start and noise are propagated as one ellipsoid,
-    /// parameters as segments.
+    /// Computes the sets of motions near the plan. Start and noise are propagated as one ellipsoid,
+    /// and each parameter as a segment.
     pub fn bound(&self) -> Bounded {
         let (plan, count) = (self.plan, self.plan.count());
         let every = self.gains.map_or(1, |gains| gains.every);
@@ -238,7 +239,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         Bounded { states, end }
     }
 
-    /// Records the covariance of the state at the next node.
+    /// Appends the covariances of state and rate at the next node.
     fn tell(&self, along: &mut Covariance, p: &Square<N>, s: &Columns<N>) {
         let node = along.states.len();
         along.states.push(self.si(&(p + self.of_parameters(s))));
@@ -249,7 +250,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         along.rates.push(to_rates * momenta.fixed_view::<3, 3>(3, 3) * to_rates.transpose());
     }
 
-    /// Adds the covariance at the end, with rates in place of momenta.
+    /// Completes the result with the terminal covariance, converted from momenta to rates.
     fn ended(&self, along: Covariance, end: &Matrix6, moved: &Columns<N>) -> Covariance {
         let to_rates = self.of_rates().try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
         let columns = Self::whole(&to_rates) * (moved - self.of_known_rate(self.plan.count()));
@@ -265,7 +266,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         }
     }
 
-    /// Returns the rows of gains, SI inputs by the scaled state.
+    /// Returns the gain rows of a step, from the scaled state to SI inputs.
     fn rows_of(&self, gains: &Gains, step: usize) -> Vec<RowSVector<f64, N>> {
         let entry = |row: &[f64], column: usize| row.get(column).map_or(0.0, |k| k * self.plan.unit(column));
         let row = |row: &[f64]| RowSVector::from_fn(|_, column| entry(row, column));
@@ -277,8 +278,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
-    /// Returns the deviations of the change of the corrections from the tick before node `k` to the
-    /// tick that begins at it:
+    /// Returns the standard deviations of the change of the corrections, from the tick before node
+    /// `k` to the tick that begins at this node:
     ///
     /// ```text
     /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …
@@ -307,23 +308,25 @@ impl<'a, const N: usize> Flow<'a, N> {
     }
 }
 
-/// The steps over which a correction is held.
+/// The steps over which one correction is held.
 struct Tick<const N: usize> {
-    /// `B K`.
+    /// The gain `B K` of the tick.
     gain: SMatrix<f64, 3, N>,
-    /// Covariance of the state at its beginning, without parameters.
+    /// Covariance of the state at the start of the tick, without the parameters.
     p: Square<N>,
-    /// `C` and `S + C` at the start of the tick: the effect of parameters on the measurement.
+    /// The sensitivities `C` of the measurement to the parameters, and the sum `S + C` of the
+    /// sensitivities of state and measurement, at the start of the tick.
     measured: Columns<N>,
     seen: Columns<N>,
-    /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.
+    /// The matrices `Φ` and `Ψ`, and the covariance due to torque noise since the start of the
+    /// tick.
     state: Square<N>,
     sensors: Square<N>,
     noise: Square<N>,
 }
 
 impl<const N: usize> Tick<N> {
-    /// Advances the tick by a step.
+    /// Advances the tick by one step.
     fn go(&mut self, a: &Square<N>, b: &SMatrix<f64, N, 3>, noise: &Square<N>) {
         let answered = b * self.gain;
         self.state = a * self.state - answered;
@@ -331,7 +334,8 @@ impl<const N: usize> Tick<N> {
         self.noise = a * self.noise * a.transpose() + noise;
     }
 
-    /// Returns the contributions of start, sensors and torque to the present state.
+    /// Returns the contributions of initial covariance, sensor noise and torque noise to the
+    /// present covariance of the state.
     fn parts(&self, sensors: &Square<N>) -> [Square<N>; 3] {
         [
             self.state * self.p * self.state.transpose(),
@@ -346,12 +350,12 @@ impl<const N: usize> Tick<N> {
     }
 }
 
-/// Returns `[0; I]`.
+/// Returns the 6×3 matrix `[0; I]`, which selects the momenta.
 fn momentum_rows() -> Matrix6x3 {
     Matrix6::identity().fixed_view::<6, 3>(0, 3).into_owned()
 }
 
-/// Returns `[0; vector]`.
+/// Returns the state `[0; vector]`, whose momentum is `vector`.
 fn momenta(vector: &Vector3) -> Vector6 {
     Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
 }

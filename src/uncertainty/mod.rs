@@ -1,10 +1,10 @@
-//! The uncertainty of a craft, propagated along a plan: covariances of attitude and rate, in open
-//! loop and with gains.
+//! The uncertainty of a craft propagated along a plan: covariances of attitude and rate, in open
+//! loop and in closed loop.
 //!
 //! The linearised Lie group flow propagates an ellipsoid `{R* exp S(ζ), Π* + δΠ : zᵀP⁻¹z ≤ 1}`
 //! (Lee, Sanyal, Leok, McClamroch, *Deterministic global attitude estimation*, 2006), and
-//! covariances by the same matrices. Let the gains be `G = B K`. The torque has noise of
-//! intensity `S_w`, the sensors have noise of covariance `R_s`, independent at each step, and the
+//! covariances by the same matrices. The gains enter as `G = B K`. The torque has noise of
+//! intensity `S_w`. The sensors have noise of covariance `R_s`, independent at each step. The
 //! parameters `p` are constant over the steps:
 //!
 //! ```text
@@ -20,20 +20,20 @@
 //! Ψ_{j+1} = A_j Ψ_j + B_j G ,   Ψ_0 = 0
 //! ```
 //!
-//! A constant error of a parameter acts at every step with one sign. Treated as independent noise
-//! it would appear several times too small. `optimize::discrete::linear_plan` defines `E_k` and
-//! `C_k`.
+//! A constant parameter error acts in every step with the same sign. Treated as independent noise,
+//! its effect would be underestimated several times. `optimize::discrete::linear_plan` defines
+//! `E_k` and `C_k`.
 //!
-//! [`Bounded`] is the set-valued version for errors that stay within bounds and have no
-//! distribution: an ellipsoid that contains every motion near the plan, to first order. Sets add
-//! up as `⊕`. The ellipsoid of least trace about the sum is
+//! [`Bounded`] is the set-valued version for errors that are bounded and have no known
+//! distribution: an ellipsoid that contains every motion near the plan, to first order. `⊕` is the
+//! Minkowski sum of sets. The ellipsoid of least trace that contains the sum is
 //!
 //! ```text
 //! {A_1} ⊕ … ⊕ {A_n} ⊂ {P} ,     P = (Σ √tr A_i) Σ A_i/√tr A_i
 //! ```
 //!
-//! Covariances of independent noise grow like √k, and sets grow like k, because bounds do not
-//! average out.
+//! The size of covariances of independent noise grows like √k, while the size of sets grows like k,
+//! because bounded errors need not average out.
 
 pub mod chance;
 mod flow;
@@ -46,47 +46,48 @@ use crate::feedback::Gains;
 use crate::optimize::discrete::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use flow::Flow;
 
-/// The uncertainty of a craft: one standard deviation each, SI units, body axes.
+/// The uncertainty of a craft: one standard deviation of each error source, SI units, body axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uncertainty {
-    /// Covariance of the start, `[ζ; δΩ]`, rad and rad/s: true minus planned.
+    /// Covariance of the initial error `[ζ; δΩ]`, true minus planned, rad and rad/s.
     pub start: Matrix6,
-    /// The parameters that are constant along the plan, independent of each other: the name, the
-    /// kind, and the deviation of each.
+    /// The uncertain parameters, constant along the plan and independent of each other: name, kind
+    /// and standard deviation of each.
     pub parameters: Vec<(String, Parameter, f64)>,
-    /// Intensity of the noise of the torque, (N·m)²·s.
+    /// Intensity of the torque noise, (N·m)²·s.
     pub torque_noise: Matrix3,
-    /// The covariance of the measurement noise of `[ζ; δΩ]`, independent at each step.
+    /// Covariance of the measurement noise of `[ζ; δΩ]`, rad and rad/s, independent at each step.
     pub sensor_noise: Matrix6,
 }
 
-/// Covariance along a plan.
+/// Covariances of state, rate and corrections along a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Covariance {
-    /// The covariance of `[ζ; δΠ]`, rad and N·m·s, at each node; for torques at nodes, of the
-    /// momenta after a full kick.
+    /// Covariance of the deviation `[ζ; δΠ]` at each node, rad and N·m·s. For torques at nodes they
+    /// are the momenta after a full kick.
     pub states: Vec<Matrix6>,
-    /// The covariance of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
+    /// Covariance of the physical terminal error `[ζ; δΩ]`, true minus planned, rad and rad/s.
     pub end: Matrix6,
-    /// The part of [`Self::end`] that the parameters cause.
+    /// The contribution of the parameters to [`Self::end`].
     pub end_of_parameters: Matrix6,
-    /// `∂[ζ; δΩ]/∂p` at the end, 6 numbers a parameter.
+    /// Sensitivity `∂[ζ; δΩ]/∂p` of the terminal error to the parameters: one 6-vector per
+    /// parameter.
     pub end_by_parameter: Vec<Vector6>,
-    /// The covariance of the physical `δΩ` at each node, (rad/s)²: true minus planned; for
-    /// torques at nodes, of the rates after a full kick.
+    /// Covariance of the physical rate error `δΩ` at each node, true minus planned, (rad/s)². For
+    /// torques at nodes they are the rates after a full kick.
     pub rates: Vec<Matrix3>,
-    /// The covariance of the correction of the torque, body axes, (N·m)², for each step.
+    /// Covariance of the torque correction in each step, body axes, (N·m)².
     pub torque: Vec<Matrix3>,
-    /// Standard deviation of the correction of each input, SI, for each step; empty open loop.
+    /// Standard deviation of the correction of each input in each step, SI; empty in open loop.
     pub inputs: Vec<Vec<f64>>,
-    /// Standard deviation of the change of the correction of each input from a step to the next,
-    /// SI, one fewer than steps; empty open loop.
+    /// Standard deviation of the change of each input's correction from a step to the next, SI.
+    /// There is one entry less than steps; the list is empty in open loop.
     pub input_changes: Vec<Vec<f64>>,
 }
 
 impl Covariance {
-    /// Propagates the uncertainty along a plan, with `gains` for the closed loop.
+    /// Propagates the uncertainty along a plan: in closed loop with `gains`, in open loop without.
     pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
         if plan.has_wheels() {
             Flow::<9>::new(plan, gains, uncertainty).carry()
@@ -95,13 +96,15 @@ impl Covariance {
         }
     }
 
-    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s] at the end.
+    /// Returns the standard deviations of the terminal attitude error \[rad\] and rate error
+    /// [rad/s].
     pub fn end_sigma(&self) -> Vector6 {
-        // `max` would make a zero of NaN.
+        // `max` would turn NaN into zero.
         self.end.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })
     }
 
-    /// Returns the part of the variance of each number at the end that each parameter causes.
+    /// Returns the fraction that each parameter contributes to the variance of each component of
+    /// the terminal error.
     pub fn shares(&self, uncertainty: &Uncertainty) -> Vec<(String, Vector6)> {
         let share = |(column, (name, _, sigma)): (&Vector6, &(String, Parameter, f64))| {
             let part = Vector6::from_fn(|row, _| {
@@ -115,20 +118,21 @@ impl Covariance {
 }
 
 /// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order, if
-/// each source of error is anywhere within one deviation of [`Uncertainty`]. Start and noise are
-/// within their ellipsoids (noise of the torque as its mean over a step), and each parameter is in
-/// its interval.
+/// each source of error stays within one deviation of [`Uncertainty`]. The initial error, the
+/// sensor noise and the torque noise (its mean over a step) lie in their ellipsoids, and each
+/// parameter in its interval.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {
-    /// P of `[ζ; δΠ]`, rad and N·m·s, at each node.
+    /// Matrix P of the ellipsoid for `[ζ; δΠ]` at each node, rad and N·m·s.
     pub states: Vec<Matrix6>,
-    /// P of the physical `[ζ; δΩ]` at the end, rad and rad/s.
+    /// Matrix P of the ellipsoid for the physical terminal error `[ζ; δΩ]`, rad and rad/s.
     pub end: Matrix6,
 }
 
 impl Bounded {
-    /// Carries the sets along a plan whose torques are held; `gains` where the loop is closed.
+    /// Propagates the sets along a plan with held torques: in closed loop with `gains`, in open
+    /// loop without.
     pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
         if plan.has_wheels() {
             Flow::<9>::new(plan, gains, uncertainty).bound()

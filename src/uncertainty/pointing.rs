@@ -4,30 +4,32 @@ use crate::lie::hat;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
-/// The angle of a boresight from its planned direction, of a normal error of the attitude.
+/// The angle of a boresight from its planned direction, for a normally distributed attitude error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Radius {
-    /// Standard deviations along the two axes of the ellipse on the sky \[rad\], the larger first.
+    /// Standard deviations along the two axes of the error ellipse on the sky \[rad\], the larger
+    /// first.
     pub sigma: [f64; 2],
-    /// The angle within which the boresight is with the probability [`Radius::LEVEL`] \[rad\]. Not
-    /// `3σ`: that holds in one dimension, and `3.44σ` for a circle.
+    /// Angle \[rad\] within which the boresight lies with the probability [`Radius::LEVEL`]. This
+    /// is `3σ` in one dimension only; for a circular error it is `3.44σ`.
     pub within: f64,
 }
 
 impl Radius {
-    /// The probability of three standard deviations of one normal number.
+    /// The probability that a normally distributed number lies within three standard deviations.
     pub const LEVEL: f64 = 0.9973;
 
-    /// Directions of the sum over a quarter of the circle. The sum is periodic, and its error falls
-    /// with the power of their number; thin ellipses need the most.
+    /// Number of directions of the quadrature over a quarter of the circle. The integrand is
+    /// periodic, so the error falls exponentially with this number; thin ellipses need the most
+    /// directions.
     const DIRECTIONS: usize = 512;
 
-    /// Bisections to round-off.
+    /// Number of bisections, enough to reach round-off.
     const BISECTIONS: usize = 60;
 
-    /// Returns the pointing error of `boresight`, body axes, for the covariance `P` of `ζ`: the
-    /// covariance of `S(b) ζ` is `S(b) P S(b)ᵀ`.
+    /// Returns the pointing error of `boresight` (body axes) for the covariance `P` of the attitude
+    /// error `ζ`: the covariance of `S(b) ζ` is `S(b) P S(b)ᵀ`.
     pub fn of(boresight: &Vector3, covariance: &Matrix3) -> Self {
         let lever = hat(boresight);
         if !covariance.iter().all(|value| value.is_finite()) {
@@ -40,15 +42,16 @@ impl Radius {
         Self { sigma, within: radius(sigma, Self::LEVEL) }
     }
 
-    /// Returns the angle within which the boresight is with the probability `level`, between 0 and
-    /// 1 \[rad\].
+    /// Returns the angle \[rad\] within which the boresight lies with the probability `level`,
+    /// between 0 and 1.
     pub fn at(&self, level: f64) -> f64 {
         radius(self.sigma, level)
     }
 }
 
-/// Returns the radius within which two independent normal numbers of deviations `sigma` are with
-/// probability `level`: `(1/2π) ∫ (1 − exp(−r²/2q(φ))) dφ`, `q = σ₁² cos²φ + σ₂² sin²φ`.
+/// Returns the radius of the circle that contains two independent normal numbers of deviations
+/// `sigma` with probability `level`: `(1/2π) ∫ (1 − exp(−r²/2q(φ))) dφ`,
+/// `q = σ₁² cos²φ + σ₂² sin²φ`.
 fn radius(sigma: [f64; 2], level: f64) -> f64 {
     if !(sigma[0] > 0.0 && sigma[0].is_finite()) {
         return sigma[0];
@@ -74,8 +77,8 @@ fn radius(sigma: [f64; 2], level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The cases are one dimension and a circle (`r² = −2 ln(1 − p)`); the reference files have
-    /// ellipses in between, by Monte Carlo.
+    /// The cases are one dimension and a circle (`r² = −2 ln(1 − p)`). The reference files have
+    /// ellipses between these cases, by Monte Carlo.
     #[test]
     fn radii_of_a_line_and_of_a_circle_are_those_of_closed_form() {
         let line = radius([2.0, 0.0], Radius::LEVEL);

@@ -1,4 +1,4 @@
-//! Compares covariances with reference values and with motions near the plan.
+//! Compares covariances with reference values and with simulated motions near the plan.
 
 use super::chance::Chance;
 use super::*;
@@ -21,7 +21,7 @@ fn near<const R: usize, const C: usize>(
     assert!(apart <= part, "{what}: {apart:e}\n{found}\n{expected}");
 }
 
-/// Returns a plan of the references, gains of three kinds, and the uncertainty in the file.
+/// Returns gains of the kind that `key` names; `None` for open loop.
 fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
     let kind = match key {
         "open" | "open_loop" => return None,
@@ -31,7 +31,7 @@ fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
     Some(Gains::along(linear, kind, false).unwrap())
 }
 
-/// Returns the 24 parameters of the files, in their order.
+/// Returns the 24 uncertain parameters of the reference files, in the order of the files.
 pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
     let inertia = |index: usize| {
@@ -53,7 +53,8 @@ pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     (0..24).map(|index| (index.to_string(), of(index), sigma[index].as_f64().unwrap())).collect()
 }
 
-/// Returns the covariances of `[ζ; δΠ]` as `[ζ; δΩ]`, for the start and the sensors of the files u.
+/// Converts a covariance of `[ζ; δΠ]` to `[ζ; δΩ]`, for the start and the sensors of the reference
+/// files whose names begin with u.
 fn as_rates(problem: &Problem, covariance: &Matrix6) -> Matrix6 {
     let mut map = Matrix6::identity();
     map.fixed_view_mut::<3, 3>(3, 3).copy_from(problem.body.inertia.j_inverse());

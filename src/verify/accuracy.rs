@@ -1,40 +1,44 @@
-//! The miss of the motion under the recorded torques, and the number of steps that would suffice.
+//! The terminal attitude error of the motion under the recorded torques, and the number of steps
+//! that would reach the required accuracy.
 
 use super::Verification;
 use crate::maneuver::Problem;
 use serde::{Deserialize, Serialize};
 
-/// The default accuracy that the continuous motion should have, in degrees.
+/// Default accuracy of the terminal attitude of the continuous motion \[deg\].
 pub const DEFAULT_ACCURACY_DEG: f64 = 0.01;
 
-/// The miss of the end attitude by the motion under the recorded torques.
+/// The terminal attitude error of the continuous motion under the recorded torques.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Accuracy {
-    /// The miss in degrees; not finite if the witness did not reach the end.
+    /// Terminal attitude error \[deg\]; not finite if the witness did not reach the end.
     pub continuous_attitude_deg: f64,
-    /// The required accuracy in degrees: the continuous tolerance of the spec, else
-    /// [`DEFAULT_ACCURACY_DEG`].
+    /// Required accuracy \[deg\]: the continuous tolerance of the spec, or [`DEFAULT_ACCURACY_DEG`]
+    /// if the spec has none.
     pub wanted_deg: f64,
-    /// The approximate number of steps that reaches the accuracy; `None` if the present number
-    /// does, or if no number can.
+    /// Approximate number of steps that reaches the accuracy. `None` if the present number
+    /// suffices, or if no allowed number does.
     pub steps: Option<usize>,
 }
 
 impl Accuracy {
-    /// The factor on the number of steps, because the order is measured to some percent.
+    /// Factor on the estimated number of steps, because the order is measured to some percent only.
     const RESERVE: f64 = 1.15;
 
-    /// Computes the miss of a verified plan; `wanted` \[rad\] is the continuous tolerance, if one
-    /// is given.
+    /// Computes the terminal attitude error of a verified plan, and estimates the number of steps
+    /// that would reach the required accuracy. `wanted` \[rad\] is the continuous tolerance, if the
+    /// spec gives one.
     ///
-    /// Estimates the steps. The miss falls as a power of the step: the measured order of
-    /// convergence, or the order of the scheme if none was measured. Steps have two digits.
+    /// The error falls as a power of the step. The exponent is the measured order of convergence,
+    /// or the order of the scheme if none was measured. The number of steps is rounded up to two
+    /// digits.
     pub fn of(found: &Verification, problem: &Problem, wanted: Option<f64>) -> Self {
         let missed = found.continuous_attitude_rad.to_degrees();
         let wanted_deg = wanted.map_or(DEFAULT_ACCURACY_DEG, f64::to_degrees);
         let scheme = f64::from(problem.scheme.order());
-        // Beyond the order of the scheme it is luck that need not last.
+        // A measured order above the order of the scheme is accidental and may not persist on finer
+        // grids.
         let order = found.order.unwrap_or(scheme).clamp(0.5 * scheme, scheme);
         let needed = problem.steps as f64 * (missed / wanted_deg).powf(order.recip()) * Self::RESERVE;
         let short = missed > wanted_deg && needed < Problem::MAX_STEPS as f64;
@@ -42,7 +46,7 @@ impl Accuracy {
     }
 }
 
-/// Returns a number of steps, rounded up to two digits.
+/// Rounds a number of steps up to two significant digits.
 fn rounded(steps: f64) -> usize {
     let unit = 10_f64.powf(steps.log10().floor() - 1.0).max(1.0);
     ((steps / unit).ceil() * unit) as usize

@@ -1,16 +1,16 @@
-//! The continuous witness integrates the equations of motion. It uses a Taylor series if nothing
-//! depends on the pose, and Verner's 9(8) pair for a field, axes fixed in the reference frame, or
-//! thrusters fixed in the body.
+//! The continuous witness integrates the equations of motion. It uses a Taylor series if forces and
+//! torques do not depend on the pose. It uses Verner's 9(8) pair for a force field, for axes fixed
+//! in the reference frame, and for thrusters fixed in the body.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
 //! ```
-//! and `μ̇ = −τ` for wheels with the torque τ. A torque linear in time makes μ quadratic. q is
-//! the inertial attitude quaternion. Field and frame are evaluated at every stage. The torque
-//! jumps at the nodes of the plan, so each of its steps is one series or one integration. The
+//! and `μ̇ = −τ` for wheels with the torque τ. If the torque is linear in time, μ is quadratic. q
+//! is the inertial attitude quaternion. Field and frame are evaluated at every stage. The torque
+//! jumps at the nodes of the plan, so each step of the plan is one series or one integration. The
 //! integrated quantity is the change over that step, in units of `T`, the mean moment of inertia,
-//! the mass and the length of the maneuver. The sum of the changes is compensated. Rounding is
-//! then relative to the changes, and the end is accurate to 1e-13 after 10 steps and after 10⁶.
+//! the mass and the length of the maneuver. The sum of the changes is compensated. Rounding errors
+//! are then relative to the changes, and the end is accurate to 1e-13 after 10 steps and after 10⁶.
 
 use super::compensated::Compensated;
 use super::motion::{Phase, Scale, angular_velocity};
@@ -25,29 +25,31 @@ use differential_equations::ode::ODE;
 use differential_equations::tolerance::Tolerance;
 use nalgebra::SVector;
 
-/// Error allowed per unit of scaled time, relative to the speed of each change.
+/// Tolerance per unit of scaled time, relative to the speed of each change.
 const TOLERANCE: f64 = 1e-14;
 
-/// The largest number of internal steps, or series, within one step of the plan. A fraction of a
-/// turn needs one. No step of a plan turns by half a turn, so no plan has a step that needs more.
+/// Largest number of internal steps or series within one step of the plan. A step that turns the
+/// body by a fraction of a turn needs one. No step of a plan turns it by half a turn, so this
+/// number suffices.
 const MAX_STEPS: usize = 4096;
 const MOST_PARTS: u32 = 4096;
 
-/// Tangent and embedding: `[δq (4), δΠ (3)]`, and `[δx (3), δγ (3)]` where the body moves.
+/// Dimensions of the integrated vectors: `[δq (4), δΠ (3)]`, plus `[δx (3), δγ (3)]` if the body
+/// translates.
 const ATTITUDE: usize = 7;
 const RIGID_BODY: usize = 13;
 
 type Verner98<const D: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; D], 9, 16, 21>;
 
-/// A body in motion on SO(3) or SE(3).
+/// The continuous motion of a body on SO(3) or SE(3).
 pub(crate) struct Continuous<'a> {
     base: Base<'a>,
     road: Road,
 }
 
-/// The method for the change over a step.
+/// The method that computes the change over a step of the plan.
 enum Road {
-    /// A series; the number of parts into which the last step was divided.
+    /// Taylor series; `parts` is the number of parts into which the last step was divided.
     Series {
         parts: u32,
     },
@@ -56,7 +58,7 @@ enum Road {
 }
 
 impl<'a> Continuous<'a> {
-    /// Uses the series if it applies.
+    /// Builds the witness with the Taylor series if it applies, otherwise with Verner's pair.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase) -> Self {
         if plant.needs_pose() {
             Self::adaptive(plant, start)
@@ -65,7 +67,7 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// Uses Verner's pair for any forces and torques.
+    /// Builds the witness with Verner's pair, which applies to any forces and torques.
     pub(crate) fn adaptive(plant: &'a Plant<'a>, start: &Phase) -> Self {
         let road = if plant.moves {
             Road::RigidBody(Box::new(verner98()))
@@ -75,7 +77,7 @@ impl<'a> Continuous<'a> {
         Self { base: Base::new(plant, start), road }
     }
 
-    /// Returns the name of the method.
+    /// Returns the name of the integration method.
     pub(super) fn method(&self) -> &'static str {
         match self.road {
             Road::Series { .. } => "Taylor series",
@@ -83,8 +85,8 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// Advances from `time` over `step` \[s\]; the outputs are linear in time between `start` and
-    /// `end`.
+    /// Advances from `time` over `step` \[s\]. The actuator outputs are linear in time between
+    /// `start` and `end`.
     pub(crate) fn advance(
         &mut self,
         time: f64,
@@ -101,43 +103,44 @@ impl<'a> Continuous<'a> {
         advanced.ok_or(WitnessError::Continuous { time })
     }
 
-    /// Returns the attitude at the end of the last step, body → inertial.
+    /// Returns the attitude at the end of the last step, from body to inertial axes.
     pub(super) fn inertial_attitude(&self) -> Matrix3 {
         lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0])
     }
 
-    /// Returns the phase at `time` \[s\], which must be the end of the last step.
+    /// Returns the state at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
         self.base.phase(time)
     }
 }
 
 fn verner98<const D: usize>() -> Verner98<D> {
-    // The crate counts steps over all integrations; ours counts them per step of the plan.
+    // The crate limits the steps over all integrations; this module limits them per step of the
+    // plan.
     let mut solver = Verner98::rkv988e().rtol(TOLERANCE).max_steps(usize::MAX);
     solver.atol = Tolerance::Vector(vec![TOLERANCE; D]);
     solver
 }
 
-/// Phase at the last node, scaled.
+/// The state at the last node, in scaled units.
 struct Base<'a> {
     plant: &'a Plant<'a>,
     scale: Scale,
-    /// Factors from N·m and N to scaled moment and force.
+    /// Factors that convert a moment in N·m and a force in N to scaled units.
     moment_unit: f64,
     force_unit: f64,
     j: Matrix3,
     j_inverse: Matrix3,
-    /// Body → inertial.
+    /// Attitude quaternion, from body to inertial axes.
     quaternion: Compensated<4, 1>,
     momentum: Compensated<3, 1>,
-    /// The momentum in the wheels, if the body has wheels.
+    /// The momentum stored in the wheels; `None` if the body has no wheels.
     stored: Option<Compensated<3, 1>>,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,
 }
 
-/// The changes since the last node, as an ODE in the scaled time since then.
+/// The equations for the changes since the last node, as an ODE in the scaled time since that node.
 struct Change<'a> {
     base: &'a Base<'a>,
     attitude: Matrix3,
@@ -151,14 +154,14 @@ fn vector(y: &[f64], at: usize) -> Vector3 {
 }
 
 impl Change<'_> {
-    /// Returns `∫τ dt` of body-fixed torques since the last node, scaled.
+    /// Returns the impulse `∫τ dt` of body-fixed torques since the last node, scaled.
     fn spent(&self, t: f64) -> Vector3 {
         let (from, to) = (self.outputs.0.torque, self.outputs.1.torque);
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
     }
 
-    /// Returns the scaled force and moment of field and actuators after a turn `[w, v]` and a
-    /// change of position.
+    /// Returns two scaled wrenches, of the force field and of the actuators, after a turn `[w, v]`
+    /// (quaternion) and a change of position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
         let output = Output::between(&self.outputs.0, &self.outputs.1, t / self.length);
@@ -202,7 +205,8 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
 }
 
 impl Change<'_> {
-    /// Returns the sizes of the rates of change, one per component, that rounding is relative to.
+    /// Returns the magnitude of each component's rate of change, to which rounding errors are
+    /// relative.
     fn speeds(&self, dimension: usize) -> impl IntoIterator<Item = f64> {
         let base = self.base;
         let [field, actuators] = self.loads(0.0, 1.0, &Vector3::zeros(), &Vector3::zeros());
@@ -236,17 +240,17 @@ impl<'a> Base<'a> {
         }
     }
 
-    /// Returns the sizes of the angular velocity and of the change of momentum under a torque of
-    /// norm `torque`.
+    /// Returns the magnitudes of the angular velocity and of the rate of change of the momentum,
+    /// under a torque with the norm `torque`.
     fn speeds(&self, torque: f64) -> [f64; 2] {
         let momentum = self.momentum.value();
-        // Absolute values: with an ill-conditioned inertia the products cancel.
+        // Absolute values are used because the products cancel if the inertia is ill-conditioned.
         let rate = (self.j_inverse.abs() * momentum.abs()).norm();
         let stored = self.stored.as_ref().map_or(0.0, |stored| stored.value().norm());
         [rate, (momentum.norm() + stored) * rate + torque]
     }
 
-    /// Returns a step of the plan by Verner's pair; `None` if it gives up.
+    /// Advances by a step of the plan with Verner's pair; `None` if the integrator fails.
     fn integrate<const D: usize>(
         &mut self,
         solver: &mut Verner98<D>,
@@ -260,7 +264,8 @@ impl<'a> Base<'a> {
         for (index, speed) in change.speeds(D).into_iter().enumerate() {
             solver.atol[index] = TOLERANCE * length * speed;
         }
-        // One step over the whole length is the common case; the crate's own guess allocates.
+        // Usually one internal step covers the whole length; the crate's own initial guess
+        // allocates.
         solver.h0 = length;
         let (mut part, mut rejected) = (length, 0);
         let y = integrate(solver, &change, length, &[0.0; D], MAX_STEPS, &mut part, &mut rejected)?;
@@ -272,8 +277,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Returns a step of the plan as a series, or as several in a row; `None` if they do not
-    /// converge.
+    /// Advances by a step of the plan with one series, or with several in succession; `None` if
+    /// they do not converge.
     fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
         let (mut at, mut count) = (0, (*parts / 2).max(1));
         while at < count {
@@ -291,8 +296,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Adds a part of a step over `length`, scaled. Returns false and adds nothing if the series
-    /// does not converge.
+    /// Advances by a part of a step, of the scaled length `length`. Returns false and changes
+    /// nothing if the series does not converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);
         let speeds = self.speeds(from.norm().max(to.norm())).map(|speed| 1.0 + speed);
@@ -321,7 +326,7 @@ impl<'a> Base<'a> {
         }
     }
 
-    /// Adds a turn, given as `q − 1`, and a change of the momentum.
+    /// Applies a turn, given as `q − 1`, and a change of the momentum.
     fn add_rotation(&mut self, turn: &[f64; 4], momentum: &Vector3) {
         // q ∘ (1 + y₀, v) = q + q ∘ (y₀, v)
         let q = self.quaternion.value();

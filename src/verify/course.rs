@@ -1,6 +1,6 @@
-//! The results of the witnesses along the motion, for charts: the difference between the
-//! continuous and the discrete motion at each node, and the distance of both from every cone on
-//! each step.
+//! The results of the witnesses along the motion, for charts: the angle between the continuous and
+//! the discrete motion at each node, and the clearance of both motions from every cone in each
+//! step.
 
 use super::continuous::Continuous;
 use super::discrete::Discrete;
@@ -13,45 +13,47 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::{Matrix3, lie};
 
-/// The way of the witnesses under the inputs of a plan.
+/// The errors and clearances of both motions of a plan over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
-    /// Angle between the attitudes of the discrete and the continuous motion, the latter under the
-    /// torque held over each step \[rad\]; `N + 1` values.
+    /// Angle \[rad\] between the attitudes of the discrete and the continuous motion at each of the
+    /// `N + 1` nodes. The continuous motion has the torque held over each step.
     pub apart: Vec<f64>,
-    /// Angle that the discrete motion has left to the attitude of the end \[rad\]; `N + 1` values.
+    /// Angle \[rad\] between the discrete motion and the terminal attitude at each node; `N + 1`
+    /// values.
     pub discrete_left: Vec<f64>,
-    /// The remaining angle of the continuous motion to the end \[rad\]; the last one is in the
-    /// verdict.
+    /// Angle \[rad\] between the continuous motion and the terminal attitude at each node; `N + 1`
+    /// values. The last value is the terminal error in the verification.
     pub continuous_left: Vec<f64>,
-    /// The clearance of each constraint on pointing, in the order of the constraints.
+    /// The clearances of each pointing constraint, in the order of the constraints.
     pub clearances: Vec<Clearance>,
 }
 
-/// The clearance of a motion from the cones of one constraint \[rad\]. For each step it is the
-/// smallest distance, over all pairs of boresight and direction, to the cone with its margin. A
-/// negative value is a violation; an infinite one means that the constraint is not active. `N`
-/// values each.
+/// The clearance of a motion from the cones of one constraint \[rad\], one value for each of the
+/// `N` steps. It is the smallest angle to the edge of the cone with its margin, over all pairs of
+/// boresight and direction. A negative value is a violation; an infinite value means that the
+/// constraint is not active in this step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
     /// Name of the constraint.
     pub name: String,
-    /// The clearance of the discrete motion, at the nodes and on the arcs between them.
+    /// Clearance of the discrete motion, at the nodes and on the arcs between them.
     pub discrete: Vec<f64>,
-    /// The clearance of the continuous motion under the held torque.
+    /// Clearance of the continuous motion under the held torque.
     pub continuous: Vec<f64>,
 }
 
-/// Follows both motions through the plan of `problem` and returns, step by step, the values of
-/// which [`super::verify`] keeps the extremes.
+/// Propagates both motions along the plan of `problem`. Returns, step by step, the values of which
+/// [`super::verify`] reports the extremes.
 ///
 /// # Errors
-/// A [`WitnessError`] if the rows do not fit, or a motion cannot be followed to its end.
+/// A [`WitnessError`] if the rows do not fit the problem, or a motion cannot be propagated to its
+/// end.
 pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, WitnessError> {
     problem.check_numbers()?;
     rows::fit(problem, trajectory)?;
     if problem.seeks_duration() && trajectory.time.len() == 1 {
-        // A maneuver of zero duration: the body does not move.
+        // In a maneuver of zero duration the body does not move.
         let left = vec![lie::minus(&problem.start.attitude, &problem.end.attitude).norm()];
         return Ok(Course {
             apart: vec![0.0],
@@ -60,7 +62,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
             clearances: vec![],
         });
     }
-    // The steps of least time and fuel are not equal.
+    // The steps of minimum-time and minimum-fuel plans have different lengths.
     let grid = rows::grid(problem, trajectory)?;
     let flown = problem.clone().with_duration(grid.duration());
     let problem = &flown;
@@ -125,7 +127,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
     Ok(course)
 }
 
-/// Returns the smaller of the two; NaN if either is, unlike `f64::min`.
+/// Returns the smaller number; unlike `f64::min`, NaN if either number is NaN.
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }

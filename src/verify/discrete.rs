@@ -1,4 +1,4 @@
-//! The discrete witness: the plan's own difference equations, propagated forward.
+//! The discrete witness: forward propagation of the difference equations of the plan.
 //!
 //! ```text
 //! h S(Π̃) = F J_d − J_d Fᵀ ,   R⁺ = exp(−h S(n)) R F ,   Π⁺ = FᵀΠ̃ + b (M⁺ + τ⁺)
@@ -6,15 +6,16 @@
 //! Lie–Euler   Π̃ = Π,                   γ̃ = γ,                     b = h
 //! Lie–Verlet  Π̃ = Π + (h/2)(M + τ),    γ̃ = γ + (h/2)(f + f_u),    b = h/2
 //! ```
-//! For wheels that store `μ = Σ a_i h_i`, let `H = Π + μ`, and let `u` be the torque of the
-//! wheels on the body:
+//! Wheels store `μ = Σ a_i h_i`. Let `H = Π + μ`, and let `u` be the torque of the wheels on the
+//! body:
 //!
 //! ```text
 //! h S(H̃ − (I + S(c) + c cᵀ) μ̃) = F J_d − J_d Fᵀ ,  F = cay(c) ,   H⁺ = FᵀH̃ + b M⁺ ,   μ⁺ = μ̃ − b τ⁺
 //! Lie–Verlet  H̃ = H + (h/2) M ,  μ̃ = μ − (h/2) τ
 //! ```
-//! (2.4, 3.22–3.26, 4.5–4.7.) The equation for F is solved in its exponential form, and every
-//! update is a small increment to a compensated sum: a million steps end within 1e-13.
+//! (2.4, 3.22–3.26, 4.5–4.7.) The equation for F is solved in its exponential form. Every update
+//! adds a small increment to a compensated sum, so the end is accurate to 1e-13 after a million
+//! steps.
 
 use super::compensated::Compensated;
 use super::implicit::{Implicit, exp_minus_identity};
@@ -26,7 +27,7 @@ use crate::maneuver::problem::Scheme;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::propagate::plant::{Output, Plant};
 
-/// A body in motion, advanced by steps of one length.
+/// The discrete motion of a body, advanced step by step.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrete<'a> {
     plant: &'a Plant<'a>,
@@ -34,31 +35,31 @@ pub(crate) struct Discrete<'a> {
     scheme: Scheme,
     step: f64,
     per_mass: f64,
-    /// Time at the start, and steps since.
+    /// Time since which the step length is unchanged, and number of steps since then.
     began: f64,
     steps: u64,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,
-    /// Body → inertial.
+    /// Attitude, from body to inertial axes.
     attitude: Compensated<3, 3>,
     momentum: Compensated<3, 1>,
-    /// The momentum in the wheels, if the body has wheels.
+    /// The momentum stored in the wheels; `None` if the body has no wheels.
     stored: Option<Compensated<3, 1>>,
-    /// The drift that led to the node reached.
+    /// The rotation of the last step; `None` before the first.
     arc: Option<Arc>,
-    /// Pose in the reference frame and field at the node reached.
+    /// Pose in the reference frame and field wrench at the present node.
     pose: Pose,
     field: Wrench,
 }
 
 impl<'a> Discrete<'a> {
-    /// Builds the witness with a `step` in seconds. It starts at `t = 0`, where reference and
-    /// inertial frame coincide.
+    /// Builds the witness with the step length `step` \[s\]. It starts at `t = 0`, when the
+    /// reference and the inertial frame coincide.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64) -> Self {
         Self::at(plant, start, scheme, step, 0.0)
     }
 
-    /// Builds the witness from the time `began` \[s\].
+    /// Builds the witness for a motion that starts at the time `began` \[s\].
     pub(super) fn at(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64, began: f64) -> Self {
         let pose = Pose { position: start.position, attitude: start.attitude };
         Self {
@@ -83,21 +84,21 @@ impl<'a> Discrete<'a> {
         }
     }
 
-    /// Returns the time of the node reached \[s\].
+    /// Returns the time of the present node \[s\].
     pub(crate) fn time(&self) -> f64 {
         self.began + self.steps as f64 * self.step
     }
 
-    /// Changes the length of the following steps.
+    /// Sets the length of the following steps \[s\].
     pub(super) fn set_step(&mut self, step: f64) {
-        // Bits, because equal steps count the time from their first.
+        // Compares bits, because the time is counted from the first of several equal steps.
         if step.to_bits() != self.step.to_bits() {
             (self.began, self.steps, self.step) = (self.time(), 0, step);
         }
     }
 
-    /// Advances by one step, with the actuator outputs at its two ends; Lie–Euler uses only the
-    /// second.
+    /// Advances by one step, with the actuator outputs at its two ends. Lie–Euler uses only the
+    /// output at the end.
     pub(crate) fn advance(&mut self, start: &Output, end: &Output) -> Result<(), WitnessError> {
         match self.scheme {
             Scheme::LieEuler => {
@@ -150,17 +151,17 @@ impl<'a> Discrete<'a> {
         Ok(())
     }
 
-    /// Returns the momentum in the wheels, body axes.
+    /// Returns the momentum stored in the wheels, body axes.
     fn stored(&self) -> Vector3 {
         self.stored.as_ref().map_or_else(Vector3::zeros, |stored| *stored.value())
     }
 
-    /// Returns the arc that led to the node reached, inertial axes; none before the first step.
+    /// Returns the rotation of the last step in inertial axes; `None` before the first step.
     pub(crate) fn arc(&self) -> Option<&Arc> {
         self.arc.as_ref()
     }
 
-    /// Returns the phase at the node reached.
+    /// Returns the state at the present node.
     pub(crate) fn phase(&self) -> Phase {
         Phase {
             position: self.pose.position,

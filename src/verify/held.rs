@@ -1,5 +1,5 @@
-//! The continuous witness under the torque that is held over each step of the plan, and the
-//! witnesses that start from its states.
+//! The continuous witness under the torque held over each step of the plan, and the witnesses that
+//! start from its states.
 
 use super::continuous::Continuous;
 use super::margins::{Margin, Meter};
@@ -15,41 +15,41 @@ use crate::maneuver::constraint::Arc;
 use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::Plant;
 
-/// The results of the witnesses of the held torque.
+/// The results of all witnesses that propagate the held torque.
 pub(super) struct Held {
     pub method: &'static str,
     pub end: Phase,
-    /// Margins of rates and cones of the continuous motion, if the problem has constraints.
+    /// Margins of the continuous motion to rate limits and cones; empty if the problem has no
+    /// constraints.
     pub margins: Vec<Margin>,
-    /// The largest scaled difference between the record of a plan that lands and this motion; NaN
-    /// if any number is NaN.
+    /// Largest scaled difference between this motion and the states that a landed plan records; NaN
+    /// if a number is NaN.
     pub recorded: f64,
     pub windows: Result<OnWindows, WitnessError>,
 }
 
-/// The results of the witnesses on the windows.
+/// The results of the witnesses that run over windows of the plan.
 pub(super) struct OnWindows {
-    /// Steps of the plan, and number of windows.
+    /// Number of steps of the plan in the windows, and number of windows.
     pub steps: usize,
     pub windows: usize,
-    /// The result, or the reason for which that witness does not judge.
+    /// The result of the symplectic witness, or the reason why it cannot judge.
     pub symplectic: Result<Symplectic, &'static str>,
     pub order: order::Comparison,
 }
 
 /// The results of the symplectic witness.
 pub(super) struct Symplectic {
-    /// The end of the last window, which is the end of the plan.
+    /// State of the symplectic witness at the end of the last window, which is the end of the plan.
     pub end: Phase,
     pub order: usize,
     pub apart: f64,
     pub limit: f64,
 }
 
-/// Returns the results of the continuous witness under the held torque, and of the witnesses that
-/// start from its states.
+/// Runs the continuous witness under the held torque, and the witnesses that start from its states.
 ///
-/// `flown` is a plan that has the true motion on record.
+/// `flown` is the plan if it records the true motion.
 pub(super) fn held_witnesses(
     plant: &Plant,
     inputs: &Inputs,
@@ -66,11 +66,11 @@ pub(super) fn held_witnesses(
                 Err(why) => Err(why),
                 Ok((ends, order)) => {
                     let (apart, limit) = stage.agreement(&ends)?;
-                    // There is a window wherever there is a step.
+                    // At least one window exists because the plan has at least one step.
                     Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
                 }
             };
-            // If the finer levels need too many steps, the coarser ones decide alone.
+            // If a finer level needs too many steps, the result of the coarser level stands.
             if next.is_err() && symplectic.is_ok() {
                 break;
             }
@@ -87,12 +87,12 @@ pub(super) fn held_witnesses(
     Ok(Held { method, end, margins, recorded, windows })
 }
 
-/// The number of pieces of a step; the continuous motion on each piece is treated as a rotation
-/// about one axis. The error is the square of their length, a small part of the error of the
-/// discrete motion (`tests/laws/witnesses/margins.rs`).
+/// Number of pieces of a step; the continuous motion on each piece is treated as a rotation about a
+/// fixed axis. The resulting error is of second order in the length of the pieces, and is a small
+/// part of the error of the discrete motion (`tests/laws/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
-/// The data that the continuous witness records along the plan.
+/// The results that the continuous witness records along the plan.
 struct Passage {
     end: Phase,
     method: &'static str,
@@ -101,8 +101,9 @@ struct Passage {
     windows: Vec<Window>,
 }
 
-/// Returns the end of the continuous motion under the held torque and its method, its margins of
-/// rates and cones if the problem has constraints, and its states at the ends of each window.
+/// Runs the continuous witness under the held torque. Returns its end and method, its margins to
+/// rate limits and cones if the problem has constraints, and its states at both ends of each
+/// window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,
@@ -155,8 +156,8 @@ fn held_end(
     Ok(Passage { end, method, margins, recorded, windows: marks.windows() })
 }
 
-/// Returns the end of the continuous motion under the torque that is linear between the rows of the
-/// plan.
+/// Returns the end of the continuous motion under the torque that is interpolated linearly between
+/// the rows of the plan.
 pub(super) fn continuous_end(
     plant: &Plant,
     start: &Phase,

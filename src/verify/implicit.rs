@@ -1,4 +1,4 @@
-//! The implicit equation of a step, in its exponential form.
+//! The implicit attitude equation of a step in its exponential form.
 //!
 //! ```text
 //! h S(Π) = F J_d − J_d Fᵀ,  F = exp S(f)    ⇔    G(f) = A Jf + B f×(Jf) = hΠ              (2.3)
@@ -6,31 +6,33 @@
 //! A = sin t/t,  B = (1 − cos t)/t²,  t = |f|,  primes: d/d(t²)
 //! ```
 //!
-//! Wheels that store the momentum μ add the right side's share of the discrete Lagrangian `2 c·μ`,
-//! with `c = K f`, `K = tan(t/2)/t = B/A` the Cayley vector of `F`:
+//! Wheels that store the momentum μ add a term to the equation, which comes from the term `2 c·μ`
+//! of the discrete Lagrangian. Here `c = K f`, with `K = tan(t/2)/t = B/A`, is the Cayley vector of
+//! `F`:
 //!
 //! ```text
 //! h S(Π + μ − (I + S(c) + c cᵀ) μ) = F J_d − J_d Fᵀ   ⇔   G(f) + K f×hμ + K² f (f·hμ) = hΠ
 //! its derivative:  −K S(hμ) + 2K' (f×hμ) fᵀ + K² {(f·hμ) I + f hμᵀ} + 4KK' (f·hμ) f fᵀ
 //! ```
 //!
-//! The planner solves the same equation through the Cayley map, with other code. The physical root
-//! is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other is refused.
+//! The planner solves the same equation with other code, through the Cayley map. The physical root
+//! is the one that turns the body by less than 90° in a step (theory: `tr F > 1`); other roots are
+//! rejected.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest number of Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit
-/// of existence.
+/// Largest number of Newton iterations. 2 to 4 suffice below 0.6 rad; more are needed only near the
+/// limit of existence.
 const MAX_ITERATIONS: usize = 40;
 
-/// The number of terms of the series: the first omitted term is below 1e-19 at `t = 1.7`, beyond
-/// the physical root.
+/// Number of terms of the series. The first omitted term is below 1e-19 at `t = 1.7`, which is
+/// beyond the physical root.
 const TERMS: usize = 12;
 
-/// Returns `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
+/// Returns the coefficients of `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
 const fn series(offset: usize) -> [f64; TERMS] {
     let mut terms = [0.0; TERMS];
     let (mut k, mut term) = (0, if offset == 1 { 1.0 } else { 0.5 });
@@ -42,21 +44,21 @@ const fn series(offset: usize) -> [f64; TERMS] {
     terms
 }
 
-/// The number of terms that suffice below `t² = FEW_BELOW`: the first omitted term is below 1e-17
-/// of the sum.
+/// Number of terms that suffice if `t² < FEW_BELOW`: the first omitted term is below 1e-17 of the
+/// sum.
 const FEW: usize = 6;
 const FEW_BELOW: f64 = 0.05;
 
-/// A bound on the remainder of an error e after a Newton step, `cond(J) e²`, relative to f: well
-/// below round-off.
+/// Threshold on the bound `cond(J) e²` of the error after a Newton step, relative to f, for an
+/// error e before the step. It is well below round-off.
 const LEFT: f64 = 1e-17;
-/// The angle per step \[rad\] below which the bound is valid.
+/// Angle per step \[rad\] up to which the bound is valid.
 const BOUNDED: f64 = 0.3;
 
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
-/// Returns a series and its derivative at `x`, with as many terms as `x` needs.
+/// Returns the sum of a series and its derivative at `x`, with as many terms as `x` requires.
 #[inline(always)]
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     match terms.first_chunk::<FEW>() {
@@ -65,7 +67,7 @@ fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     }
 }
 
-/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that the
+/// Returns a polynomial and its derivative at `x`. The number of terms is a constant, so that the
 /// compiler unrolls the loop.
 #[inline(always)]
 fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
@@ -77,7 +79,7 @@ fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Returns `matrix⁻¹ right` by Cramer's rule. If the matrix is singular, the result is not finite.
+/// Returns `matrix⁻¹ right` by Cramer's rule; not finite if the matrix is singular.
 #[inline(always)]
 fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
     let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(matrix.column(column)));
@@ -85,13 +87,13 @@ fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
     Vector3::new(right.dot(&across), -along.dot(&c), along.dot(&b)) / a.dot(&across)
 }
 
-/// The equation for one body, in units of its mean principal moment.
+/// The implicit equation for one body, in units of its mean principal moment.
 #[derive(Clone, Debug)]
 pub(crate) struct Implicit {
     j: Matrix3,
     j_inverse: Matrix3,
     mean: f64,
-    /// A bound on the condition of the equation.
+    /// Upper bound of the condition number of the inertia.
     condition: f64,
 }
 
@@ -102,8 +104,8 @@ impl Implicit {
         Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, mean, condition }
     }
 
-    /// Returns the rotation vector `f` of a step with `g = hΠ` and wheels of `spin = hμ`; `None`
-    /// if no physical one exists.
+    /// Returns the rotation vector `f` of a step for `g = hΠ` and a wheel momentum of `spin = hμ`;
+    /// `None` if no physical solution exists.
     pub(crate) fn solve(&self, g: &Vector3, spin: &Vector3) -> Option<Vector3> {
         let (g, spin) = (g / self.mean, spin / self.mean);
         let spins = spin != Vector3::zeros();
@@ -111,7 +113,7 @@ impl Implicit {
             return Some(g);
         }
         let mut f = if spins {
-            // The linear equation; J + a skew matrix is never singular.
+            // The initial guess solves the linear equation; J plus a skew matrix is never singular.
             (self.j - 0.5 * hat(&spin)).lu().solve(&g)?
         } else {
             let f0 = self.j_inverse * g;
@@ -124,7 +126,8 @@ impl Implicit {
             let x = f.norm_squared();
             let ((a, da), (b, db)) = (horner(&A, x), horner(&B, x));
             let mut residual = g - (a * jf + b * fjf);
-            // Column by column: S(f) J has f × J_i, S(Jf) has Jf × e_i.
+            // The derivative, column by column: column i of S(f) J is f × J_i, column i of S(Jf) is
+            // Jf × e_i.
             let bend = 2.0 * (da * jf + db * fjf);
             let column = |i: usize| {
                 let column = Vector3::from(self.j.column(i));
@@ -144,8 +147,8 @@ impl Implicit {
                 return None;
             }
             f += step;
-            // The change stops shrinking at round-off. It stops before 4 ulps of f if the inertia
-            // is ill-conditioned, with an equally small residual.
+            // At round-off the changes stop shrinking. If the inertia is ill-conditioned this
+            // happens above 4 ulps of f, with an equally small residual.
             let size = g.amax().max(spin.norm() * f.norm());
             let stagnates = change >= 0.5 * last && residual.amax() <= 64.0 * f64::EPSILON * size;
             let norm = f.norm();
@@ -153,7 +156,7 @@ impl Implicit {
             if change <= 4.0 * f64::EPSILON * norm || predicted || stagnates {
                 return (norm < FRAC_PI_2).then_some(f);
             }
-            // Beyond the physical root the series and the equation lose their meaning.
+            // Beyond the physical root, series and equation have no meaning, so f is shortened.
             if norm > 1.6 {
                 f *= 1.6 / norm;
             }
@@ -163,7 +166,7 @@ impl Implicit {
     }
 }
 
-/// Returns `exp S(f) − I`, without the cancellation of subtracting `I` afterwards.
+/// Returns `exp S(f) − I` without the cancellation that a later subtraction of `I` would cause.
 pub(crate) fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let x = f.norm_squared();
     let s = hat(f);
@@ -182,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Every inertia and angle of the reference, up to 0.9999 of the limit of existence.
+    /// Tests every inertia and angle of the reference file, up to 0.9999 of the limit of existence.
     #[test]
     fn exponential_form_finds_the_reference_rotations() {
         let text = include_str!("../../tests/reference/implicit.json");
@@ -197,7 +200,8 @@ mod tests {
             let rotation = Matrix3::from_row_slice(&numbers(&case["F"]));
             let f =
                 Implicit::new(&Inertia::new(j).unwrap()).solve(&(h * momentum), &Vector3::zeros()).unwrap();
-            // The derivative is nearly singular at the limit, which halves the digits.
+            // At the limit of existence the derivative is nearly singular, which halves the number
+            // of digits.
             let tolerance = if expected.norm() > 1.5 { 1e-6 } else { 1e-14 };
             assert!((f - expected).norm() <= tolerance * expected.norm(), "case {index}: {f} {expected}");
             let error = (exp_minus_identity(&f) + Matrix3::identity() - rotation).amax();
@@ -205,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Only the root below 90° is physical; more momentum than a step can carry is an error.
+    /// Only the root below 90° is physical; a momentum that a step cannot represent is an error.
     #[test]
     fn beyond_the_limit_of_existence_there_is_no_rotation() {
         let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());
@@ -219,7 +223,8 @@ mod tests {
         assert_eq!(solve(Vector3::zeros()), Some(Vector3::zeros()));
     }
 
-    /// Tiny steps keep their relative accuracy: `f → J⁻¹g` and the increment is not lost in `I`.
+    /// Tiny steps keep their relative accuracy: `f → J⁻¹g`, and adding `I` does not remove the
+    /// increment.
     #[test]
     fn tiny_steps_keep_all_digits() {
         let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());
@@ -231,9 +236,9 @@ mod tests {
         }
     }
 
-    /// Checks wheels about a principal axis: `J sin t + (1 + tan²(t/2)) hμ = hH`. The momenta
-    /// have any size and sign, also much larger than the momentum of the body. The equation
-    /// itself is checked in all directions.
+    /// Tests wheels about a principal axis with the scalar equation
+    /// `J sin t + (1 + tan²(t/2)) hμ = hH`. The wheel momenta have any size and sign, and may be
+    /// much larger than the momentum of the body. The equation itself is tested in all directions.
     #[test]
     fn wheels_on_a_principal_axis_are_a_scalar_equation() {
         let j = Vector3::new(1.0, 2.0, 2.5);
@@ -244,8 +249,8 @@ mod tests {
                 let g = 2.0 * t.sin() + (t / 2.0).tan().powi(2) * spin;
                 let solved = implicit.solve(&Vector3::new(0.0, g, 0.0), &Vector3::new(0.0, spin, 0.0));
                 let monotone = 2.0 * t.cos() + (t / 2.0).tan() / (t / 2.0).cos().powi(2) * spin > 0.0;
-                // The angle is not the physical one beyond the turning point of the scalar
-                // equation.
+                // Beyond the turning point of the scalar equation the angle is not the physical
+                // solution.
                 if monotone && spin.abs() < 100.0 {
                     let f = solved.unwrap_or_else(|| panic!("{spin} {angle}"));
                     assert!(

@@ -1,12 +1,13 @@
 //! The margins of a motion to every limit and constraint, at the nodes and on the arcs between
 //! them.
 //!
-//! On an arc the body turns at the rate `f/h` about one axis, so the rate is checked there as at
-//! the nodes. Every cone is checked where its boresight is nearest to the rim
+//! On an arc the body turns at the rate `f/h` about one axis, and this rate is checked like the
+//! rates at the nodes. Every cone is checked where its boresight is nearest to the edge
 //! ([`crate::maneuver::constraint::Arc`]). The torque of a plan is held over each step, and the
-//! momentum of its wheels is linear there: their limits need the nodes only.
+//! momentum of its wheels is linear in time over a step, so their limits need to be checked at the
+//! nodes only.
 //!
-//! These are margins of the discrete motion. The continuous motion under this held torque differs
+//! These are margins of the discrete motion. The continuous motion under the held torque differs
 //! slightly and has its own margins ([`Margin::continuous_margin`]).
 
 mod at_nodes;
@@ -21,47 +22,48 @@ use crate::numerics::figures::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The margin of a plan to one limit or constraint, at the nodes and on the arcs between them.
+/// The margin of a plan to one limit or constraint: the smallest at the nodes and on the arcs
+/// between.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Margin {
-    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel
-    /// torque limit", "wheel momentum limit" and the like.
+    /// Name of the constraint, or of the input limit: "torque limit", "torque norm limit", "torque
+    /// rate limit", "wheel torque limit", "wheel momentum limit" and the like.
     pub name: String,
-    /// The smallest distance to the limit, in `unit`; negative: violated.
+    /// Smallest distance of the plan from the limit, in `unit`; negative if the limit is violated.
     pub margin: f64,
-    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates
-    /// and cones: it differs by the error of the discretisation.
+    /// Smallest distance of the continuous motion under the held torque, in `unit`, for rates and
+    /// cones. It differs from `margin` by the discretisation error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_margin: Option<f64>,
-    /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
+    /// Unit of the margins: "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N" or "N/s".
     pub unit: String,
-    /// The margin relative to the limit, or in \[rad\] for a cone.
+    /// The margin as a fraction of the limit, or in \[rad\] for a cone.
     pub scaled: f64,
-    /// The time \[s\].
+    /// Time of the smallest margin \[s\].
     pub time_s: f64,
-    /// The input, the axis, the wheel, or the pair of boresight and direction, in words; empty if
-    /// only one exists.
+    /// The input, axis, wheel, or pair of boresight and direction with the smallest margin, in
+    /// words; empty if only one exists.
     pub at: String,
 }
 
 impl Margin {
-    /// Returns whether the limit holds, to round-off ([`Margin::ROUND_OFF`]).
+    /// Returns whether the limit holds within round-off ([`Margin::ROUND_OFF`]).
     pub fn holds(&self) -> bool {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// Returns the margin of the true motion, in `unit`: the margin of the continuous motion, if it
-    /// has one, and otherwise the margin of the plan; 0 within round-off.
+    /// Returns the margin of the true motion in `unit`: the margin of the continuous motion if it
+    /// is known, otherwise the margin of the plan. A margin within round-off is returned as 0.
     pub fn met(&self) -> f64 {
         let value = self.continuous_margin.unwrap_or(self.margin);
-        // An active limit is touched up to round-off, of either sign.
+        // A plan touches an active limit within round-off, with a margin of either sign.
         let scale = if self.scaled == 0.0 { 1.0 } else { (self.margin / self.scaled).abs() };
         if value.abs() <= Self::ROUND_OFF * scale { 0.0 } else { value }
     }
 
-    /// Returns the number of the input that the margin belongs to, forces first, if it belongs to
-    /// one.
+    /// Returns the index of the input with this margin, forces first; `None` if the margin does not
+    /// belong to an input.
     pub fn input(&self, problem: &Problem) -> Option<usize> {
         let number = ["wheel ", "input "].iter().find_map(|kind| self.at.strip_prefix(kind))?;
         let index = number.parse::<usize>().ok()?.checked_sub(1)?;
@@ -69,7 +71,7 @@ impl Margin {
         limit.first.checked_add(index)
     }
 
-    /// The largest scaled violation with which a limit still counts as kept.
+    /// Largest scaled violation within which a limit counts as kept.
     pub const ROUND_OFF: f64 = 1e-9;
 }
 
@@ -87,7 +89,8 @@ impl fmt::Display for Margin {
     }
 }
 
-/// Returns the worst scaled violation among margins; 0 if all hold, NaN if one is NaN.
+/// Returns the largest scaled violation among `margins`: 0 if all limits hold, NaN if a margin is
+/// NaN.
 pub fn worst_violation(margins: &[Margin]) -> f64 {
     margins.iter().fold(0.0, |worst: f64, margin| {
         let violation = -margin.scaled;
@@ -95,7 +98,7 @@ pub fn worst_violation(margins: &[Margin]) -> f64 {
     })
 }
 
-/// One limit or constraint and its smallest margin so far.
+/// A limit or constraint, with its smallest margin so far.
 struct Entry<'a> {
     name: String,
     unit: &'static str,
@@ -103,7 +106,7 @@ struct Entry<'a> {
     smallest: Smallest,
 }
 
-/// The limited quantity and its limit.
+/// A limit of the inputs, or a rule for the motion.
 enum What<'a> {
     Input(InputLimit<'a>),
     Rule(&'a Rule),
@@ -114,26 +117,26 @@ struct Smallest {
     margin: f64,
     scaled: f64,
     time: f64,
-    /// The number of the input, axis, wheel or pair.
+    /// Index of the input, axis, wheel or pair with the smallest margin.
     index: usize,
 }
 
 impl Smallest {
-    /// Stores a smaller margin, or one that is NaN, which then stays.
+    /// Keeps the smaller of two margins; NaN replaces any margin and stays.
     fn meet(&mut self, other: Self) {
         if !self.scaled.is_nan() && (other.scaled < self.scaled || other.scaled.is_nan()) {
             *self = other;
         }
     }
 
-    /// Compares each value of a one-sided limit with zero.
+    /// Records the margins of values that must not be negative (one-sided inputs).
     fn meet_none_negative(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
             self.meet(Self { margin: value, scaled: value / limit, time, index });
         }
     }
 
-    /// Compares each value with its limit; an infinite limit does not exist.
+    /// Records the margin of each value to its limit. An infinite limit counts as no limit.
     fn meet_all(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
             if limit.is_finite() {
@@ -144,14 +147,14 @@ impl Smallest {
     }
 }
 
-/// Meets a motion node by node and arc by arc, and keeps the smallest margins.
+/// Measures a motion node by node and arc by arc, and keeps the smallest margins.
 pub(crate) struct Meter<'a> {
     frame_rate: Vector3,
     entries: Vec<Entry<'a>>,
 }
 
 impl<'a> Meter<'a> {
-    /// Creates the meter for a motion of a maneuver.
+    /// Builds the meter for a motion of a maneuver.
     pub(crate) fn new(problem: &'a Problem) -> Self {
         let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
         let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };
@@ -165,7 +168,7 @@ impl<'a> Meter<'a> {
         Self { frame_rate: problem.environment.frame_rate(), entries }
     }
 
-    /// Receives a row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
+    /// Measures a row of inputs at `time` \[s\]. `before` is the row one `step` \[s\] earlier.
     pub(crate) fn inputs(&mut self, time: f64, row: &[f64], step: f64, before: Option<&[f64]>) {
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
@@ -188,7 +191,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// Receives the momenta of the wheels at `time`.
+    /// Measures the momenta of the wheels at `time` \[s\].
     pub(crate) fn wheels(&mut self, time: f64, momenta: &[f64]) {
         for Entry { what, smallest, .. } in &mut self.entries {
             if let What::Input(InputLimit { kind: LimitKind::WheelMomentum, bounds, .. }) = what {
@@ -197,7 +200,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// Receives an angular velocity, body axes, at `time`.
+    /// Measures an angular velocity (body axes, [rad/s]) at `time` \[s\].
     pub(crate) fn rate(&mut self, time: f64, rate: &Vector3) {
         for Entry { what, smallest, .. } in &mut self.entries {
             match what {
@@ -210,7 +213,8 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// Measures the margins of one `step` \[s\] from `time` along `arc`, which has a constant rate.
+    /// Measures a step of length `step` \[s\] that begins at `time` and has the rotation `arc` at a
+    /// constant rate.
     pub(crate) fn arc(&mut self, time: f64, step: f64, arc: &Arc) {
         let frame_rate = self.frame_rate;
         self.rate(time + 0.5 * step, &(arc.turn / step));
@@ -218,7 +222,8 @@ impl<'a> Meter<'a> {
             let What::Rule(Rule::Pointing(pointing)) = what else { continue };
             for (index, (boresight, direction)) in pointing.pairs().enumerate() {
                 let target = on_arc(direction, time, step, &frame_rate);
-                // Too far away to come nearer than ever before: no extremum needed.
+                // This pair stays farther from the cone than the smallest margin so far; no
+                // extremum is needed.
                 let travel = arc.turn.norm() + target.travel();
                 if pointing.room_beside(arc.angle(boresight, &target, 0.0), target.radius) - travel
                     > smallest.scaled
@@ -234,8 +239,8 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// Returns the margins. A limit without values has the margin NaN. A constraint that is
-    /// active only at times outside of the motion is omitted.
+    /// Returns the smallest margins. A limit without values has the margin NaN. A constraint that
+    /// was never active during the motion is omitted.
     pub(crate) fn margins(&self) -> Vec<Margin> {
         self.entries.iter().filter(|entry| entry.has_acted()).map(Entry::margin).collect()
     }
@@ -246,7 +251,7 @@ fn pairs<'a>(values: &'a [f64], limits: &'a [f64]) -> impl Iterator<Item = (f64,
 }
 
 impl Entry<'_> {
-    /// Returns whether the constraint is always active, or has been active.
+    /// Returns whether the constraint is active at all times, or has been active during the motion.
     fn has_acted(&self) -> bool {
         let What::Rule(Rule::Pointing(pointing)) = self.what else { return true };
         pointing.during.given().is_none() || self.smallest.scaled != f64::INFINITY
@@ -267,7 +272,8 @@ impl Entry<'_> {
         }
     }
 
-    /// Returns the names one of several items by its number.
+    /// Returns the name of one of several inputs, wheels, axes or pairs by its index; empty if
+    /// there is only one.
     fn which(&self, index: usize) -> String {
         let one_of = |what: &str, index: usize, count: usize| {
             if count > 1 { format!("{what} {}", index + 1) } else { String::new() }

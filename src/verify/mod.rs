@@ -1,21 +1,22 @@
-//! Independent witnesses of a plan. They share no solver, sweep or derivative code with the
+//! Independent witnesses of a plan. They share no code for solvers, sweeps or derivatives with the
 //! planner.
 //!
-//! - The **discrete witness** propagates the plan's inputs through its own difference equations,
-//!   the implicit one solved in another form than the planner's. It must meet the terminal
-//!   conditions.
-//! - The **continuous witness** follows the equations of motion, the torque held over each step of
-//!   the plan: as a Taylor series, or with a method from another crate where forces depend on the
-//!   pose. It notes where it is at the ends of a few windows of the plan.
-//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin
-//!   variational integrator of high order, and must end where the continuous one does, to
+//! - The **discrete witness** propagates the inputs of the plan through its difference equations.
+//!   It solves the implicit equation in another form than the planner does. It must meet the
+//!   terminal conditions.
+//! - The **continuous witness** integrates the equations of motion with the torque held over each
+//!   step of the plan. It uses a Taylor series, or a method from another crate if forces depend on
+//!   the pose. It records its state at both ends of a few windows of the plan.
+//! - The **symplectic witness** propagates the held torque over the windows with a Galerkin
+//!   variational integrator of high order. It must reach the states of the continuous witness to
 //!   round-off.
-//! - The first two must describe one motion: over the windows, with that held torque and ever
-//!   shorter steps, the first converges to the second at the order of the scheme, or to round-off.
+//! - The **order test** compares the discrete and the continuous witness. Over the windows, with
+//!   the held torque and successively shorter steps, the discrete witness must converge to the
+//!   continuous one at the order of the scheme, or agree to round-off.
 //!
-//! [`Verification::witnesses`] states over how many steps each witness ran.
+//! [`Verification::witnesses`] states the number of steps over which each witness ran.
 //!
-//! The witnesses start from the problem and the recorded inputs alone. They compare the recorded
+//! The witnesses start from the problem and the recorded inputs only. They compare the recorded
 //! attitudes, rates and torques with their own results.
 
 mod accuracy;
@@ -60,35 +61,38 @@ use motion::{Inputs, Scale, judgeable};
 use std::sync::atomic::AtomicBool;
 use watch::Watch;
 
-/// Judges a plan for `problem` by all witnesses.
+/// Verifies a plan for `problem` with all witnesses.
 ///
-/// `tolerance` limits the scaled terminal error of the discrete witness. For a plan that lands,
-/// the target is a recorded state, and `tolerance` limits the error of recorded states.
-/// `continuous_tolerance` \[rad\] limits the attitude error of the continuous witness and its
-/// violation of a cone. The function returns for any numbers in `trajectory`: a quantity that
-/// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
+/// `tolerance` bounds the scaled terminal error of the discrete witness. A landed plan has a
+/// recorded state as its discrete target, and `tolerance` bounds the error of recorded states.
+/// `continuous_tolerance` \[rad\] bounds the attitude error of the continuous witness and its
+/// violation of cones. The function returns for any numbers in `trajectory`. A quantity that cannot
+/// be computed is NaN in a failed check, and [`Verification::failure`] states the reason.
 ///
 /// The checks have these names:
-/// - `finite`
+/// - `finite`: number of recorded numbers that are not finite
 /// - `discrete terminal`
+/// - `duration`, if inputs switch and the duration is given; `longest duration`, if the duration
+///   has an upper bound
 /// - `recorded states`
-/// - `recorded motion`, if the plan lands and records the true motion
-/// - `total momentum`, if wheels alone turn the body
-/// - `constraints`, if there are any: the worst scaled violation at and between the nodes, with
-///   the limit [`Margin::ROUND_OFF`]
+/// - `recorded motion`, if a landed plan records the true motion
+/// - `total momentum`, if only wheels turn the body
+/// - `constraints`, if the problem has limits or constraints: the worst scaled violation at and
+///   between the nodes, with the limit [`Margin::ROUND_OFF`]
 /// - `way round`, if the problem requests a homotopy class: 1 if the path has the other one
-/// - `inputs off or at a limit` and `shortest pulse`, if the maneuver has a shortest pulse: the
-///   part by which a pulse is too short
+/// - `inputs off or at a limit` and `shortest pulse`, if the maneuver has a minimum pulse width;
+///   the second check has the fraction by which the shortest pulse falls short of this width
 /// - `order`, or `round-off` if the witnesses agree to round-off
-/// - `symplectic witness`, if it can judge
+/// - `symplectic witness`, if this witness can judge the plan
 /// - `continuous terminal`
-/// - `continuous state`, if the plan lands: rate, position and velocity at the end, scaled
-/// - `continuous constraints`, if a tolerance is given and the maneuver has rate limits or cones:
-///   the worst violation by the continuous motion, in \[rad\] or relative to the limit of a rate
+/// - `continuous state`, for a landed plan: terminal rate, position and velocity, scaled
+/// - `continuous constraints`, if a continuous tolerance is given and the maneuver has rate limits
+///   or cones: the worst violation by the continuous motion, in \[rad\] or as a fraction of the
+///   rate limit
 ///
-/// Without a tolerance the continuous motion may miss the end by a quarter of the angle that the
-/// body turns, at least 5° and at most 45°. A larger miss means that the steps are too coarse to
-/// represent a motion.
+/// Without a continuous tolerance, the continuous motion may miss the terminal attitude by a
+/// quarter of the angle that the body turns, where this bound is clamped to 5°–45°. A larger error
+/// means that the steps are too coarse to represent a motion.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -98,8 +102,9 @@ pub fn verify(
     verify_until(problem, trajectory, tolerance, continuous_tolerance, &|| false)
 }
 
-/// Verifies as [`verify`] does, but stops when `stop` returns true; the witnesses call it every
-/// few steps. A stopped plan is not verified: [`Verification::was_stopped`].
+/// Verifies as [`verify`] does, but aborts when `stop`, which is polled every few steps, returns
+/// true. An aborted verification reports [`Verification::was_stopped`], and the plan does not count
+/// as verified.
 pub fn verify_until(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -139,7 +144,7 @@ pub fn verify_until(
         apart_limit,
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
-    // The target of a plan that lands is the recorded end of its discrete motion.
+    // The discrete target of a landed plan is the recorded end of its discrete motion.
     let on_record = RECORDED.max(10.0 * tolerance);
     let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
     found.at_most("discrete terminal", found.discrete().largest(), terminal);
@@ -159,7 +164,7 @@ pub fn verify_until(
             Err(_) => pulses::UNKNOWN,
         };
         found.at_most("inputs off or at a limit", pulses.between, pulses::AT_LIMIT);
-        // A plan without pulses has no pulse that is too short.
+        // A plan without pulses cannot have a pulse that is too short.
         let missing = if pulses.shortest == f64::INFINITY { 0.0 } else { 1.0 - pulses.shortest / asked };
         found.at_most("shortest pulse", missing, pulses::ROUND_OFF);
     }
@@ -194,8 +199,8 @@ pub fn verify_until(
     }
     let wide = continuous_tolerance.unwrap_or_else(|| miss_allowed(rows::turned(trajectory)));
     found.at_most("continuous terminal", found.continuous_attitude_rad, wide);
-    // The discrete motion meets its own target. Only the true motion meets the rate, the position
-    // and the velocity of the end.
+    // The discrete motion meets its own target. Only the true motion must meet the terminal rate,
+    // position and velocity.
     if trajectory.target.is_some() {
         found.at_most("continuous state", continuous_state, wide);
     }
@@ -207,8 +212,9 @@ pub fn verify_until(
     found
 }
 
-/// Returns the sense of a recorded path. Returns `None` if both ways have one length, if the
-/// motion without inputs, which separates them, cannot be propagated, or if `stop` returns true.
+/// Returns the homotopy class of a recorded path, short or long. The two classes are distinguished
+/// by the motion without inputs. Returns `None` if both classes are equally long, if this motion
+/// cannot be propagated, or if `stop` returns true.
 #[must_use]
 pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool) -> Option<Sense> {
     let stopped = AtomicBool::new(false);
@@ -218,7 +224,7 @@ pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool
     way::sense(&plant, &flown, trajectory, &Watch::new(&stopped, stop)).ok()?
 }
 
-/// Judges a plan of duration zero: start and end must be equal, and the plan must be at this state.
+/// Verifies a plan of zero duration: the start, the end and the recorded state must be equal.
 fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verification {
     let mut found = Verification::unknown(problem.motion);
     let second = problem.clone().with_duration(1.0);
@@ -245,54 +251,55 @@ fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verifi
     found
 }
 
-/// The part of the angle turned by which the continuous motion may miss the end without a given
-/// tolerance.
+/// Fraction of the angle turned by which the continuous motion may miss the terminal attitude if no
+/// tolerance is given.
 const MISSED: f64 = 0.25;
 
-/// The least allowed miss \[deg\].
+/// Smallest value of this bound \[deg\].
 const MISSED_LEAST_DEG: f64 = 5.0;
-/// The largest allowed miss \[deg\].
+/// Largest value of this bound \[deg\].
 const MISSED_MOST_DEG: f64 = 45.0;
 
-/// Returns the attitude error at the end \[rad\] that the continuous motion may have without a
-/// given tolerance, if the body turns by `turned` \[rad\].
+/// Returns the allowed terminal attitude error \[rad\] of the continuous motion if no tolerance is
+/// given and the body turns by `turned` \[rad\].
 fn miss_allowed(turned: f64) -> f64 {
     (MISSED * turned).clamp(MISSED_LEAST_DEG.to_radians(), MISSED_MOST_DEG.to_radians())
 }
 
-/// The scaled difference between recorded and propagated states that is accepted: far above
-/// rounding, far below any relevant error.
+/// Accepted scaled difference between recorded and propagated states. It is far above round-off and
+/// far below any relevant error.
 const RECORDED: f64 = 1e-9;
 
-/// The scaled difference of two flows of the true motion after many turns that a plan that lands
-/// may have.
+/// Accepted scaled difference between the recorded true motion of a landed plan and the witness,
+/// after many turns.
 const FLOWN: f64 = 1e-6;
 
-/// The numbers that checks need in addition to a [`Verification`]; NaN and `None` if a witness
+/// The numbers that the checks need in addition to a [`Verification`]; NaN or `None` if a witness
 /// failed.
 struct Judged {
-    /// Largest scaled difference between recorded and found states.
+    /// Largest scaled difference between recorded and propagated states.
     recorded: f64,
-    /// The error of the recorded true motion, if it is recorded.
+    /// Scaled error of the recorded true motion; `None` if the plan does not record it.
     flown: Option<f64>,
-    /// The largest error of the continuous motion at the end, apart from the attitude, scaled.
+    /// Largest terminal error of the continuous motion in rate, position and velocity, scaled.
     continuous_state: f64,
-    /// Drift of the total momentum in the recorded states, if only wheels turn the body.
+    /// Drift of the total momentum over the recorded states; `None` unless only wheels turn the
+    /// body.
     momentum_drift: Option<f64>,
-    /// Whether the path has the requested homotopy class, if one is requested.
+    /// Whether the path has the requested homotopy class; `None` if no class is requested.
     goes_as_asked: Option<bool>,
-    /// Worst scaled violation of a limit or constraint.
+    /// Worst scaled violation of a limit or constraint by the discrete motion.
     violation: f64,
-    /// The largest violation of a constraint by the continuous motion: \[rad\], or relative to
-    /// the limit of a rate.
+    /// Worst violation of a constraint by the continuous motion: \[rad\], or a fraction of the rate
+    /// limit.
     continuous_violation: f64,
     comparison: Option<order::Comparison>,
-    /// The allowed distance between the ends of the symplectic and the continuous witness.
+    /// Allowed distance between the ends of the symplectic and the continuous witness.
     apart_limit: f64,
 }
 
 impl Verification {
-    /// Runs the witnesses, two at a time, and keeps the findings of those that finished.
+    /// Runs the witnesses, two at a time, and records the results of those that finish.
     fn witness(
         &mut self,
         problem: &Problem,
@@ -307,7 +314,7 @@ impl Verification {
         let problem = &flown;
         let plant = judgeable(problem)?;
         let inputs = Inputs::on(problem, grid, &trajectory.input);
-        // If the motion without inputs cannot be propagated, the sense is unknown.
+        // The homotopy class is unknown if the motion without inputs cannot be propagated.
         judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory, watch).unwrap_or(None);
         let isolated = plant.free && problem.actuation.wheels.is_some();
         judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));
@@ -316,7 +323,7 @@ impl Verification {
         let scale = Scale::of(problem);
         let steps = problem.steps;
 
-        // The two halves are independent, so results are equal bit by bit on one thread and on two.
+        // The two halves are independent, so one thread and two threads give bit-identical results.
         let replayed = |watch: &Watch| {
             let replayed = rows::compare(&plant, &inputs, trajectory, watch);
             (replayed, continuous_end(&plant, &start, &inputs, watch))
@@ -395,11 +402,11 @@ impl Verification {
     }
 }
 
-/// The least number of steps for which a second thread saves more time than it costs.
+/// Smallest number of steps for which a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
 /// Returns the end of the continuous witness from the start of the maneuver, under outputs held
-/// over steps of given lengths. Tests compare other flows with it.
+/// over steps of given lengths. Tests compare other flows with this result.
 #[cfg(test)]
 pub(crate) fn continuous_flow(
     plant: &crate::propagate::plant::Plant,

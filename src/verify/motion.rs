@@ -1,4 +1,4 @@
-//! The state of the body, and the inputs of a plan step by step, as all witnesses use them.
+//! The state of the body and the inputs of a plan step by step, as all witnesses use them.
 
 use super::verification::WitnessError;
 use crate::maneuver::grid::Grid;
@@ -7,14 +7,14 @@ use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// The state of the body, with momenta instead of velocities.
+/// The state of the body in terms of momenta instead of velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
     /// Position `x`, reference frame \[m\].
     pub position: Vector3,
     /// Linear momentum `γ = m ẋ`, reference frame [N·s].
     pub linear_momentum: Vector3,
-    /// Attitude `R`, body → reference.
+    /// Attitude `R`, from body to reference.
     pub attitude: Matrix3,
     /// Angular momentum `Π = JΩ`, body axes [N·m·s].
     pub momentum: Vector3,
@@ -23,7 +23,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// Builds the phase of a boundary state of `problem`, with the initial momenta of the wheels.
+    /// Builds the phase for a boundary state of `problem`, with the initial momenta of the wheels.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
@@ -40,7 +40,7 @@ impl Phase {
         angular_velocity(inertia.j(), inertia.j_inverse(), &self.momentum)
     }
 
-    /// Returns the velocity `γ/m`, reference frame [m/s]; zero without a mass.
+    /// Returns the velocity `γ/m`, reference frame [m/s]; zero for a body without a mass.
     pub fn velocity(&self, problem: &Problem) -> Vector3 {
         problem.body.mass.map_or_else(Vector3::zeros, |mass| self.linear_momentum / mass)
     }
@@ -51,17 +51,18 @@ impl Phase {
     }
 }
 
-/// Returns `Ω` of `JΩ = Π`, with one step of refinement.
+/// Returns the solution `Ω` of `JΩ = Π`, with one step of iterative refinement.
 ///
-/// The plain product `J⁻¹Π` misses by ε·cond(J): for a thin rod that is a gyroscopic torque `Π × Ω`
-/// about its axis which is not there, and spins it up by a radian a second.
+/// The plain product `J⁻¹Π` has a relative error of ε·cond(J). For a thin rod this error acts like
+/// a gyroscopic torque `Π × Ω` about its axis, which does not exist and accelerates the spin by 1
+/// rad/s².
 pub(super) fn angular_velocity(j: &Matrix3, j_inverse: &Matrix3, momentum: &Vector3) -> Vector3 {
     let rate = j_inverse * momentum;
     rate + j_inverse * (momentum - j * rate)
 }
 
-/// Units in which `T = 1`, the mean principal moment is 1, the mass is 1 and lengths are of order
-/// 1.
+/// Units of time, inertia, mass and length in which `T = 1`, the mean principal moment is 1, the
+/// mass is 1, and lengths are of order 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     pub(crate) time: f64,
@@ -84,13 +85,13 @@ impl Scale {
         }
     }
 
-    /// Returns the units of torque and force [N·m, N].
+    /// Returns the units of torque [N·m] and force \[N\].
     pub(crate) fn loads(&self) -> (f64, f64) {
         let per_time = 1.0 / self.time;
         (self.inertia * per_time * per_time, self.mass * self.length * per_time * per_time)
     }
 
-    /// Returns the distance between two phases in scaled units.
+    /// Returns the difference between two phases in scaled units.
     pub(crate) fn distance(&self, a: &Phase, b: &Phase, motion: Motion) -> TerminalError {
         let moves = motion == Motion::RigidBody;
         let linear = self.mass * self.length / self.time;
@@ -103,8 +104,8 @@ impl Scale {
     }
 }
 
-/// Returns the plant of `problem`, unless its duration is not known yet or the body moves in a
-/// turning frame: the scheme then lacks the Coriolis force.
+/// Returns the plant of `problem`. It is an error if the duration is unknown, or if a translating
+/// body has a rotating reference frame, because the scheme lacks the Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if problem.duration.known().is_none() {
         return Err(ProblemError::Missing(
@@ -116,31 +117,32 @@ pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }
 }
 
-/// The plan's inputs as the steps use them, and the steps.
+/// The inputs of a plan and its steps.
 ///
-/// For minimum time or fuel each step has one row, held over it; otherwise rows belong to nodes.
+/// For minimum time or fuel each step has one row, which is held over the step. Otherwise rows
+/// belong to nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
     pub(super) grid: Grid,
     rows: &'a [f64],
-    /// The value of [`Problem::switches`] for all steps.
+    /// Whether the inputs switch, as [`Problem::switches`] returns it.
     switches: bool,
 }
 
 impl<'a> Inputs<'a> {
     /// Builds the inputs from `rows`, which must hold [`Scheme::input_rows`] rows of
-    /// `problem.actuation.count()` numbers.
+    /// `problem.actuation.count()` numbers each.
     pub(crate) fn new(problem: &'a Problem, rows: &'a [f64]) -> Self {
         Self::on(problem, problem.grid(), rows)
     }
 
-    /// Builds the same on a grid of another kind.
+    /// Builds the inputs from `rows` on a given grid.
     pub(super) fn on(problem: &'a Problem, grid: Grid, rows: &'a [f64]) -> Self {
         Self { problem, grid, rows, switches: problem.switches() }
     }
 
-    /// Builds the motion, once the number of rows is checked.
+    /// Builds the inputs after checking the number of rows.
     pub(crate) fn checked(problem: &'a Problem, rows: &'a [f64]) -> Result<Self, WitnessError> {
         let expected = problem.input_rows() * problem.actuation.count();
         if rows.len() != expected {
@@ -149,7 +151,7 @@ impl<'a> Inputs<'a> {
         Ok(Self::new(problem, rows))
     }
 
-    /// Returns the numbers of a row.
+    /// Returns the inputs of a row.
     pub(crate) fn numbers(&self, index: usize) -> &'a [f64] {
         let count = self.problem.actuation.count();
         &self.rows[index * count..(index + 1) * count]
@@ -159,8 +161,8 @@ impl<'a> Inputs<'a> {
         Output::of(self.problem, self.numbers(index))
     }
 
-    /// Returns the row of inputs at a node, if any: Lie–Euler has no input at the start, and held
-    /// inputs have no input at the end.
+    /// Returns the index of the input row at a node; `None` if the node has no inputs. Lie–Euler
+    /// has no inputs at the start, and held inputs have none at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
         if self.switches {
             return Some(node).filter(|node| *node < self.problem.steps);
@@ -168,13 +170,14 @@ impl<'a> Inputs<'a> {
         node.checked_sub(self.problem.scheme.first_input())
     }
 
-    /// Returns the outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` replaces it.
+    /// Returns the outputs at both ends of step k. Lie–Euler has no `u_0` and uses `u_1` in its
+    /// place.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
         let (from, to) = self.end_rows(k);
         (self.row(from), self.row(to))
     }
 
-    /// Returns the rows of the outputs at both ends of step k.
+    /// Returns the row indices of the outputs at both ends of step k.
     fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -183,8 +186,9 @@ impl<'a> Inputs<'a> {
         (k.saturating_sub(first), k + 1 - first)
     }
 
-    /// Returns the rows whose mean the plan holds over step k: `u_{k+1}` alone, `u_k` and
-    /// `u_{k+1}` for Verlet, or the row of the step.
+    /// Returns the indices of the rows whose mean the plan holds over step k: twice `u_{k+1}` for
+    /// Lie–Euler, `u_k` and `u_{k+1}` for Lie–Verlet, or twice the row of the step for switching
+    /// inputs.
     pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -192,15 +196,16 @@ impl<'a> Inputs<'a> {
         (k, k + 1 - self.problem.scheme.first_input())
     }
 
-    /// Returns the output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})`
-    /// for Verlet.
+    /// Returns the output that the plan holds over step k: `B u_{k+1}` for Lie–Euler,
+    /// `½ B (u_k + u_{k+1})` for Lie–Verlet.
     pub(crate) fn held(&self, k: usize) -> Output {
         let (from, to) = self.held_rows(k);
         Output::between(&self.row(from), &self.row(to), 0.5)
     }
 }
 
-/// The inputs step after step. Neighbouring steps share a row, so the last row is stored.
+/// Access to the outputs step by step. Neighbouring steps share a row, so the last output is
+/// cached.
 pub(super) struct InOrder<'a> {
     inputs: &'a Inputs<'a>,
     last: Option<(usize, Output)>,

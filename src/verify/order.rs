@@ -1,26 +1,27 @@
-//! Whether the discrete and the continuous witness describe one motion.
+//! The test that the discrete and the continuous witness describe the same motion.
 //!
 //! The discrete witness propagates the held torque at h, h/2, h/4 over a few windows, from the
-//! state of the continuous witness at the start of each. Its ends must converge to the ends of the
-//! continuous witness at the order of the scheme. Steps that are too long for this regime, and
-//! leading terms that happen to cancel, get h/8 and h/16.
+//! state of the continuous witness at the start of each window. Its ends must converge to the ends
+//! of the continuous witness at the order of the scheme. Steps h/8 and h/16 are added if the steps
+//! are too long for the asymptotic regime, or if leading error terms happen to cancel.
 //!
-//! # Why do order test and symplectic witness run over windows?
+//! # Why do the order test and the symplectic witness run over windows?
 //!
-//! A fault of the scheme acts in every step. A window has the part of the whole error that it has
-//! of the duration, and the same part of the error of the discretisation. The order test uses their
-//! ratio, which is equal over a window and over the plan. Rounding has less time to grow, so the
-//! floor below which the witnesses agree is fifty times lower. The continuous witness passes the
-//! whole plan and records its state at the ends of eight windows. These are spread from the first
-//! step to the last. Together they cover 1/32 of the steps, and each has at least two steps. A plan
-//! of 16 steps or fewer is a single window. Each finer run starts from these states.
-//! `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
-//! missing half kick, a reduced order, a torque one part in a million too large). It finds each
-//! fault as soon as the steps are short enough for it to exceed the discretisation error. Windows
-//! show more than whole plans: Lie–Euler from rest to rest has an end error of second order, and
-//! showed order 2 as a whole, but has order 1 along the motion. A window misses a fault at one
-//! place only. The replay, the continuous witness and the margins find it, because they pass every
-//! step. The plan file and the summary state which witness ran over how many steps.
+//! A fault of the scheme acts in every step. Both the error due to the fault and the discretisation
+//! error over a window are proportional to the length of the window. The order test uses their
+//! ratio, which is equal over a window and over the plan. Round-off has less time to grow in a
+//! window, so the floor below which the witnesses agree is fifty times lower. The continuous
+//! witness passes the whole plan and records its state at both ends of eight windows. The windows
+//! are spread from the first step to the last. Together they cover 1/32 of the steps, and each has
+//! at least two steps. A plan of 16 steps or fewer is a single window. Each finer run starts from
+//! these states. `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong
+//! sign, a missing half kick, a reduced order, a torque one part in a million too large). The test
+//! finds each fault as soon as the steps are so short that its effect exceeds the discretisation
+//! error. Windows also show faults that whole plans hide: Lie–Euler from rest to rest has a
+//! terminal error of second order, so a whole plan showed order 2, although the method has order 1
+//! along the motion. A fault at a single place may lie outside the windows. The replay, the
+//! continuous witness and the margins find it, because they pass every step. The plan file and the
+//! summary state over how many steps each witness ran.
 
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};
@@ -33,39 +34,38 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::Plant;
 
-/// Refinements of the plan's step.
+/// Refinement factors of the plan's step.
 const LEVELS: [usize; 5] = [1, 2, 4, 8, 16];
 
-/// Levels beyond h/4 only up to this number of steps, about two seconds.
+/// Largest number of steps of a refinement beyond h/4; it takes about two seconds.
 const MAX_STEPS: usize = 4_000_000;
 
-/// The deficit to the full order with which the check still passes.
+/// Tolerated shortfall of the observed order from the order of the scheme.
 pub(super) const SLACK: f64 = 0.5;
 
-/// Agreement over a window, scaled and relative to the size of the motion, that counts as
+/// Difference over a window, scaled and relative to the size of the motion, that counts as
 /// round-off.
 const ROUND_OFF: f64 = 2e-14;
 
-/// Agreement that amplified round-off can excuse at most.
+/// Largest difference that amplified round-off can explain.
 const AMPLIFIED: f64 = 1e-6;
 
 /// Round-off of the propagations over a window, before the dynamics amplify it.
 const START_ROUND_OFF: f64 = 4e-15;
 
-/// The comparison of the discrete and the continuous witness.
+/// The result of comparing the discrete with the continuous witness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN if a step was too
-    /// long.
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN if a step was too long.
     pub(super) errors: Vec<f64>,
-    /// Order observed between the finest two levels; `None` at round-off.
+    /// Observed order between the finest two levels; `None` if the difference is round-off.
     pub(super) order: Option<f64>,
-    /// Distance below which the ends agree to round-off.
+    /// Distance up to which the ends count as equal to round-off.
     pub(super) floor: f64,
     pub(super) passed: bool,
 }
 
-/// The data for the comparison of an exact witness with another one.
+/// The data for comparing the continuous witness with another witness over the windows.
 pub(super) struct Stage<'a> {
     pub(super) plant: &'a Plant<'a>,
     pub(super) inputs: &'a Inputs<'a>,
@@ -73,7 +73,7 @@ pub(super) struct Stage<'a> {
     pub(super) watch: Watch<'a>,
 }
 
-/// Returns the Euclidean norm of the four parts.
+/// Returns the Euclidean norm of the four parts of a terminal error.
 fn norm(error: &TerminalError) -> f64 {
     let parts = [
         error.attitude_rad,
@@ -89,12 +89,12 @@ impl Stage<'_> {
         self.plant.problem
     }
 
-    /// Returns the steps of the plan that the windows have.
+    /// Returns the number of steps of the plan in the windows.
     pub(super) fn steps(&self) -> usize {
         self.windows.iter().map(|window| window.steps.len()).sum()
     }
 
-    /// Returns the size of the motion, scaled, which rounding is relative to.
+    /// Returns the size of the motion, scaled, to which rounding errors are relative.
     fn size(&self) -> f64 {
         let scale = Scale::of(self.problem());
         let size = |phase: &Phase| phase.momentum.norm() + phase.stored.norm();
@@ -102,8 +102,8 @@ impl Stage<'_> {
         1.0 + ends.fold(0.0, f64::max) * scale.time / scale.inertia
     }
 
-    /// Returns the scaled distance over all windows between the ends of `run` and the ends of the
-    /// continuous witness.
+    /// Returns the scaled distance, over all windows, between the ends that `run` computes and the
+    /// ends of the continuous witness.
     fn distance(&self, run: impl Fn(&Window) -> Result<Phase, WitnessError>) -> Result<f64, WitnessError> {
         let (problem, mut sum) = (self.problem(), 0.0);
         let scale = Scale::of(problem);
@@ -113,7 +113,8 @@ impl Stage<'_> {
         Ok(sum.sqrt())
     }
 
-    /// Returns the end of a window of the held plan by the discrete witness at `h/refinement`.
+    /// Returns the end of a window under the held torque, computed by the discrete witness with
+    /// steps `h/refinement`.
     fn held_end(&self, window: &Window, start: &Phase, refinement: usize) -> Result<Phase, WitnessError> {
         let grid = &self.inputs.grid;
         let part = |k: usize| grid.step(k) / refinement as f64;
@@ -130,12 +131,13 @@ impl Stage<'_> {
         Ok(body.phase())
     }
 
-    /// Compares the discrete and the continuous witness.
+    /// Compares the discrete with the continuous witness over the windows.
     pub(super) fn compare(&self) -> Result<Comparison, WitnessError> {
         self.compare_with(|window, refinement| self.held_end(window, &window.start, refinement))
     }
 
-    /// Returns the same for any propagation at `h/refinement`.
+    /// Compares any propagation with steps `h/refinement` with the continuous witness over the
+    /// windows.
     fn compare_with(
         &self,
         run: impl Fn(&Window, usize) -> Result<Phase, WitnessError>,
@@ -164,11 +166,10 @@ impl Stage<'_> {
                 return Ok(found);
             }
         }
-        // Among the last two orders, of which at least one is insufficient, selects the one to
-        // report.
+        // Of the last two orders, at least one of which is too low, the lower one is reported.
         let blamed = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).rev().take(2);
         found.order = blamed.fold(found.order, |worst, order| worst.map(|worst| worst.min(order)));
-        // Dynamics that amplify a disturbance of the start amplify round-off alike.
+        // Dynamics that amplify a disturbance of the start amplify round-off by the same factor.
         let finest = found.errors.last().copied().unwrap_or(f64::NAN);
         if finest < AMPLIFIED {
             found.floor = found.floor.max(START_ROUND_OFF * size * self.amplification()?);
@@ -180,8 +181,8 @@ impl Stage<'_> {
         Ok(found)
     }
 
-    /// Returns the scaled distance of the ends of another exact witness, window by window, and
-    /// its limit.
+    /// Returns the largest scaled distance over the windows between the ends of another accurate
+    /// witness and the ends of the continuous witness, and the limit of this distance.
     pub(super) fn agreement(&self, ends: &[Phase]) -> Result<(f64, f64), WitnessError> {
         let (problem, size) = (self.problem(), self.size());
         let scale = Scale::of(problem);
@@ -194,16 +195,18 @@ impl Stage<'_> {
             return Ok((apart, limit));
         }
         let amplified = START_ROUND_OFF * size * self.amplification()?;
-        // Written so that a NaN leaves the limit as it is.
+        // The comparison leaves the limit unchanged if the amplification is NaN.
         Ok((apart, if amplified > limit { amplified.min(AMPLIFIED * size) } else { limit }))
     }
 
-    /// Returns the largest growth of a small disturbance from the start of a window to its end.
+    /// Returns the largest factor by which a small disturbance grows from the start of a window to
+    /// its end.
     fn amplification(&self) -> Result<f64, WitnessError> {
         const DISTURBANCE: f64 = 1e-7;
         let problem = self.problem();
         let scale = Scale::of(problem);
-        // A direction with no preferred axis, so that the fastest growing motion is part of it.
+        // This direction is not near a coordinate axis, so the fastest growing motion has a
+        // component along it.
         let direction = Vector3::new(0.48, -0.60, 0.64);
         let change = DISTURBANCE * direction;
         let mut largest: f64 = 0.0;
@@ -231,7 +234,7 @@ impl Stage<'_> {
     }
 }
 
-/// The allowed distance between the ends of two exact witnesses over a whole maneuver, scaled and
+/// Allowed distance between the ends of two accurate witnesses over a whole maneuver, scaled and
 /// relative to the size of the motion. Over a part of the maneuver it is proportionally smaller.
 const EXACT: f64 = 1e-9;
 
@@ -246,11 +249,11 @@ mod tests {
     use crate::verify::window::Marks;
     use std::sync::atomic::AtomicBool;
 
-    /// A scheme for one step of length h from a phase under a torque; right, or with a fault
-    /// planted in it.
+    /// A function that computes one step of length h from a phase under a torque, correctly or with
+    /// a planted fault.
     type Step = fn(&Plant, &Phase, f64, &Vector3) -> Phase;
 
-    /// Applies half kick, drift, half kick, as in the theory.
+    /// Applies the correct step: half kick, drift, half kick.
     fn verlet(plant: &Plant, phase: &Phase, h: f64, torque: &Vector3) -> Phase {
         step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn.tr_mul(momentum))
     }
@@ -271,8 +274,8 @@ mod tests {
         Phase { attitude: phase.attitude * turn, momentum, ..*phase }
     }
 
-    /// Possible faults of the scheme, from coarse to nearly invisible, and the number of steps
-    /// from which each exceeds the discretisation error.
+    /// Possible faults of the scheme, from coarse to nearly invisible, each with the number of
+    /// steps from which its effect exceeds the discretisation error.
     const FAULTS: [(&str, usize, Step); 7] = [
         ("gyroscopic term of the wrong sign", 0, |plant, phase, h, torque| {
             step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn * momentum)
@@ -329,8 +332,8 @@ mod tests {
         stage.compare_with(run).unwrap()
     }
 
-    /// A few windows find a fault that a scheme has in every step, on any grid, from rest to rest
-    /// and in full motion.
+    /// A few windows suffice to find a fault that a scheme has in every step, on any grid, from
+    /// rest to rest and from a moving start.
     #[test]
     fn a_fault_planted_in_the_scheme_is_found_on_the_windows() {
         let moments = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

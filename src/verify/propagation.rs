@@ -1,8 +1,8 @@
-//! Propagation by the witnesses' own equations, reaction wheels included.
+//! Propagation by the equations of the witnesses, including reaction wheels.
 //!
-//! A second method for the result of [`crate::propagate::simulate::Simulation`], in inertial axes
-//! and with the implicit equation in its exponential form. It is the only method for a body with
-//! wheels.
+//! This is a second method for the result of [`crate::propagate::simulate::Simulation`]. It uses
+//! inertial axes and the exponential form of the implicit equation. It is the only method for a
+//! body with wheels.
 
 use super::continuous::Continuous;
 use super::discrete::Discrete;
@@ -15,32 +15,33 @@ use crate::propagate::plant::{Output, Plant};
 use crate::propagate::row::{BodyState, Observer, SimulationRow};
 use crate::{Matrix3, lie};
 
-/// The method of a propagation.
+/// The numerical method of a propagation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Propagator {
-    /// Lie–Verlet: second order, symplectic, no drift of energy or momentum. Default.
+    /// Lie–Verlet: second order, symplectic, without drift of energy or momentum. This is the
+    /// default.
     #[default]
     LieVerlet,
-    /// Verner 9(8) at tolerance 1e-14, restarted at every step: exact to round-off, about ten times
-    /// slower.
+    /// Verner 9(8) with tolerance 1e-14, restarted at every step: accurate to round-off, about ten
+    /// times slower than Lie–Verlet.
     Verner98,
-    /// The method of the continuous witness: the motion of a free body as a Taylor series to
-    /// round-off, as fast as the discrete one, and Verner's pair if forces or moments depend on
+    /// The method of the continuous witness. A free body is propagated by a Taylor series to
+    /// round-off, as fast as by Lie–Verlet. Verner's pair is used if forces or moments depend on
     /// the pose.
     Continuous,
 }
 
-/// A propagation over the duration of its problem.
+/// A propagation over the duration of a problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propagation<'a> {
-    /// The method.
+    /// The numerical method.
     pub propagator: Propagator,
-    /// Number of steps, at least 1; independent of the problem's. Default 1000.
+    /// Number of steps, at least 1; independent of the steps of the problem. Default: 1000.
     pub steps: u64,
-    /// The number of steps for each row; the start and the end always have a row. Default 1.
+    /// Number of steps between two rows; the start and the end always have a row. Default: 1.
     pub stride: u64,
-    /// Inputs held throughout, one row in the order of the crate's plans; none: no actuation.
-    /// Default.
+    /// Inputs held throughout: one row in the order of the crate's plans. `None` for no actuation,
+    /// the default.
     pub inputs: Option<&'a [f64]>,
 }
 
@@ -50,24 +51,24 @@ impl Default for Propagation<'_> {
     }
 }
 
-/// Propagates the start of `problem` and passes rows to `observer`. Returns true at the end, and
-/// false if the observer stops.
+/// Propagates from the start of `problem` and passes rows to `observer`. Returns true at the end,
+/// and false if the observer stops the propagation.
 ///
-/// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme
-/// and its own number of steps play no part. The momenta of the rows count the wheels', the energy
-/// does not.
+/// No rows are stored, so memory does not grow with the number of steps. The end state, the scheme
+/// and the number of steps of the problem are not used. The momenta in the rows include the
+/// momentum of the wheels; the energy does not include the wheels.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable or the motion cannot be propagated further; rows
-/// up to there have been handed out.
+/// A [`WitnessError`] if the problem is unusable or the motion cannot be propagated further. The
+/// observer has received all earlier rows.
 pub fn propagate(
     problem: &Problem,
     settings: &Propagation,
     observer: &mut impl Observer,
 ) -> Result<bool, WitnessError> {
     match problem.check_numbers() {
-        // This error is about the problem's own steps. The propagator reports it for the steps of
-        // this function.
+        // This error concerns the steps of the problem. The propagator reports it for its own
+        // steps.
         Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
         Err(error) => return Err(error.into()),
     }
@@ -106,7 +107,7 @@ pub fn propagate(
         let due = k % stride == 0 || k == steps || told_to_stop;
         if due {
             let row = row(&plant, time, quaternion, &phase);
-            // The start is as it was given.
+            // The row at the start contains the given start.
             if k > 0 && !row.is_finite() {
                 return Err(WitnessError::NotFinite { time });
             }

@@ -1,32 +1,32 @@
-//! Whether the inputs of a plan are pulses: off or at a limit, and on for a shortest time at least.
+//! The check that the inputs of a plan are pulses: off or at a limit, and on for at least the
+//! minimum pulse width.
 //!
-//! Read from the recorded rows and times alone.
+//! It uses only the recorded rows and times.
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 
-/// The distance from a limit or from zero, relative to the limit, below which an input counts as at
-/// the limit or off.
+/// Tolerance within which an input counts as at its limit or as off, relative to the limit.
 pub(super) const AT_LIMIT: f64 = 1e-12;
 
-/// The relative amount by which a pulse may be shorter than the shortest allowed: the times of its
-/// ends are sums of steps.
+/// Relative tolerance by which a pulse may fall short of the minimum pulse width, because the times
+/// of its ends are sums of steps.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
-/// The deviation of the inputs of a plan from pulses.
+/// The deviation of the inputs of a plan from ideal pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
-    /// Largest distance of an input from 0 and from its limits, over the limit; NaN if an input is
-    /// NaN.
+    /// Largest distance of an input from the nearest of 0 and its limits, relative to the limit;
+    /// NaN if an input is NaN.
     pub between: f64,
-    /// The shortest pulse \[s\]; infinite if no input is ever on.
+    /// Length of the shortest pulse \[s\]; infinite if no input is ever on.
     pub shortest: f64,
 }
 
-/// The value for rows that do not fit the problem.
+/// The result for rows that do not fit the problem.
 pub(super) const UNKNOWN: Found = Found { between: f64::NAN, shortest: f64::NAN };
 
-/// Returns the nearest of −1, 0 and 1 to a value in units of its limit, and the distance from it.
+/// Returns the nearest of −1, 0 and 1 to a value in units of its limit, and the distance to it.
 fn side(part: f64) -> (i8, f64) {
     let off_by = [-1.0, 0.0, 1.0].map(|level: f64| (part - level).abs());
     match off_by {
@@ -46,7 +46,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Measures the rows, which must fit the problem.
+/// Measures the pulses in recorded rows, which must fit the problem.
 pub(super) fn found(problem: &Problem, trajectory: &Trajectory) -> Found {
     let mut found = Found { between: 0.0, shortest: f64::INFINITY };
     let torque = &problem.actuation.torque;
@@ -54,7 +54,7 @@ pub(super) fn found(problem: &Problem, trajectory: &Trajectory) -> Found {
         return UNKNOWN;
     };
     for (input, size) in sizes.iter().enumerate() {
-        // Since when the input is where it is.
+        // The present level of the input, and the time since which it has this level.
         let mut since: Option<(i8, f64)> = None;
         for (row, ends) in trajectory.time.windows(2).enumerate() {
             let (level, off_by) = side(trajectory.inputs(row)[input] / size);

@@ -1,4 +1,5 @@
-//! The recorded rows of a plan: whether they fit the problem, and whether they are the motion.
+//! The recorded rows of a plan: whether they fit the problem, and whether they agree with the
+//! motion.
 
 use super::discrete::Discrete;
 use super::margins::{Margin, Meter};
@@ -13,7 +14,7 @@ use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// Returns the number of recorded numbers that are NaN or infinite.
+/// Returns how many recorded numbers are NaN or infinite.
 pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     let Trajectory { angular_velocity, position, velocity, torque, force, .. } = trajectory;
     let vectors = [angular_velocity, position, velocity, torque, force].into_iter().flatten().flatten();
@@ -23,20 +24,20 @@ pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     vectors.chain(quaternions).chain(scalars).filter(|value| !value.is_finite()).count()
 }
 
-/// Returns the angle that the body turns by on its recorded way \[rad\]: the sum over its steps, in
-/// which it may also turn back.
+/// Returns the angle by which the body turns along its recorded path \[rad\]. It is the sum over
+/// the steps, so turning back also counts.
 pub(super) fn turned(trajectory: &Trajectory) -> f64 {
     let angle = |pair: &[[f64; 4]]| {
         let apart =
             |sign: f64| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a + sign * b).powi(2)).sum::<f64>().sqrt();
         let (sum, difference) = (apart(1.0), apart(-1.0));
-        // Both signs of a quaternion are one rotation: the nearer sign counts.
+        // Both signs of a quaternion are the same rotation; the nearer sign is used.
         4.0 * sum.min(difference).atan2(sum.max(difference))
     };
     trajectory.quaternion.windows(2).map(angle).sum()
 }
 
-/// Returns `∫|Ω|dt` over the recorded rates, by the trapezoidal rule \[rad\].
+/// Returns the angle swept `∫|Ω|dt` \[rad\] from the recorded rates, by the trapezoidal rule.
 #[must_use]
 pub fn swept(trajectory: &Trajectory) -> f64 {
     let rate = |node: usize| trajectory.angular_velocity[node].norm();
@@ -46,7 +47,7 @@ pub fn swept(trajectory: &Trajectory) -> f64 {
         .sum()
 }
 
-/// Checks that every row is present, and no other.
+/// Checks that the trajectory has every row that the problem needs, and no others.
 pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), WitnessError> {
     let nodes = problem.steps + 1;
     let outputs = problem.input_rows();
@@ -72,8 +73,9 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     }
 }
 
-/// Returns the grid of a plan: equal steps over the duration of the problem or, if that is free,
-/// of the plan; for inputs that switch, the steps between the recorded times. The rows must fit.
+/// Returns the grid of a plan, whose rows must fit. For switching inputs the steps are those
+/// between the recorded times. Otherwise the grid is uniform over the duration of the problem or,
+/// if that is free, of the plan.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
     if !problem.switches() {
         let found = || trajectory.time.last().copied().ok_or(WitnessError::NotFinite { time: 0.0 });
@@ -90,29 +92,30 @@ pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, W
     Grid::of_lengths(problem.scheme, &lengths).map_err(negative)
 }
 
-/// A node that the discrete witness has reached.
+/// A node that the discrete witness has reached, with the motion and the inputs there.
 pub(super) struct Reached<'a> {
     inputs: &'a Inputs<'a>,
     body: &'a Discrete<'a>,
-    /// Momenta of the wheels.
+    /// Momenta of the wheels at this node.
     wheels: &'a [f64],
     index: usize,
-    /// The output of the actuators for the row of inputs of this node, if the node has inputs.
+    /// The output of the actuators for the input row of this node; `None` if the node has no
+    /// inputs.
     output: Option<Output>,
 }
 
 impl Reached<'_> {
-    /// Returns the row of inputs of this node, if the node has inputs.
+    /// Returns the index of the input row of this node; `None` if the node has no inputs.
     fn row(&self) -> Option<usize> {
         self.inputs.row_at(self.index)
     }
 
-    /// Returns the attitude of the body here.
+    /// Returns the attitude of the body at this node.
     pub(super) fn attitude(&self) -> Matrix3 {
         self.body.phase().attitude
     }
 
-    /// Holds this node, and the arc that led here, against the limits.
+    /// Measures the margins at this node, and on the arc that leads to it.
     pub(super) fn measure(&self, meter: &mut Meter) {
         let (problem, time) = (self.inputs.problem, self.body.time());
         let step = self.index.checked_sub(1).map_or(f64::NAN, |before| self.inputs.grid.step(before));
@@ -128,8 +131,8 @@ impl Reached<'_> {
     }
 }
 
-/// Runs the discrete witness from node to node. For Lie–Verlet each visit is in the middle of the
-/// node's kick.
+/// Runs the discrete witness from node to node and calls `visit` at each. For Lie–Verlet the visit
+/// is in the middle of the kick at the node.
 pub(super) fn walk(
     plant: &Plant,
     inputs: &Inputs,
@@ -157,23 +160,24 @@ pub(super) fn walk(
     Ok(body.phase())
 }
 
-/// The results of one run of the discrete witness over the plan.
+/// The results of a run of the discrete witness over the plan.
 #[derive(Clone, Debug)]
 pub(super) struct Finding {
     pub(super) end: Phase,
-    /// Largest scaled difference between recorded and found; NaN if any is NaN.
+    /// Largest scaled difference between recorded and propagated values; NaN if a value is NaN.
     pub(super) recorded: f64,
     pub(super) peak_torque: f64,
     pub(super) peak_rate: f64,
     pub(super) margins: Vec<Margin>,
 }
 
-/// Returns the larger number; NaN if either number is NaN, unlike `f64::max`.
+/// Returns the larger number; unlike `f64::max`, NaN if either number is NaN.
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Propagates the plan, compares it row by row and checks its limits. The rows must fit.
+/// Propagates the plan, compares its rows with the motion and measures its margins. The rows must
+/// fit.
 pub(super) fn compare(
     plant: &Plant,
     inputs: &Inputs,
@@ -189,7 +193,7 @@ pub(super) fn compare(
         peak_rate = larger(peak_rate, phase.angular_velocity(problem).norm());
         let time = (trajectory.time[node.index] - node.body.time()).abs() / scale.time;
         recorded = larger(recorded, time);
-        // A plan that lands records the true motion, which the continuous witness judges.
+        // A landed plan records the true motion, which the continuous witness checks.
         if trajectory.target.is_none() {
             let row = node.row().zip(node.output);
             recorded = larger(recorded, node_difference(plant, trajectory, node.index, &phase, row, &scale));
@@ -205,14 +209,14 @@ pub(super) fn compare(
     Ok(Finding { end, recorded, peak_torque, peak_rate, margins: meter.margins() })
 }
 
-/// Returns the recorded momenta of `count` wheels at a node.
+/// Returns the recorded momenta of the `count` wheels at a node.
 fn row_of(trajectory: &Trajectory, node: usize, count: usize) -> &[f64] {
     &trajectory.wheel_momentum[node * count..(node + 1) * count]
 }
 
-/// Returns the largest change of the total momentum `R(Π + μ)` in inertial space over the
-/// recorded states of a free body with wheels, relative to the unit of momentum or to the
-/// momentum itself. The rows must fit.
+/// Returns the largest change of the total inertial momentum `R(Π + μ)` over the recorded states of
+/// a free body with wheels. It is relative to the larger of the unit of momentum and the momentum
+/// itself. The rows must fit.
 pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     let problem = plant.problem;
     let channel = &problem.actuation.torque;
@@ -231,8 +235,8 @@ pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     (0..=problem.steps).fold(0.0, |drift, node| larger(drift, (total(node) - start).norm() / unit))
 }
 
-/// Returns the scaled difference between the record of a node and the motion: the state, and the
-/// output of the actuators for the row of inputs of the node.
+/// Returns the largest scaled difference between the recorded and the propagated values at a node.
+/// The values are the state, and the output of the actuators for the input row of the node.
 pub(super) fn node_difference(
     plant: &Plant,
     trajectory: &Trajectory,
@@ -252,7 +256,7 @@ pub(super) fn node_difference(
     larger(torque, (trajectory.force[row] - acting.force).norm() / force_unit)
 }
 
-/// Returns the scaled difference of the recorded state from `phase`.
+/// Returns the scaled difference between the recorded state at a node and `phase`.
 fn state_difference(
     plant: &Plant,
     trajectory: &Trajectory,
@@ -277,13 +281,13 @@ fn state_difference(
     larger(scale.distance(&recorded, phase, problem.motion).largest(), (size - 1.0).abs())
 }
 
-/// Returns the trajectory that the discrete witness finds for the inputs of a plan, without
+/// Propagates the inputs of a plan with the discrete witness, and returns the trajectory without
 /// costates.
 ///
-/// `inputs` are the rows of [`Trajectory::input`], one after the other.
+/// `inputs` contains the rows of [`Trajectory::input`] in succession.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no
+/// A [`WitnessError`] if the problem is unusable, the rows do not fit it, or a step has no
 /// solution.
 pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessError> {
     problem.check_numbers()?;
@@ -319,14 +323,14 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
     Ok(found)
 }
 
-/// Returns the margins of the motion that the discrete witness finds for the inputs of a plan:
-/// every limit and constraint of `problem`, torque inputs first, then wheels, forces, and the
-/// constraints in their order.
+/// Returns the margins of the discrete motion under the inputs of a plan to every limit and
+/// constraint of `problem`. Torque limits come first, then wheels, forces, and the constraints in
+/// their order.
 ///
-/// `inputs` are the rows of [`Trajectory::input`], one after the other.
+/// `inputs` contains the rows of [`Trajectory::input`] in succession.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no
+/// A [`WitnessError`] if the problem is unusable, the rows do not fit it, or a step has no
 /// solution.
 pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, WitnessError> {
     problem.check_numbers()?;
@@ -337,9 +341,9 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     Ok(meter.margins())
 }
 
-/// Returns the cost of a plan: the effort of its inputs, their fuel, or its duration for minimum
-/// time. Rows and problem must fit. Returns NaN if inputs are at nodes and the duration is
-/// unknown ([`Trajectory::completed`]).
+/// Returns the cost of a plan: the effort or fuel of its inputs, or its duration for minimum time.
+/// The rows must fit the problem. Returns NaN if inputs belong to nodes and the duration is unknown
+/// ([`Trajectory::completed`]).
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     if problem.duration.known().is_none() && !problem.switches() {
         return f64::NAN;
@@ -361,8 +365,8 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     }
 }
 
-/// Returns the effort of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end
-/// rows. Rows and problem must fit, and the steps be equal.
+/// Returns the effort of the inputs of a plan, `Σ (h/2) uᵀWu`; for Lie–Verlet the first and the
+/// last row count half. The rows must fit the problem, and the grid must be uniform.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
@@ -373,8 +377,8 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     })
 }
 
-/// Returns `Σ h rate(u)` over the nodes of equal steps. For Lie–Verlet the first and the last row
-/// count half.
+/// Returns `Σ h rate(u)` over the nodes of a uniform grid. For Lie–Verlet the first and the last
+/// row count half.
 fn at_nodes(problem: &Problem, inputs: &[f64], rate: impl Fn(&[f64]) -> f64) -> f64 {
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {

@@ -1,10 +1,10 @@
-//! The motion of a free body over a stretch of time as a Taylor series.
+//! The motion of a free body over a time interval as a Taylor series.
 //!
 //! ```text
 //! Π̇ = (Π + μ) × Ω + τ ,   μ̇ = −τ (wheels) ,   Ω = J⁻¹Π ,   q̇ = ½ q ∘ (0, Ω) ,   τ = τ₀ + s τ₁ ,   t = sh
 //! ```
-//! Right sides that are products have coefficients that are sums of products (Leibniz), so each
-//! power of `s` follows from those below it:
+//! The right-hand sides are products, so their coefficients are sums of products (Leibniz), and
+//! each power of `s` follows from the lower ones:
 //!
 //! ```text
 //! (k+1) Π_{k+1} = h Σ (Π + μ)_i × Ω_{k−i} + h τ_k ,   (k+1) q_{k+1} = (h/2) Σ q_i ∘ (0, Ω_{k−i})
@@ -15,43 +15,43 @@
 //!
 //! # Why is the continuous witness a Taylor series?
 //!
-//! If nothing depends on the pose, the equations of motion are products, and a few lines compute
-//! the coefficients of their series (`verify/series.rs`). A step of the plan is one series to
-//! round-off, with three powers for short steps and twenty for half a radian. An adaptive step
-//! has sixteen stages, and more code to trust. Fields, axes fixed in the reference frame and
-//! thrusters fixed in the body use Verner's 9(8) from the crate `differential-equations`. A unit
-//! test compares the two.
+//! If forces and torques do not depend on the pose, the equations of motion are products, and a few
+//! lines compute the coefficients of their series (`verify/series.rs`). One series covers a step of
+//! the plan to round-off, with three powers for short steps and twenty for half a radian. An
+//! adaptive step has sixteen stages and needs more code. Force fields, axes fixed in the reference
+//! frame, and thrusters fixed in the body use Verner's 9(8) from the crate
+//! `differential-equations`. A unit test compares the two methods.
 
 use super::motion::angular_velocity;
 use crate::{Matrix3, Vector3};
 
-/// The largest number of powers; a stretch that needs more is divided.
+/// Largest number of powers; an interval that needs more is divided.
 const MOST: usize = 24;
 
-/// The part of the whole change below which a term is negligible compared with the rounding of
-/// the others.
+/// Fraction of the whole change below which a term is negligible compared with the rounding of the
+/// others.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
-/// The start of a stretch and the torque that acts on it, scaled.
+/// The state at the start of a time interval and the torque during it, scaled.
 pub(super) struct Stretch {
-    /// Length h of the stretch.
+    /// Length h of the interval.
     pub(super) length: f64,
-    /// `Π`.
+    /// Angular momentum `Π` of the body.
     pub(super) momentum: Vector3,
-    /// `μ`, if the body has wheels, which then produce the torque.
+    /// Momentum `μ` of the wheels, which then produce the torque; `None` if the body has no wheels.
     pub(super) stored: Option<Vector3>,
-    /// `τ₀` and `τ₁`: the torque at the start, and how much it changes.
+    /// The torque `τ₀` at the start, and its change `τ₁` over the interval.
     pub(super) torque: [Vector3; 2],
-    /// Sizes of `q̇` and `Π̇`, which rounding is relative to.
+    /// Magnitudes of `q̇` and `Π̇`, to which rounding errors are relative.
     pub(super) speeds: [f64; 2],
 }
 
-/// Returns `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where
-/// the powers do not suffice.
+/// Returns the change `q − 1` of the attitude (scalar first) from `q = 1`, and the change of `Π`
+/// over the interval; `None` if the available powers do not suffice.
 pub(super) fn change(j: &Matrix3, j_inverse: &Matrix3, stretch: &Stretch) -> Option<([f64; 4], Vector3)> {
     let Stretch { length: h, momentum, stored, torque, speeds } = stretch;
     let zero = Vector3::zeros();
-    // Powers of Π + μ, of Ω, and of the scalar and the vector part of q.
+    // Powers of Π + μ, of Ω, and of the scalar and vector parts of q.
     let (mut total, mut rate) = ([zero; MOST], [zero; MOST]);
     let (mut w, mut v) = ([0.0; MOST], [zero; MOST]);
     let mut momenta = [zero; MOST];
@@ -74,7 +74,7 @@ pub(super) fn change(j: &Matrix3, j_inverse: &Matrix3, stretch: &Stretch) -> Opt
         w[k + 1] = 0.5 * part * scalar;
         v[k + 1] = 0.5 * part * vector;
         let small = w[k + 1].abs().max(v[k + 1].amax()) <= enough[0] && momenta[k + 1].amax() <= enough[1];
-        // Two in a row: one may vanish by symmetry.
+        // Two successive terms must be negligible, because a single one may vanish by symmetry.
         if small && negligible {
             let sum = |powers: &[Vector3]| powers.iter().rev().sum::<Vector3>();
             let (turn, scalar) = (sum(&v[1..k + 2]), w[1..k + 2].iter().rev().sum());
@@ -98,9 +98,9 @@ mod tests {
     use crate::verify::motion::{Phase, Scale};
     use crate::{Vector3, lie};
 
-    /// The series agrees with Verner's pair on stretches of full and thin inertias, with changing
-    /// torques and forces, with wheels and without, from a thousandth of a radian to steps that are
-    /// divided.
+    /// The series agrees with Verner's pair for full and thin inertias, changing torques and
+    /// forces, with and without wheels, from intervals of a thousandth of a radian to steps that
+    /// are divided.
     #[test]
     fn the_series_is_the_motion_that_the_adaptive_integrator_finds() {
         let mut random = Random(71);
@@ -109,11 +109,11 @@ mod tests {
             [(full_inertia(), &[(1e-3, 50), (0.1, 20), (1.0, 5), (9.0, 2)][..]), (thin, &[(1e-3, 50)])]
         {
             for &(length, steps) in lengths {
-                // Verner's pair gives up on wheels that turn the body by many radians in a step.
+                // Verner's pair fails for wheels that turn the body by many radians in a step.
                 for stores in if length > 1.0 { vec![false] } else { vec![false, true] } {
                     let mut state = State::attitude(lie::exp(&random.vector3()), random.vector3());
-                    // Slowly about the thin axis, about which a torque would make it spin beyond
-                    // all measure.
+                    // The start is slow about the thin axis, because a torque about it causes an
+                    // extremely fast spin.
                     state.angular_velocity.x *= 0.1;
                     state.velocity = random.vector3();
                     let body = Body { inertia: inertia.clone(), mass: Some(1.3) };

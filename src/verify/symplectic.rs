@@ -1,13 +1,13 @@
-//! The symplectic witness: the held torque through a variational integrator of order 6 to 12,
-//! window by window.
+//! The symplectic witness: propagation of the held torque over each window by a variational
+//! integrator of order 6 to 12.
 //!
 //! ```text
 //! curves of degree s in the natural chart, action at s Gauss points, steps of at most 0.2 rad
 //! ```
-//! It integrates Hamilton's principle, and the continuous witness the equations of motion. It
-//! uses a rotation vector where the continuous witness uses a quaternion, and solves implicitly
-//! for quantities that the other evaluates. It uses no code of the planner, and of the field only
-//! force and moment.
+//! This witness discretises Hamilton's principle, while the continuous witness integrates the
+//! equations of motion. It uses a rotation vector instead of a quaternion, and solves implicitly
+//! for quantities that the continuous witness evaluates. It uses no code of the planner; from the
+//! force field it uses only force and moment.
 
 use super::motion::{Inputs, Phase};
 use super::verification::WitnessError;
@@ -21,39 +21,40 @@ use crate::propagate::integrator::{
 use crate::propagate::plant::{HeldLoad, Output, Plant};
 use std::sync::Arc;
 
-/// Largest turn of a step [rad]. Steps of the plan are divided until it holds.
+/// Largest turn in a step [rad]. Steps of the plan are divided until this bound holds.
 const LARGEST_TURN: f64 = 0.2;
 
-/// The largest number of parts of a step of the plan, and the largest number of steps in all: a few
-/// seconds.
+/// Largest number of parts of a step of the plan, and largest total number of steps, which takes a
+/// few seconds.
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
 
-/// Each degree with the largest turn of a step for which its error over a radian is round-off,
-/// for free bodies from a needle to a disc.
+/// Each polynomial degree with the largest turn of a step for which the error over a radian is
+/// round-off, for free bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
-/// Returns the lowest degree that suffices for steps with this turn.
+/// Returns the lowest degree that suffices for steps with this turn \[rad\].
 fn degree(turn: f64) -> usize {
     let does = |(_, most): &&(usize, f64)| turn <= *most;
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)
 }
 
-/// The reason why this witness does not judge.
+/// Reasons why this witness cannot judge a plan.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
 const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
-/// The end of the witness in each window, and its order; or the reason why it cannot judge: wheels,
-/// too many steps, or a field so stiff that its iteration does not converge.
+/// The state of the witness at the end of each window, and its order; or the reason why it cannot
+/// judge: wheels, too many steps, or a field so stiff that its iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
-/// The factors by which the witness refines its steps if it misses the continuous witness. Its
+/// Factors by which the witness shortens its steps if it disagrees with the continuous witness. The
 /// first steps are too long if a field or a torque changes the rate within a long step of the plan.
 pub(super) const FINER: [usize; 3] = [1, 4, 16];
 
-/// Returns the ends of the held plan over `windows`, each from the state of the continuous
-/// witness, with steps `finer` times as short as the turn requires.
+/// Propagates the held torque over each of `windows`, from the state of the continuous witness at
+/// its start. The steps are `finer` times shorter than the turn requires. Returns the state at each
+/// end.
 pub(super) fn ends(
     plant: &Plant,
     inputs: &Inputs,
@@ -75,7 +76,7 @@ pub(super) fn ends(
     if problem.actuation.wheels.is_some() {
         return Ok(Err(WHEELS));
     }
-    // Written so that a NaN ends here.
+    // The comparison rejects NaN.
     let bearable = parts <= MOST_PARTS && parts * steps as f64 <= MOST_STEPS;
     if !bearable {
         return Ok(Err(TOO_LONG));
@@ -86,7 +87,7 @@ pub(super) fn ends(
     let unusable = |_| WitnessError::NotFinite { time: 0.0 };
     let system = System::new(vec![body], Some(load.clone())).map_err(unusable)?;
     let system = system.with_frame_rate(plant.frame_rate());
-    // Shorter steps of the same method.
+    // Shorter steps than the turn requires keep the degree of that turn.
     let degree = degree(turn * finer as f64 / parts);
     let mut ends = Vec::with_capacity(windows.len());
     let mut method: Option<Galerkin> = None;
@@ -100,7 +101,7 @@ pub(super) fn ends(
             let made = |state: &SystemState| {
                 Galerkin::new(&system, state, grid.step(k) / parts, degree, Quadrature::Gauss)
             };
-            // Equal steps share a method; it is made anew for a step of another length.
+            // Steps of equal length share a method; another length needs a new one.
             let method = match &mut method {
                 Some(method) if grid.is_uniform() => {
                     if fresh {
@@ -116,7 +117,8 @@ pub(super) fn ends(
                 match method.step(&[]) {
                     Ok(()) => {}
                     Err(StepError::NotFinite) => return Err(WitnessError::NotFinite { time }),
-                    // Steps too long for its iteration, which are not too long for the plan.
+                    // The step is too long for the iteration of this witness, although not for the
+                    // plan.
                     Err(_) => return Ok(Err(NO_CONVERGENCE)),
                 }
             }
@@ -150,8 +152,8 @@ mod tests {
     use crate::testing::Random;
     use crate::{Matrix3, Vector3};
 
-    /// Returns the momentum and attitude after a turn of `turn` in `steps` steps from the angular
-    /// velocity `rate`, of length 1.
+    /// Returns momentum and attitude after a rotation by `turn` \[rad\] in `steps` steps, from the
+    /// angular velocity `rate` of norm 1.
     fn end(inertia: &Inertia, degree: usize, rate: &Vector3, turn: f64, steps: usize) -> (Vector3, Matrix3) {
         let step = turn / steps as f64;
         let mut body = EulerPoincare::new(inertia, degree, Quadrature::Gauss, step).unwrap();
@@ -163,9 +165,9 @@ mod tests {
         (momentum, attitude)
     }
 
-    /// Its error cannot be distinguished from rounding if the largest turn is a degree. Four times
-    /// that turn, or twice the largest turn, shows the error, and the order 2s gives its value at
-    /// the smaller turn.
+    /// The error is indistinguishable from round-off at the largest turn of each degree. A turn
+    /// four times as large, or twice for the largest one, shows the error, and the order 2s
+    /// predicts the error at the smaller turn.
     #[test]
     fn the_error_of_each_degree_is_round_off_where_it_is_taken() {
         let mut random = Random(19);

@@ -1,13 +1,13 @@
-//! The request to stop the witnesses, and the places where they poll it.
+//! The request to stop the witnesses, and the functions that poll it.
 
 use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The number of steps between two polls.
+/// Number of steps between two polls.
 const EVERY: usize = 16;
 
-/// Whether the witnesses continue. Witnesses on another thread read the answer that the polling
-/// thread stored.
+/// The decision whether the witnesses continue. One thread polls the caller and stores the answer;
+/// witnesses on other threads read it.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<'a> {
     stopped: &'a AtomicBool,
@@ -15,32 +15,32 @@ pub(crate) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Builds a watch that polls `ask` and stores its answer.
+    /// Builds a watch that polls `ask` and stores its answer in `stopped`.
     pub(crate) fn new(stopped: &'a AtomicBool, ask: &'a dyn Fn() -> bool) -> Self {
         Self { stopped, ask: Some(ask) }
     }
 
-    /// Returns the flag of this watch, for work on another thread.
+    /// Returns the stop flag of this watch, for work on another thread.
     pub(super) fn noted(&self) -> &'a AtomicBool {
         self.stopped
     }
 
-    /// Creates a watch that reads the flag and never calls the caller's function.
+    /// Builds a watch that only reads the flag and never polls the caller.
     pub(super) fn of(stopped: &'a AtomicBool) -> Self {
         Self { stopped, ask: None }
     }
 
-    /// Asks the caller now whether to stop.
+    /// Polls the caller now, and stores a request to stop.
     pub(super) fn ask(&self) {
         if self.ask.is_some_and(|stop| stop()) {
             self.stopped.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Polls the caller at some of the steps and returns whether to stop.
+    /// Polls the caller at every sixteenth step.
     ///
     /// # Errors
-    /// [`WitnessError::Stopped`].
+    /// [`WitnessError::Stopped`] if a stop was requested.
     #[inline]
     pub(super) fn step(&self, step: usize) -> Result<(), WitnessError> {
         if step.is_multiple_of(EVERY) {

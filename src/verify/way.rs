@@ -1,8 +1,8 @@
-//! The sense of a recorded path, determined on the double cover of the rotations.
+//! The homotopy class of a recorded path, determined on the double cover of the rotations.
 //!
-//! A path of rotations lifts to a continuous path of unit quaternions. Two paths with equal ends
-//! are of one class if their lifts, begun equal, end equal; if not, they end at opposite
-//! quaternions.
+//! A path of rotations lifts to a continuous path of unit quaternions. Let two paths have equal
+//! ends, and let their lifts begin equal. They belong to the same homotopy class if the lifts end
+//! equal; otherwise the lifts end at opposite quaternions.
 
 use super::motion::Inputs;
 use super::rows::walk;
@@ -14,14 +14,14 @@ use crate::maneuver::solution::{Sense, Trajectory};
 use crate::propagate::plant::Plant;
 use crate::{Matrix3, Vector3};
 
-/// If the end of the motion without inputs is this close to opposite to the end of the path
-/// \[rad\], both ways count as short.
+/// If the end of the motion without inputs is opposite to the end of the path within this angle
+/// \[rad\], both classes count as short.
 const OPPOSITE: f64 = 1e-2;
-/// Largest angle between neighbours of a lift \[rad\].
+/// Largest angle between neighbouring attitudes of a lift \[rad\].
 const PART: f64 = 0.1;
 
-/// Returns whether the path has the sense that `problem` requests; `None` if any sense is valid, or
-/// both ways are equally long.
+/// Returns whether the path has the homotopy class that `problem` requests; `None` if no class is
+/// requested, or if both classes are equally long.
 pub(super) fn goes_as_asked(
     plant: &Plant,
     problem: &Problem,
@@ -41,7 +41,8 @@ pub(super) fn goes_as_asked(
     Ok(sense(plant, problem, trajectory, watch)?.map(|sense| (sense == Sense::Short) == is_short))
 }
 
-/// Returns the sense of the path; `None` if both ways are equally long, or the trajectory is empty.
+/// Returns the homotopy class of the path; `None` if both are equally long, or if the trajectory is
+/// empty.
 pub(super) fn sense(
     plant: &Plant,
     problem: &Problem,
@@ -51,7 +52,7 @@ pub(super) fn sense(
     let Some((path, last)) = lifted(problem, trajectory).zip(trajectory.quaternion.last()) else {
         return Ok(None);
     };
-    // The shorter way is that from the end of the motion without inputs.
+    // The short class is determined from the end of the motion without inputs.
     let none = vec![0.0; trajectory.input.len()];
     let mut at = problem.start.attitude;
     let mut lift = lie::quaternion_from_rotation(&at);
@@ -65,14 +66,15 @@ pub(super) fn sense(
     Ok(told.then(|| if is_short() { Sense::Short } else { Sense::Long }))
 }
 
-/// Returns the end of the lift of the recorded path.
+/// Returns the end of the lift of the recorded path; `None` if the trajectory is empty.
 fn lifted(problem: &Problem, trajectory: &Trajectory) -> Option<[f64; 4]> {
     trajectory.quaternion.last()?;
     let from = lie::quaternion_from_rotation(&problem.start.attitude);
     Some(trajectory.quaternion.iter().fold(from, |lift, quaternion| continued(Some(&lift), *quaternion)))
 }
 
-/// Returns the lift that continues `lift` from the attitude `from` along `rotation` (body axes).
+/// Returns the end of the lift that starts at `lift` and follows `rotation` (body axes) from the
+/// attitude `from`.
 fn turned(lift: [f64; 4], from: &Matrix3, rotation: &Vector3) -> [f64; 4] {
     let parts = (rotation.norm() / PART).ceil().max(1.0);
     (1..=parts as usize).fold(lift, |lift, part| {

@@ -1,10 +1,11 @@
-//! The stretches of a plan over which finer runs are made: a few, spread from the start to the end.
+//! The windows of a plan over which finer runs are made: a few time intervals, spread from the
+//! start to the end.
 //!
-//! A fault of the scheme acts in every step. A window has the part of the whole error that it has
-//! of the duration, and the same part of the error of the discretisation. A window therefore has
-//! the order of convergence of the whole plan, with less rounding. The continuous witness passes
-//! the whole plan and records its state at both ends of each window. Every finer run starts from
-//! these states.
+//! A fault of the scheme acts in every step. Both the error due to the fault and the discretisation
+//! error over a window are proportional to the length of the window. A window therefore shows the
+//! order of convergence of the whole plan, with less round-off. The continuous witness passes the
+//! whole plan and records its state at both ends of each window. Every finer run starts from these
+//! states.
 
 use super::continuous::Continuous;
 use super::motion::Phase;
@@ -12,27 +13,27 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use std::ops::Range;
 
-/// Number of windows. The first and the last step of the plan are in a window.
+/// Number of windows. The first and the last step of the plan each lie in a window.
 const WINDOWS: usize = 8;
 
-/// The number of steps of the plan for each step of a window, and the least number of steps of a
-/// window.
+/// The number of steps of a window is the number of steps of the plan divided by `ONE_OF`, rounded
+/// up, and at least `SHORTEST`.
 const ONE_OF: usize = 256;
 const SHORTEST: usize = 2;
 
-/// A stretch of a plan, and the motion of the continuous witness at its ends.
+/// A window of a plan, with the state of the continuous witness at its ends.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// The steps of the plan in the window.
+    /// Indices of the steps of the plan in the window.
     pub(super) steps: Range<usize>,
     pub(super) start: Phase,
     pub(super) end: Phase,
-    /// Largest angular velocity at its nodes [rad/s].
+    /// Largest angular velocity at the nodes of the window [rad/s].
     pub(super) peak_rate: f64,
 }
 
-/// Returns the steps of each window of a plan of `steps`: all in one where windows would cover the
-/// plan.
+/// Returns the steps of each window of a plan with this number of steps. The whole plan is one
+/// window if the windows would cover it.
 pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     let length = steps.div_ceil(ONE_OF).max(SHORTEST);
     if WINDOWS * length >= steps {
@@ -42,12 +43,12 @@ pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     (0..WINDOWS).map(|index| first(index)..first(index) + length).collect()
 }
 
-/// Records the windows of a plan while the continuous witness passes them.
+/// Records the windows of a plan while the continuous witness passes through them.
 pub(super) struct Marks<'a> {
     problem: &'a Problem,
     grid: &'a Grid,
     windows: Vec<Window>,
-    /// The window that the motion is in, or before.
+    /// Index of the current window, or of the next one if the motion is between windows.
     at: usize,
 }
 
@@ -57,7 +58,7 @@ impl<'a> Marks<'a> {
         Self { problem, grid, windows: spread(problem.steps).into_iter().map(window).collect(), at: 0 }
     }
 
-    /// Receives the motion at a node.
+    /// Records the motion at a node.
     pub(super) fn pass(&mut self, node: usize, body: &Continuous) {
         while let Some(window) = self.windows.get_mut(self.at).filter(|window| window.steps.start <= node) {
             let phase = body.phase(self.grid.after(node));

@@ -16,4 +16,5 @@ mod bodies;
 mod every;
 mod evidence;
 mod infeasible;
+mod sequences;
 mod witnesses;

@@ -1,28 +1,28 @@
-//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas,
-//! semicolons or tabs between them, quotes around them where a program likes to put some.
+//! Parsing and quoting of table cells: RFC 4180, except that a quoted cell ends on its line. The
+//! separator is a comma, a semicolon or a tab. Any cell may be quoted.
 
 use std::borrow::Cow;
 
-/// One cell, without the blanks and the quotes around it.
+/// A table cell, without surrounding blanks and quotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Cell<'t> {
-    /// The text of the cell.
+    /// Text of the cell.
     pub text: Cow<'t, str>,
-    /// The byte of the line at which the text begins.
+    /// Byte index in the line at which the text begins.
     pub start: usize,
 }
 
-/// Returns the separator of a table with this header: the first comma, semicolon or tab outside of
-/// quotes; `None` if the header has no separator.
+/// Returns the separator of a table with the header `head`: the first of comma, semicolon and tab
+/// that occurs outside of quotes; `None` if none of them occurs.
 pub(crate) fn separator(head: &str) -> Option<char> {
     let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
 }
 
-/// Returns the cells of a line; without a separator blanks separate them.
+/// Splits a line into cells; without a separator, cells are separated by blanks.
 ///
 /// # Errors
-/// Returns a description of wrong quotes.
+/// Returns a description of the error if quotes are not closed or misplaced.
 pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>, &'static str> {
     let parts = |sign: char| separator.map_or(sign.is_ascii_whitespace(), |separator| sign == separator);
     let blank = |sign: &char| *sign == ' ' || (*sign == '\t' && separator != Some('\t'));
@@ -59,9 +59,9 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
     }
 }
 
-/// Returns a text as a cell of a table of comma-separated values that spreadsheets open: in quotes
-/// if a reader would split it, and no formula. A line break becomes a blank, because many readers
-/// take a line for a row.
+/// Formats a text as a cell of a comma-separated table that spreadsheets can open. The cell is
+/// quoted if a reader would split it, and is not read as a formula. A line break becomes a blank,
+/// because many readers take a line for a row.
 pub(crate) fn quoted(text: &str) -> String {
     let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
     if text.contains([',', '"', ';', '\t']) || text.trim() != text {
@@ -71,14 +71,14 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// Returns a text that begins like a formula with an apostrophe before it, which spreadsheets do
-/// not show. Numbers are unchanged.
+/// Prefixes a text that begins like a formula with an apostrophe, which spreadsheets do not show.
+/// Numbers are unchanged.
 fn no_formula(text: &str) -> Cow<'_, str> {
     let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }
 }
 
-/// Returns the position of the quote that closes a cell; doubled quotes belong to its text.
+/// Returns the index of the quote that closes a cell; a doubled quote is a part of the text.
 fn closing(quoted: &str) -> Option<usize> {
     let bytes = quoted.as_bytes();
     let mut at = 0;

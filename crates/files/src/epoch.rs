@@ -1,32 +1,32 @@
-//! A moment of calendar time, and the moments that follow it by seconds.
+//! Calendar date and time, and instants at a given number of seconds after them.
 //!
-//! The library uses elapsed seconds. An epoch is the moment of time zero, in a named time scale.
-//! Leap seconds and scales come from `hifitime`. A moment is stored as a whole second and a
-//! fraction of it, so that a time with 12 decimals is accurate to a picosecond.
+//! The library uses elapsed seconds. An epoch is the date of time zero in a named time scale. The
+//! crate `hifitime` supplies leap seconds and time scales. An instant is stored as a whole second
+//! and a fraction, so that a time with 12 decimals is accurate to a picosecond.
 //!
-//! # Why is the epoch beside the problem and not in it?
+//! # Why is the epoch not a part of the problem?
 //!
-//! A plan does not depend on the date. `Problem` has elapsed seconds; `Identity` (epoch and
-//! names) passes separately from spec to plan file to exchange file. A time scale is required,
-//! because UTC and TAI differ by 37 s. `hifitime` has leap seconds and scales. This module adds
-//! the second 60, for which it has no name, and the fraction of a second as a double, because a
-//! nanosecond at 1 rad/s is 1e-9 rad and a plan is accurate to 1e-12. Messages carry a creation
-//! date, so two files differ in it; `SOURCE_DATE_EPOCH` fixes it.
+//! A plan does not depend on the date. `Problem` has elapsed seconds; `Identity` (epoch and names)
+//! is passed separately from the spec to the plan file and to exchange files. A time scale is
+//! required, because UTC and TAI differ by 37 s. This module adds two things to `hifitime`: the
+//! leap second 60, for which that crate has no name, and the fraction of a second as a double.
+//! Nanoseconds would not suffice: one nanosecond at 1 rad/s is 1e-9 rad, and a plan is accurate to
+//! 1e-12. Messages carry a creation date, in which two files differ; `SOURCE_DATE_EPOCH` fixes it.
 
 use hifitime::{Duration, Epoch as Instant, TimeScale, Unit};
 use std::fmt;
 use thiserror::Error;
 
-/// A time scale that files name.
+/// Time scale of a date, as named in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Universal time with leap seconds.
+    /// Coordinated universal time (UTC), with leap seconds.
     Utc,
-    /// International atomic time.
+    /// International atomic time (TAI).
     Tai,
-    /// Terrestrial time.
+    /// Terrestrial time (TT).
     Tt,
-    /// Barycentric dynamical time.
+    /// Barycentric dynamical time (TDB).
     Tdb,
     /// GPS time.
     Gps,
@@ -35,7 +35,7 @@ pub enum Scale {
 impl Scale {
     const ALL: [Self; 5] = [Self::Utc, Self::Tai, Self::Tt, Self::Tdb, Self::Gps];
 
-    /// Returns its name in specs and in CCSDS messages.
+    /// Returns the name of the scale in specs and CCSDS messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Utc => "UTC",
@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// Returns the scale of this name, in upper or lower case.
+    /// Returns the scale with this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scale| scale.name().eq_ignore_ascii_case(name))
     }
@@ -62,51 +62,52 @@ impl Scale {
     }
 }
 
-/// The reason for which a text is not an epoch.
+/// Reason why a text is not a valid epoch.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
     /// The time scale is missing.
     #[error("the time scale is missing: UTC and TAI differ by 37 s")]
     NoScale,
-    /// The time scale is unknown.
+    /// The time scale is not supported.
     #[error("the time scale {0} is unknown")]
     Scale(String),
-    /// The time is given as an offset from UTC.
+    /// The text gives an offset from UTC, such as +02:00, which is not supported.
     #[error("an offset of {0} from UTC is not supported")]
     Offset(String),
-    /// No date and time of day as ISO 8601 writes them.
+    /// The text is not an ISO 8601 date with a time of day.
     #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
-    /// The day or the second does not exist.
+    /// The calendar does not have this date or second.
     #[error("this date does not exist")]
     Calendar,
 }
 
-/// A moment of calendar time.
+/// A date and time in a time scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
-    /// The second that contains the moment, a whole second of its own scale, kept as TAI (as TDB if
-    /// that is the scale).
+    /// The whole second of the epoch's own scale that contains the instant, stored in TAI, or in
+    /// TDB if that is the scale.
     second: Instant,
-    /// The fraction of the second \[s\], from 0 to below 1.
+    /// Fraction of the second that has passed \[s\], at least 0 and less than 1.
     fraction: f64,
     scale: Scale,
 }
 
-/// Decimals of a written second: picoseconds.
+/// Number of decimals of written seconds: picoseconds.
 const DECIMALS: usize = 12;
 
 impl Epoch {
-    /// Reads `2026-11-21T07:00:00.25 UTC`. A `Z`, or an offset of `+00:00`, instead of the scale
-    /// means UTC. A blank may replace the `T`, and may be omitted before the scale.
+    /// Parses a date such as `2026-11-21T07:00:00.25 UTC`. Instead of the scale, a `Z` or the
+    /// offset `+00:00` means UTC. A blank may replace the `T`; the blank before the scale may be
+    /// omitted.
     ///
     /// # Errors
-    /// Returns an error for a missing or unknown scale, a text that is not a date, or a date that
-    /// does not exist.
+    /// Returns an error if the scale is missing or unknown, if the text is not a date, or if the
+    /// date does not exist.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale is the last word. If no blank precedes it, it begins at the first sign that
-        // belongs to neither a time of day nor an offset.
+        // The scale is the last word. Without a blank before it, it begins at the first character
+        // that can belong neither to a time of day nor to an offset.
         let clock = text.find(':').unwrap_or(text.len());
         let end = text[clock..]
             .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
@@ -137,8 +138,8 @@ impl Epoch {
         }
     }
 
-    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the
-    /// given scale; a `Z` at its end is ignored.
+    /// Parses a date such as `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` with the day of
+    /// the year, in the scale `scale`. A final `Z` is ignored.
     ///
     /// # Errors
     /// Returns the errors of [`Epoch::parse`].
@@ -171,7 +172,8 @@ impl Epoch {
         if hour > 23 {
             return Err(EpochError::Calendar);
         }
-        // Second 60 has no number in UTC: it follows second 59.
+        // `hifitime` has no number for second 60 of UTC, so the instant is computed as one second
+        // after second 59.
         let leap = second == 60;
         let time = (small(hour)?, small(minute)?, small(second.min(59))?);
         let moment = in_scale(scale.of_hifitime(), time)?;
@@ -186,24 +188,26 @@ impl Epoch {
         Ok(Self { second: moment, fraction, scale })
     }
 
-    /// Builds the moment that many seconds after 1970 began, in UTC, as computers count them.
+    /// Creates the epoch in UTC at this number of Unix seconds, which are counted from 1970-01-01.
     pub fn of_unix(seconds: u64) -> Self {
         let second = Instant::from_unix_seconds(seconds as f64).to_time_scale(TimeScale::TAI);
         Self { second, fraction: 0.0, scale: Scale::Utc }
     }
 
-    /// Converts this moment to another scale; between TDB and the other scales to a nanosecond.
+    /// Converts the epoch to another scale. Conversions between TDB and another scale are accurate
+    /// to a nanosecond.
     pub fn in_other_scale(&self, scale: Scale) -> Self {
         let moment = self.second.to_time_scale(Self::counted_in(scale));
-        // A whole second of one scale lies within a second of the other.
+        // Whole seconds of two scales need not coincide (TT − TAI is 32.184 s), so the fraction of
+        // the second may change.
         let past = moment.to_duration_in_time_scale(scale.of_hifitime()).total_nanoseconds();
         let past = past.rem_euclid(1_000_000_000) as i64;
         let whole = Self { second: moment - Unit::Nanosecond * past, fraction: 0.0, scale };
         whole.after(self.fraction + past as f64 * 1e-9)
     }
 
-    /// Returns the time scale in which seconds are counted. TDB runs unevenly against all others,
-    /// so its own seconds count.
+    /// Returns the scale in which the whole second is stored. TDB has a varying rate relative to
+    /// the other scales, so its own seconds are counted; all other scales use TAI.
     fn counted_in(scale: Scale) -> TimeScale {
         if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
     }
@@ -213,12 +217,12 @@ impl Epoch {
         self.scale
     }
 
-    /// Returns the part of the second that has passed \[s\].
+    /// Returns the fraction of the second that has passed \[s\].
     pub(crate) fn fraction(&self) -> f64 {
         self.fraction
     }
 
-    /// Builds the moment `seconds` later.
+    /// Returns the epoch that is later by `seconds`.
     pub fn after(&self, seconds: f64) -> Self {
         let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);
         if fraction >= 1.0 {
@@ -227,43 +231,44 @@ impl Epoch {
         Self { second: self.second + Unit::Second * whole, fraction, scale: self.scale }
     }
 
-    /// Returns the seconds from `other` to this moment.
+    /// Returns the time from `other` to this epoch \[s\].
     pub fn since(&self, other: &Self) -> f64 {
         let whole: Duration = self.second.to_time_scale(other.second.time_scale) - other.second;
         whole.to_seconds() + (self.fraction - other.fraction)
     }
 
-    /// Returns the clock that starts at it, for where things are in the sky.
+    /// Returns a clock whose time zero is this epoch, with which positions of celestial bodies are
+    /// computed.
     pub(crate) fn clock(&self) -> slewkit_sky::Clock {
         let nanoseconds = self.second.to_tai_duration().total_nanoseconds();
         let (whole, rest) = (nanoseconds.div_euclid(1_000_000_000), nanoseconds.rem_euclid(1_000_000_000));
         slewkit_sky::Clock::of_tai(i64::try_from(whole).unwrap_or(0), rest as f64 * 1e-9 + self.fraction)
     }
 
-    /// Returns terrestrial time since J2000, seconds, as in the clock kernels of SPICE.
+    /// Returns the seconds of terrestrial time since J2000.0, as clock kernels of SPICE use them.
     pub fn terrestrial_past_j2000(&self) -> f64 {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction
     }
 
-    /// Returns the date and time of day in its scale, as CCSDS messages write it; to the
-    /// picosecond.
+    /// Returns the date and time of day in the scale of the epoch, in the notation of CCSDS
+    /// messages, to the picosecond.
     pub fn calendar_text(&self) -> String {
         let mut digits = format!("{:.*}", DECIMALS, self.fraction);
         let mut second = self.second;
-        // A fraction that rounds up to a whole second becomes the next second.
+        // A fraction that rounds up to 1 becomes the next whole second.
         if digits.starts_with('1') {
             second += Unit::Second * 1;
             digits = format!("{:.*}", DECIMALS, 0.0);
         }
         let (year, month, day, hour, minute, second) = self.calendar(second);
-        // At least three decimals, as many readers expect.
+        // At least three decimals are written, as many readers expect.
         let digits = digits[1..].trim_end_matches('0');
         let digits = format!("{digits:0<4}");
         let digits = if digits.starts_with('.') { digits } else { ".000".into() };
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{digits}")
     }
 
-    /// Returns the date and time of day of a whole second.
+    /// Returns year, month, day, hour, minute and second of a whole second.
     fn calendar(&self, second: Instant) -> (i32, u8, u8, u8, u8, u8) {
         let scale = self.scale.of_hifitime();
         let of = |moment: Instant| {
@@ -274,9 +279,9 @@ impl Epoch {
         if self.scale != Scale::Utc {
             return said;
         }
-        // The conversion of hifitime from TAI to UTC is a second early in the half minute that ends
-        // with a leap second; its conversion from UTC to TAI is right. A second that no name
-        // reaches is the leap second itself.
+        // In the half minute that ends with a leap second, the conversion of `hifitime` from TAI to
+        // UTC is early by one second; its conversion from UTC to TAI is right. A second that is not
+        // the conversion of any UTC time is the leap second itself.
         let (year, month, day, hour, minute, named, _) = second.to_gregorian(scale);
         let Ok(utc) = Instant::maybe_from_gregorian(year, month, day, hour, minute, named, 0, scale) else {
             return said;
@@ -292,14 +297,14 @@ impl Epoch {
     }
 }
 
-/// Displays the epoch in the notation of a spec.
+/// Displays the epoch in the notation of specs.
 impl fmt::Display for Epoch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{} {}", self.calendar_text(), self.scale.name())
     }
 }
 
-/// Parses whole numbers with fixed numbers of digits, separated by a sign.
+/// Parses whole numbers of fixed numbers of digits, separated by the character `sign`.
 fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option<[u32; N]> {
     let parts: Vec<&str> = text.split(sign).collect();
     if parts.len() != N {
@@ -315,13 +320,13 @@ fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option
     Some(values)
 }
 
-/// Returns the digits behind the point of a second.
+/// Parses the decimals of a second, the digits after the decimal point.
 fn fraction(digits: &str) -> Option<f64> {
     if digits.is_empty() || digits.len() > 30 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
     let value: f64 = format!("0.{digits}").parse().ok()?;
-    // Thirty nines are a whole second to the last bit, which no second holds.
+    // Thirty nines round to 1, which is not a fraction of a second.
     (value < 1.0).then_some(value)
 }
 
@@ -359,7 +364,8 @@ mod tests {
         }
     }
 
-    /// The leap second of 2016: UTC has 23:59:60 between 23:59:59 and midnight, TAI runs on.
+    /// At the leap second of 2016, UTC has 23:59:60 between 23:59:59 and midnight; TAI runs
+    /// uniformly.
     #[test]
     fn a_leap_second_has_its_place() {
         let start = epoch("2016-12-31T23:59:59.5 UTC");
@@ -375,7 +381,7 @@ mod tests {
         for (text, seconds) in expected.iter().zip([0.0, 0.5, 1.25, 1.5, 2.5]) {
             assert_eq!(epoch(&format!("{text} UTC")).since(&start), seconds, "{text}");
         }
-        // IERS Bulletin C 52: TAI − UTC is 36 s before and 37 s after.
+        // According to IERS Bulletin C 52, TAI − UTC is 36 s before the leap second and 37 s after.
         assert_eq!(start.since(&epoch("2017-01-01T00:00:35.5 TAI")), 0.0);
         assert_eq!(epoch("2017-01-01T00:00:01 UTC").since(&epoch("2017-01-01T00:00:38 TAI")), 0.0);
     }

@@ -1,44 +1,44 @@
-//! A hash that identifies a batch by all data that determine its results, and shows whether a plan
-//! file was changed.
+//! Hash of all data that determine the results of a batch. It identifies the batch, and detects
+//! changes of a plan file.
 //!
-//! FNV-1a of 64 bits (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>), because the
-//! one of the standard library may change between releases. It guards against mistakes, not against
-//! malice.
+//! The hash is the 64-bit FNV-1a (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>).
+//! The hash of the standard library may change between releases. It protects against mistakes, not
+//! against malice.
 
 use std::io::{self, Write};
 
-/// A running hash.
+/// State of a hash to which bytes can be added.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Returns the hash of this version of the program: another version may plan another last
-    /// bit.
+    /// Returns a hash that contains the version of the program, because plans of two versions may
+    /// differ in the last bit.
     pub fn of_program() -> Self {
         Self(0xcbf2_9ce4_8422_2325).and(env!("CARGO_PKG_VERSION").as_bytes())
     }
 
-    /// Adds a piece; the boundaries of the pieces count.
+    /// Adds a piece of data and its length, so that the division into pieces changes the hash.
     pub fn and(mut self, piece: &[u8]) -> Self {
         self.add(piece);
         self.add(&(piece.len() as u64).to_le_bytes());
         self
     }
 
-    /// Adds bytes of a piece; the places where pieces end have no effect.
+    /// Adds bytes to the current piece; their division into calls does not change the hash.
     pub fn add(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
     }
 
-    /// Returns the text of the hash in files.
+    /// Returns the hash as hexadecimal text, as files hold it.
     pub fn text(self) -> String {
         format!("{:016x}", self.0)
     }
 }
 
-/// Every byte that is written is added.
+/// Writing to the hash adds the written bytes.
 impl Write for Fingerprint {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.add(bytes);
@@ -54,7 +54,7 @@ impl Write for Fingerprint {
 mod tests {
     use super::*;
 
-    /// Test vectors of the authors' `test_fnv.c`.
+    /// Compares with test vectors of `test_fnv.c` by the authors of the hash.
     #[test]
     fn hash_is_that_of_its_authors() {
         for (text, hash) in

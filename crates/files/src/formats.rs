@@ -1,4 +1,4 @@
-//! The formats in which a plan is written, and their endings of file names.
+//! Output formats of a plan, and the file name extensions that select them.
 
 use crate::epoch::Epoch;
 use crate::exchange::{self, AemVersion, Lacking, Record, Tables};
@@ -13,21 +13,22 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A format in which a plan is written.
+/// An output format of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The plan file: one JSON document with the whole plan.
+    /// Plan file: one JSON document with the whole plan.
     Json,
-    /// The trajectory, one JSON object a line.
+    /// Trajectory as JSON lines, one object per node.
     Jsonl,
-    /// The trajectory as a table with a header.
+    /// Trajectory as a comma-separated table with a header.
     Csv,
-    /// A format of other programs.
+    /// A format of another program.
     Exchange(exchange::Format),
 }
 
 impl Format {
-    /// Every format. If several formats share an ending, the ending selects the first.
+    /// All formats. If several formats share a file name extension, the extension selects the first
+    /// of them.
     pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [
@@ -51,7 +52,7 @@ impl Format {
         ]
     };
 
-    /// Returns the name of the format, and the endings of the names of files that may hold it.
+    /// Returns the name of the format and the file name extensions that it may have.
     fn terms(self) -> (&'static str, &'static [&'static str]) {
         use exchange::Format as Other;
         match self {
@@ -75,28 +76,28 @@ impl Format {
         }
     }
 
-    /// Returns the name of the format on a command line.
+    /// Returns the name of the format as on the command line.
     pub fn name(self) -> &'static str {
         self.terms().0
     }
 
-    /// Returns the endings of the names of files that may hold it.
+    /// Returns the file name extensions that the format may have.
     pub fn endings(self) -> &'static [&'static str] {
         self.terms().1
     }
 
-    /// Returns the format of that name.
+    /// Returns the format with this name, as on the command line.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// Returns the format that the ending of a file name selects, as in `json`.
+    /// Returns the format that a file name extension such as `json` selects.
     pub fn of_ending(ending: &str) -> Option<Self> {
         let ending = ending.to_ascii_lowercase();
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))
     }
 
-    /// Checks that the maneuver has all data that the format needs.
+    /// Checks that the maneuver has all data that the format requires.
     ///
     /// # Errors
     /// Returns the first missing item.
@@ -113,16 +114,16 @@ impl Format {
         ))
     }
 
-    /// Returns whether the format can hold margins of limits and constraints.
+    /// Returns whether the format can hold the margins to limits and constraints.
     pub fn tells_margins(self) -> bool {
         matches!(self, Self::Csv | Self::Exchange(exchange::Format::Parquet))
     }
 
-    /// Writes the plan of `file`, a plan of `problem`.
+    /// Writes the plan of `file`, which is a plan of `problem`, in this format.
     ///
     /// # Errors
-    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
-    /// stream.
+    /// Returns an error if data that the format requires are missing, if a number is not finite, or
+    /// if the output stream fails.
     pub fn write(
         self,
         file: &PlanFile<'_>,
@@ -149,12 +150,12 @@ impl Format {
 }
 
 impl Format {
-    /// Writes the plan of a sequence: a segment for each leg and each rest, on one axis of time.
-    /// `craft` has the names and limits of all legs.
+    /// Writes the plan of a sequence on one time axis, with one segment for each leg and each hold.
+    /// `craft` supplies the names and limits, which are common to all legs.
     ///
     /// # Errors
-    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
-    /// stream.
+    /// Returns an error if data that the format requires are missing, if a number is not finite, or
+    /// if the output stream fails.
     pub fn write_sequence(
         self,
         file: &SequenceFile<'_>,
@@ -186,18 +187,18 @@ impl Format {
     }
 }
 
-/// Returns the comment about the witnesses of all legs.
+/// Returns the comment on whether the witnesses verified every leg.
 fn verified_legs(file: &SequenceFile<'_>) -> String {
     let passed = |leg: &PlanFile<'_>| leg.verified.as_ref().is_some_and(Verification::passed);
     if file.legs.iter().all(passed) { "verified: every leg" } else { "not verified" }.into()
 }
 
-/// Returns the comment about the program.
+/// Returns the comment that names the program and its version.
 fn generated() -> String {
     format!("planned by slewkit {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Builds the record from which formats of other programs are written.
+/// Builds the record from which the formats of other programs are written.
 fn record<'a>(
     problem: &'a Problem,
     identity: &'a Identity,
@@ -219,24 +220,25 @@ fn record<'a>(
     }
 }
 
-/// Returns the nodes at which inputs of a plan switch, where it consists of arcs.
+/// Returns the indices of the nodes at which inputs switch, if the plan consists of arcs.
 fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     let trajectory = &*file.trajectory.0;
     let arcs = file.switching.as_ref().map_or(&[][..], |switching| &switching.arcs);
-    // A torque of full norm that turns is another one on every step: it switches where it is turned
-    // on and off.
+    // A torque limited in its norm may change direction in every step. It then counts as switching
+    // only where it is turned on or off.
     let turns = arcs.iter().any(|arc| arc.input.is_empty());
     let is_off = |k: usize| trajectory.inputs(k).iter().all(|input| *input == 0.0);
     let switches = |k: &usize| {
         if turns { is_off(k - 1) != is_off(*k) } else { trajectory.inputs(k - 1) != trajectory.inputs(*k) }
     };
-    // Inputs at the nodes of equal steps go from one limit to the other within a step.
+    // If the inputs are given at the nodes, as for Lie–Verlet, an input passes from one limit to
+    // the other within a step, so no node is a switching time.
     let held = trajectory.torque.len() < trajectory.time.len();
     let nodes = if arcs.is_empty() || !held { 0 } else { trajectory.torque.len() };
     (1..nodes).filter(switches).collect()
 }
 
-/// Returns comments about a plan.
+/// Returns the comments on a plan: its program, and whether it is verified.
 fn notes(verification: Option<&Verification>) -> Vec<String> {
     let mut notes = vec![generated()];
     notes.push(match verification {
@@ -249,8 +251,8 @@ fn notes(verification: Option<&Verification>) -> Vec<String> {
     notes
 }
 
-/// Returns the creation date of messages: now, or the value of `SOURCE_DATE_EPOCH`, for equal
-/// files of equal inputs.
+/// Returns the creation date of messages: the current time, or the value of `SOURCE_DATE_EPOCH`,
+/// with which equal inputs give equal files.
 pub fn now() -> Epoch {
     let said = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

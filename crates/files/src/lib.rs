@@ -19,7 +19,7 @@ pub mod scenery;
 pub mod spec;
 pub mod table;
 
-/// The reader of the files that [`exchange`] writes, for tests.
+/// The Parquet crate, with which tests read the files that [`exchange`] writes.
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
 pub use ::parquet;

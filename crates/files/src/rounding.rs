@@ -1,10 +1,10 @@
-//! The rounding of printed numbers that all readers accept.
+//! Tolerances for numbers in input files that were rounded when they were printed.
 
-/// The largest deviation from 1 of the length of a quaternion, or of a row or column of a
-/// rotation matrix, and of such rows from being orthogonal: three printed digits. The nearest
+/// Largest deviation of a quaternion, or of a row or column of a rotation matrix, from unit length,
+/// and of the rows from orthogonality: rounding to three digits. Within this tolerance the nearest
 /// rotation is used, with a warning.
 pub(crate) const ROTATION: f64 = 1e-3;
-/// The largest relative excess of the largest moment of inertia over the sum of the others.
+/// Largest relative excess of the largest moment of inertia over the sum of the other two.
 pub(crate) const MOMENT: f64 = ROTATION;
-/// The deviation that needs no warning: nine digits.
+/// Deviation up to which no warning is given: rounding to nine digits.
 pub(crate) const SILENT: f64 = 1e-9;

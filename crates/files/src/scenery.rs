@@ -1,59 +1,61 @@
-//! The surroundings of a spacecraft while it turns: the Earth below, Sun, Moon, and the target of
+//! Surroundings of a spacecraft during a maneuver: the Earth, the Sun, the Moon and the target at
 //! the end.
 //!
-//! The scenery does not change a plan: pictures and summaries show it. A plan file holds it as
-//! coefficients, so that a report needs no orbit and no ephemeris.
+//! The scenery does not change a plan; pictures and summaries show it. A plan file stores it as
+//! polynomial coefficients, so that a report needs neither an orbit nor an ephemeris.
 
 use slewkit::mechanics::direction::Track;
 use slewkit::{Matrix3, Vector3};
 use slewkit_sky::{EARTH_RADIUS_M, EARTH_RATE_RAD_S, geodetic, meets_ground, station};
 
-/// Radii of Sun and Moon \[m\].
+/// Radii of the Sun and the Moon \[m\].
 const SUN_RADIUS_M: f64 = 6.957e8;
 const MOON_RADIUS_M: f64 = 1.7374e6;
 
-/// The surroundings.
+/// Vectors from the spacecraft to the celestial bodies over time, the Earth's rotation and the
+/// target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenery {
-    /// The vector from the centre of the Earth to the spacecraft, GCRS \[m\]; `None` without an
-    /// orbit.
+    /// Vector from the centre of the Earth to the spacecraft, in the axes of the GCRS \[m\]; `None`
+    /// without an orbit.
     pub spacecraft: Option<Track>,
-    /// The vector to the centre of the Sun \[m\]: from the spacecraft, or from the centre of the
-    /// Earth without an orbit.
+    /// Vector to the centre of the Sun, in the axes of the GCRS \[m\]. It begins at the spacecraft
+    /// or, without an orbit, at the centre of the Earth.
     pub sun: Track,
-    /// The vector to the centre of the Moon.
+    /// Vector to the centre of the Moon \[m\], with the same origin and axes as `sun`.
     pub moon: Track,
-    /// The rotation from GCRS to the axes that turn with the Earth, at time zero.
+    /// Rotation from the GCRS to Earth-fixed axes at time zero.
     pub earth: Matrix3,
-    /// The target of the end, if it has a name.
+    /// Target at the end of the maneuver, if it has a name.
     pub target: Option<TargetShown>,
 }
 
-/// The target of the end of a maneuver.
+/// Target at the end of a maneuver, as shown in pictures and summaries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetShown {
-    /// The name, as in "ground 48.1, 11.6".
+    /// Name of the target, such as "ground 48.1, 11.6".
     pub name: String,
-    /// Geodetic latitude, east longitude \[deg\] and height \[m\] of a station.
+    /// Geodetic latitude \[deg\], east longitude \[deg\] and height \[m\], if the target is a
+    /// ground station.
     pub station: Option<[f64; 3]>,
-    /// Metres in the unit of the vector that the end points along; `None` for a direction without
-    /// a distance.
+    /// Length in metres of one unit of the vector to the target; `None` for a direction without a
+    /// distance.
     pub unit_m: Option<f64>,
 }
 
-/// A disc among the directions.
+/// A celestial body seen as a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// The name, as in "Sun".
+    /// Name of the body, such as "Sun".
     pub name: &'static str,
-    /// The direction to its middle, a unit vector, GCRS.
+    /// Direction to the centre of the disc, as a unit vector in the axes of the GCRS.
     pub direction: Vector3,
-    /// The angle from its middle to its limb \[rad\].
+    /// Angular radius of the disc \[rad\].
     pub angular_radius: f64,
 }
 
 impl Scenery {
-    /// Returns Earth, Moon and Sun as seen at `time` \[s\], the nearest first.
+    /// Returns the discs of the Earth, the Moon and the Sun at `time` \[s\], the nearest first.
     pub fn discs(&self, time: f64) -> Vec<Disc> {
         let disc = |name, to: Vector3, radius: f64| Disc {
             name,
@@ -66,29 +68,32 @@ impl Scenery {
         earth.into_iter().chain([moon, sun]).collect()
     }
 
-    /// Returns the components along the axes that turn with the Earth.
+    /// Returns the Earth-fixed components of a vector given in the axes of the GCRS, at
+    /// `time` \[s\].
     fn earth_fixed(&self, vector: &Vector3, time: f64) -> Vector3 {
         let (sin, cos) = (EARTH_RATE_RAD_S * time).sin_cos();
         let v = self.earth * vector;
         Vector3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
     }
 
-    /// Returns the geodetic latitude and east longitude below the spacecraft \[deg\].
+    /// Returns the geodetic latitude and east longitude \[deg\] of the point below the spacecraft
+    /// at `time` \[s\]; `None` without an orbit.
     pub fn below(&self, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         Some(geodetic(&self.earth_fixed(&place, time)))
     }
 
-    /// Returns the geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS,
-    /// meets the ground; `None` if it passes the Earth.
+    /// Returns the geodetic latitude and east longitude \[deg\] at which a line of sight in
+    /// `direction` (GCRS) meets the ground; `None` without an orbit, or if the line misses the
+    /// Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);
         Some(geodetic(&meets_ground(&self.earth_fixed(&place, time), &along)?))
     }
 
-    /// Returns the distance of a targeted station \[m\], and the elevation of the spacecraft
-    /// above its horizon \[rad\].
+    /// Returns the distance to the targeted station \[m\] and the elevation of the spacecraft above
+    /// its horizon \[rad\]; `None` if the target is not a station, or without an orbit.
     pub fn station_at(&self, time: f64) -> Option<[f64; 2]> {
         let [latitude, longitude, height] = self.target.as_ref()?.station?;
         let place = self.earth_fixed(&self.spacecraft.as_ref()?.at(time)[0], time);

@@ -1,7 +1,7 @@
 //! Files of slew-time tables: `.npz`, which this program reads, and Parquet for other programs.
 //!
-//! An archive has these arrays of doubles (L angles, D directions, N = L·D nodes, angle after
-//! angle):
+//! The archive contains these arrays of doubles. L is the number of angles, D the number of
+//! directions and N = L·D the number of nodes, which are ordered by angle:
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -29,39 +29,39 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use thiserror::Error;
 
-/// The version of the arrays.
+/// Version of the set of arrays in a file.
 const VERSION: f64 = 1.0;
 
-/// The reason for which a file is no table.
+/// Reason why a file is not a valid slew-time table.
 #[derive(Debug, Error)]
 pub enum TableFileError {
-    /// The archive cannot be read.
+    /// The `.npz` archive cannot be read.
     #[error("{0}")]
     Archive(#[from] io::Error),
-    /// An array is missing, or of another shape.
+    /// An array is missing or has a wrong shape.
     #[error("the array `{0}` is missing or has another shape")]
     Array(&'static str),
-    /// Another version wrote the file.
+    /// The file was written with another version of the arrays.
     #[error("the file has version {0} of the arrays, and this program reads version 1")]
     Version(f64),
-    /// The numbers are no table.
+    /// The numbers do not form a valid table.
     #[error(transparent)]
     Table(#[from] TableError),
 }
 
-/// Returns the hash of a spec, with the version of the program.
+/// Returns the hash of a spec together with the version of the program.
 ///
 /// # Errors
-/// Fails where the spec cannot be written.
+/// Returns an error if the spec cannot be serialised.
 pub fn checksum(spec: &SpecDocument) -> Result<u64, ExportError> {
     let text = serde_json::to_vec(spec)?;
     Ok(u64::from_str_radix(&Fingerprint::of_program().and(&text).text(), 16).unwrap_or_default())
 }
 
-/// Writes a table as `.npz`.
+/// Writes a table as `.npz`; `checksum` is the hash of its spec.
 ///
 /// # Errors
-/// Returns the errors of the stream.
+/// Returns the errors of the output stream.
 pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     let nodes = table.nodes();
     let (angles, rows) = (nodes.angles.len(), nodes.values.len());
@@ -103,10 +103,11 @@ pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Re
     Ok(arrays.close()?)
 }
 
-/// Reads a table that [`write_npz`] wrote.
+/// Reads a table that [`write_npz`] has written.
 ///
 /// # Errors
-/// Returns [`TableFileError`] if the input is no such archive, or its numbers are no table.
+/// Returns a [`TableFileError`] if the input is not such an archive, or if its numbers do not form
+/// a valid table.
 pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
     let arrays = Found(read_arrays(input)?);
     let version = arrays.fact("version")?;
@@ -152,7 +153,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
     })?)
 }
 
-/// The arrays of a file.
+/// The arrays that were found in a file.
 struct Found(BTreeMap<String, Array>);
 
 impl Found {
@@ -160,7 +161,7 @@ impl Found {
         self.0.get(name).ok_or(TableFileError::Array(name))
     }
 
-    /// Returns the numbers of an array of a known size.
+    /// Returns the numbers of the array `name`, which must have `size` elements.
     fn of(&self, name: &'static str, size: usize) -> Result<&[f64], TableFileError> {
         let numbers = &self.get(name)?.numbers[..];
         if numbers.len() == size { Ok(numbers) } else { Err(TableFileError::Array(name)) }
@@ -175,11 +176,11 @@ impl Found {
     }
 }
 
-/// Writes a table as Parquet, a row for each node: rotation vector, value, gradient, bound. The
-/// facts about the table are metadata of the file.
+/// Writes a table as Parquet, with one row for each node: rotation vector, value, gradient, lower
+/// bound. The facts about the table are written as metadata of the file.
 ///
 /// # Errors
-/// Returns the errors of the stream, and an error in every program built without the feature
+/// Returns the errors of the output stream. Always fails in a program built without the feature
 /// `parquet`.
 pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     #[cfg(feature = "parquet")]

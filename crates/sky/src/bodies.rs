@@ -1,4 +1,4 @@
-//! Sun and Moon as seen from the centre of the Earth, GCRS \[m\].
+//! Geocentric positions of the Sun and the Moon, in the axes of the GCRS \[m\].
 
 use crate::frames::ARCSECOND;
 use crate::time::Clock;
@@ -6,10 +6,11 @@ use slewkit::Vector3;
 
 /// Astronomical unit \[m\].
 const AU: f64 = 149_597_870_700.0;
-/// Obliquity of the ecliptic of J2000 \[″\].
+/// Obliquity of the ecliptic at J2000.0 \[″\].
 const OBLIQUITY: f64 = 84_381.406;
 
-/// Returns the Sun by a series of 30 terms: within 3.8″ of DE421 from 2000 to 2050.
+/// Returns the geocentric position of the Sun \[m\] by a series of 30 terms, within 3.8″ of DE421
+/// from 2000 to 2050.
 pub(crate) fn sun(clock: &Clock, time: f64) -> Vector3 {
     let t = clock.centuries(time);
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
@@ -51,23 +52,25 @@ pub(crate) fn sun(clock: &Clock, time: f64) -> Vector3 {
     Vector3::new(x, cos * y - sin * z, sin * y + cos * z) * (distance * AU)
 }
 
-/// Returns the Sun by VSOP2000: within 0.01″. `None` outside of 1900 to 2100.
+/// Returns the geocentric position of the Sun \[m\] by VSOP2000, within 0.01″; `None` outside of
+/// the years 1900 to 2100.
 pub(crate) fn sun_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     let (day, part) = clock.julian_tt(time);
     let (earth, _) = sofars::eph::epv00(day, part)?;
     Some(Vector3::from(earth[0]) * -AU)
 }
 
-/// Returns the velocity of the Earth about the barycentre, in whose frame Sun and stars are at
-/// rest, by VSOP2000 \[m/s\]. `None` outside of 1900 to 2100.
+/// Returns the velocity of the Earth relative to the barycentre of the solar system \[m/s\] by
+/// VSOP2000; `None` outside of the years 1900 to 2100. The Sun and the stars are taken to rest in
+/// the barycentric frame.
 pub(crate) fn earth_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     let (day, part) = clock.julian_tt(time);
     let (_, barycentric) = sofars::eph::epv00(day, part)?;
     Some(Vector3::from(barycentric[1]) * (AU / 86_400.0))
 }
 
-/// Returns the Moon by an abridgement of ELP 2000-82: within 9.6″ of DE421 from 2024 to 2030, 12″
-/// from 2000 to 2050.
+/// Returns the geocentric position of the Moon \[m\] by an abridged ELP 2000-82, within 9.6″ of
+/// DE421 from 2024 to 2030 and 12″ from 2000 to 2050.
 pub(crate) fn moon(clock: &Clock, time: f64) -> Vector3 {
     let (day, part) = clock.julian_tt(time);
     Vector3::from(sofars::eph::moon98(day, part)[0]) * AU

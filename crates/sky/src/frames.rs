@@ -1,54 +1,56 @@
-//! The frames between an orbit, the ground and the stars.
+//! Rotations between the axes of an orbit, the Earth and the stars.
 //!
 //! ```text
 //! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,
 //! R₃(θ) = [[c, s, 0], [−s, c, 0], [0, 0, 1]]
 //! ```
 //!
-//! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle
-//! ERA of UT1, and W of the motion of the pole. The second one uses neither UT1 nor that motion.
+//! C is computed from the position (X, Y) of the celestial intermediate pole and the locator s of
+//! its origin. ERA is the Earth rotation angle, a function of UT1. W is the polar motion. The
+//! second equation depends on neither UT1 nor polar motion.
 
 use crate::time::Clock;
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// Equatorial radius of the Earth of WGS 84 \[m\].
+/// Equatorial radius of the WGS 84 ellipsoid of the Earth \[m\].
 pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
-/// The flattening of the Earth.
+/// Flattening of the WGS 84 ellipsoid.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
 /// The rotation rate of the Earth relative to the stars \[rad/s\].
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
 
-/// A second of arc \[rad\].
+/// One arcsecond \[rad\].
 pub(crate) const ARCSECOND: f64 = PI / 648_000.0;
 
-/// The irregular rotation of the Earth, as published in bulletins.
+/// Irregularities of the Earth's rotation, as published in IERS bulletins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EarthRotation {
     /// UT1 − UTC \[s\].
     pub ut1_minus_utc_s: f64,
-    /// Coordinates of the pole \[″\].
+    /// Polar motion x_p, y_p \[″\].
     pub polar_motion_arcsec: [f64; 2],
 }
 
-/// The theory of precession and nutation.
+/// Theory by which precession and nutation, and the vectors to Sun and Earth, are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Theory {
-    /// Seven arguments of nutation, printed below: 0.063″ from 1990 to 2050.
+    /// Truncated series with nutation terms of seven arguments; the pole is within 0.063″ from 1990
+    /// to 2050.
     Series,
-    /// IAU 2006/2000A.
+    /// The full theories: IAU 2006/2000A, and VSOP2000 for the Sun.
     Full,
 }
 
-/// Returns `R₃(θ)`.
+/// Returns the rotation matrix `R₃(θ)` of the module header.
 fn about_z(angle: f64) -> Matrix3 {
     let (s, c) = angle.sin_cos();
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Returns X and Y of the pole and s of the origin \[rad\] by IAU 2006 and the largest terms of
-/// 2000A, T in Julian centuries of TT.
+/// Returns the coordinates X and Y of the pole and the locator s \[rad\] by IAU 2006 and the
+/// largest terms of IAU 2000A. `t` is the time in Julian centuries of TT since J2000.0.
 fn pole(t: f64) -> (f64, f64, f64) {
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
     let node = degrees(125.044_555_01, -1_934.136_261_9);
@@ -77,7 +79,7 @@ fn pole(t: f64) -> (f64, f64, f64) {
     (x, y, -0.5 * x * y)
 }
 
-/// Returns C, from GCRS to the celestial intermediate frame of date.
+/// Returns C, the rotation from the GCRS to the celestial intermediate frame of date.
 pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let (x, y, s) = match theory {
         Theory::Series => pole(clock.centuries(time)),
@@ -92,18 +94,18 @@ pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 
     about_z(-s) * turned
 }
 
-/// Returns the Earth rotation angle \[rad\].
+/// Returns the Earth rotation angle ERA \[rad\] at `time` \[s\] after the epoch.
 fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
     let (days, part) = clock.days_of_ut1(time, rotation.ut1_minus_utc_s);
-    // The angle is in turns; whole turns are dropped before the multiplication.
+    // The angle is computed in turns. Whole turns are dropped before it is converted to radians.
     let turns = 0.779_057_273_264 + part + 0.002_737_811_911_354_48 * (days + part);
     TAU * turns.rem_euclid(1.0)
 }
 
-/// Returns the rotation from GCRS to the frame that turns with the Earth.
+/// Returns the rotation from the GCRS to Earth-fixed axes (ITRF), at `time` \[s\] after the epoch.
 pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theory: Theory) -> Matrix3 {
     let [x, y] = rotation.polar_motion_arcsec.map(|angle| angle * ARCSECOND);
-    // W = R₃(−s') R₂(x_p) R₁(y_p), s' = −47 µas T.
+    // Polar motion: W = R₃(−s') R₂(x_p) R₁(y_p), s' = −47 µas T.
     let s = -47e-6 * ARCSECOND * clock.centuries(time);
     let ((sx, cx), (sy, cy)) = (x.sin_cos(), y.sin_cos());
     let second = Matrix3::new(cx, 0.0, -sx, 0.0, 1.0, 0.0, sx, 0.0, cx);
@@ -112,13 +114,12 @@ pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theor
     wobble.transpose() * about_z(rotation_angle(clock, time, rotation)) * intermediate(clock, time, theory)
 }
 
-/// Returns the rotation from the frame that turns with the Earth (ITRF) to GCRS, `time` \[s\]
-/// after the epoch.
+/// Returns the rotation from Earth-fixed axes (ITRF) to the GCRS, at `time` \[s\] after the epoch.
 pub fn earth_to_gcrs(clock: &Clock, time: f64, rotation: &EarthRotation) -> Matrix3 {
     to_earth(clock, time, rotation, Theory::Series).transpose()
 }
 
-/// Returns the rotation from the true equator and equinox of date (IAU 2006/2000A) to GCRS,
+/// Returns the rotation from the true equator and equinox of date (IAU 2006/2000A) to the GCRS, at
 /// `time` \[s\] after the epoch.
 pub fn true_of_date_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     let (day, part) = clock.julian_tt(time);
@@ -126,22 +127,22 @@ pub fn true_of_date_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     Matrix3::from_fn(|row, column| of_date[column][row])
 }
 
-/// Returns the rotation from the frame of two-line elements (TEME of date) to GCRS, `time` \[s\]
-/// after the epoch.
+/// Returns the rotation from TEME of date, the frame of two-line elements, to the GCRS, at
+/// `time` \[s\] after the epoch.
 pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     from_teme(clock, time, Theory::Series)
 }
 
-/// Returns the frame of two-line elements (true equator, mean equinox) to GCRS.
+/// Returns the rotation from TEME of date (true equator, mean equinox) to the GCRS.
 pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let t = clock.centuries(time);
-    // GMST82 − ERA of one moment: it does not turn with the Earth.
+    // The difference GMST82 − ERA at equal UT1; the Earth's rotation cancels in it.
     let apart = (4612.432 * t + 1.3967 * t * t) * ARCSECOND;
     intermediate(clock, time, theory).transpose() * about_z(apart)
 }
 
-/// Returns a point on the ground, Earth-fixed axes \[m\]: geodetic latitude and east longitude
-/// \[deg\], height above the ellipsoid of WGS 84 \[m\].
+/// Returns the position of a ground station in Earth-fixed axes \[m\] from its geodetic latitude
+/// and east longitude \[deg\] and its height above the WGS 84 ellipsoid \[m\].
 pub fn station(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     let squared = FLATTENING * (2.0 - FLATTENING);
@@ -153,20 +154,22 @@ pub fn station(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Vector3 
     )
 }
 
-/// Returns the direction away from the ellipsoid at a latitude and longitude \[deg\], Earth-fixed
-/// axes: up.
+/// Returns the outward normal of the ellipsoid at a geodetic latitude and east longitude \[deg\],
+/// as a unit vector in Earth-fixed axes.
 pub(crate) fn up(latitude_deg: f64, longitude_deg: f64) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     Vector3::new(cos * cl, cos * sl, sin)
 }
 
-/// Returns the geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
+/// Returns the geodetic latitude and east longitude \[deg\] of a position in Earth-fixed
+/// axes \[m\].
 pub fn geodetic(position: &Vector3) -> [f64; 2] {
     let squared = FLATTENING * (2.0 - FLATTENING);
     let longitude = position.y.atan2(position.x);
     let across = position.x.hypot(position.y);
     let mut latitude = position.z.atan2(across * (1.0 - squared));
-    // Converges by the square of the eccentricity: twelve steps leave round-off.
+    // Each step reduces the error by a factor of the squared eccentricity; after twelve steps only
+    // round-off remains.
     for _ in 0..12 {
         let normal = EARTH_RADIUS_M / (1.0 - squared * latitude.sin().powi(2)).sqrt();
         latitude = (position.z + squared * normal * latitude.sin()).atan2(across);
@@ -174,16 +177,17 @@ pub fn geodetic(position: &Vector3) -> [f64; 2] {
     [latitude.to_degrees(), longitude.to_degrees()]
 }
 
-/// Returns the normal of the ellipsoid through a point, outward, Earth-fixed axes.
+/// Returns the outward normal of the ellipsoid below a position, as a unit vector in Earth-fixed
+/// axes.
 pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
     let [latitude, longitude] = geodetic(position);
     up(latitude, longitude)
 }
 
-/// Returns the point at which a line of sight first meets the ellipsoid of WGS 84: from a point,
-/// along a direction, Earth-fixed axes \[m\]; `None` if it misses the ellipsoid.
+/// Returns the point at which the ray from `from` in direction `along` first meets the WGS 84
+/// ellipsoid, in Earth-fixed axes \[m\]. Returns `None` if the ray misses the ellipsoid.
 pub fn meets_ground(from: &Vector3, along: &Vector3) -> Option<Vector3> {
-    // A stretch of the polar axis turns the ellipsoid into a sphere.
+    // Stretching along the polar axis turns the ellipsoid into the unit sphere.
     let stretched = |v: &Vector3| Vector3::new(v.x, v.y, v.z / (1.0 - FLATTENING)) / EARTH_RADIUS_M;
     let (place, direction) = (stretched(from), stretched(along));
     let (square, half, rest) = (direction.norm_squared(), place.dot(&direction), place.norm_squared() - 1.0);

@@ -1,44 +1,47 @@
-//! The effects of light on a direction: light needs time, and a moving observer sees it from
-//! further ahead.
+//! Effects of light on a direction: light time, and aberration by the motion of the observer.
 //!
-//! For objects of the Earth (stations, the limb, the Moon, other satellites) both effects are
-//! computed in the frame that moves with the Earth, for Sun and stars in the frame of the Sun,
-//! which hardly moves:
+//! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
+//! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
+//! frame that moves with the Earth. For the Sun and stars the series theory uses the frame of the
+//! Sun, which hardly moves, and the witness uses the barycentric frame:
 //!
 //! ```text
 //! ρ = x(t − τ) − r(t) ,  cτ = |ρ| ;        d' ∥ d + v/c        (d/γ + (1 + γ/(γ+1) d·v/c) v/c, by the witness)
 //! ```
 //!
-//! with v the velocity of the spacecraft in that frame. The neglected terms of a planetary theory
-//! are then `(v/c)²`, 2 mas.
+//! x is the position of the object, r of the spacecraft, τ the light time and d the unit vector
+//! along ρ. d' is the apparent direction, v the velocity of the spacecraft in the chosen frame, and
+//! γ = 1/√(1 − v²/c²). The neglected terms of a full relativistic theory are of the order `(v/c)²`,
+//! 2 mas. The expression in parentheses is exact in v/c; the witness uses it.
 
 use slewkit::Vector3;
 
 /// Speed of light \[m/s\].
 pub(crate) const C: f64 = 299_792_458.0;
 
-/// The effects of light that directions include; none for geometric directions.
+/// Light effects that directions include; the default includes none, which gives geometric
+/// directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Light {
-    /// Things are seen where they were when their light left them.
+    /// True if a target is seen at the position it had when it emitted the light.
     pub takes_time: bool,
-    /// Whether directions include the aberration that the moving spacecraft sees.
+    /// True if directions include the aberration due to the velocity of the spacecraft.
     pub aberrates: bool,
 }
 
 impl Light {
-    /// Both effects.
+    /// Includes light time and aberration.
     pub const APPARENT: Self = Self { takes_time: true, aberrates: true };
 }
 
-/// Returns the vector, with its length unchanged, in the direction from which light comes, to first
-/// order in v/c.
+/// Returns the vector turned by aberration to first order in v/c; its length is unchanged.
 pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let length = vector.norm();
     (vector / length + velocity / C).normalize() * length
 }
 
-/// Returns the apparent direction by the theory of relativity.
+/// Returns the vector turned by aberration according to special relativity; its length is
+/// unchanged.
 pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let (length, beta) = (vector.norm(), velocity / C);
     let (direction, inverse) = (vector / length, (1.0 - beta.norm_squared()).sqrt());
@@ -47,8 +50,8 @@ pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     seen.normalize() * length
 }
 
-/// Returns the light time from an object, by a difference of positions: the root of
-/// `|x(t − τ) − r| = cτ` by secants.
+/// Returns the light time τ \[s\] from an object, the root of `|x(t − τ) − r| = cτ`, by the secant
+/// method. `range_at` returns the distance \[m\] for a given light time.
 pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
     let mut before = (0.0, range_at(0.0)? / C);
     let mut delay = before.1;
@@ -70,7 +73,7 @@ pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Resul
 mod tests {
     use super::*;
 
-    /// Compares with the routine `ab` of SOFA.
+    /// Compares both formulas of aberration with the routine `ab` of SOFA.
     #[test]
     fn aberration_is_that_of_sofa() {
         let velocity = Vector3::new(-2.1e4, 1.7e4, 9.0e3);
@@ -80,7 +83,7 @@ mod tests {
             let wanted = sofars::astro::ab(
                 &natural,
                 &[beta.x, beta.y, beta.z],
-                // No deflection by the Sun: far from it.
+                // Distance from the Sun: so large that its gravity does not deflect the light.
                 1e30,
                 (1.0 - beta.norm_squared()).sqrt(),
             );
@@ -95,7 +98,7 @@ mod tests {
 
     #[test]
     fn light_arrives_when_it_has_come_all_the_way() {
-        // A thing that flies straight away: |x − vτ| = cτ.
+        // An object moves straight away from the observer: |x − vτ| = cτ.
         let (x, v) = (3.0e8, 1.0e4);
         let found = delay(|delay| Ok::<_, ()>(x - v * delay)).unwrap();
         assert!((found - x / (C + v)).abs() < 1e-15, "{found}");

@@ -1,5 +1,5 @@
-//! Positions of a satellite: two-line elements by SGP4, a Keplerian orbit, one with the Earth's
-//! flattening, a table.
+//! Satellite positions. An orbit is given by two-line elements for SGP4, by a Keplerian state, with
+//! or without the Earth's oblateness (J2), or by a table.
 
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
 use crate::mean_elements::MeanElements;
@@ -13,70 +13,75 @@ use thiserror::Error;
 
 /// Gravitational parameter of the Earth \[m³/s²\].
 const MU: f64 = 3.986_004_418e14;
-/// The second zonal harmonic of the Earth.
+/// Second zonal harmonic J₂ of the Earth's gravity field.
 const J2: f64 = 1.082_626_68e-3;
 
-/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. The
-/// error of J2 is hundreds of kilometres after more time.
+/// Largest time between the epoch of a state and the epoch of the maneuver \[s\]. After a longer
+/// time the error of the J2 model is hundreds of kilometres.
 const OLDEST: f64 = 30.0 * 86_400.0;
 
-/// The propagation of a state.
+/// Force model by which an osculating state is propagated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// About a point mass.
+    /// The Earth is a point mass.
     TwoBody,
-    /// A motion about the flattened Earth, whose pole is the pole at the epoch.
+    /// The Earth is oblate (J₂); its pole is fixed in space, in the direction at the epoch of the
+    /// state.
     J2,
 }
 
-/// Osculating Keplerian elements, axes of the GCRS.
+/// Osculating Keplerian elements about the Earth; the angles are measured in the axes of the GCRS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
-    /// The semi-major axis \[m\].
+    /// Semi-major axis \[m\].
     pub semi_major_axis_m: f64,
-    /// The eccentricity, below 1.
+    /// Eccentricity, at least 0 and less than 1.
     pub eccentricity: f64,
-    /// The inclination \[deg\].
+    /// Inclination \[deg\].
     pub inclination_deg: f64,
     /// Right ascension of the ascending node \[deg\].
     pub raan_deg: f64,
-    /// The argument of perigee \[deg\].
+    /// Argument of perigee \[deg\].
     pub argument_of_perigee_deg: f64,
-    /// The true anomaly \[deg\].
+    /// True anomaly \[deg\].
     pub true_anomaly_deg: f64,
 }
 
-/// The reason why an orbit or a position on it does not exist.
+/// Reason why an orbit, or a position on it, cannot be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum OrbitError {
-    /// The two lines are not two-line elements.
+    /// The two lines are not valid two-line elements.
     #[error("the two-line elements are wrong: {0}")]
     TwoLines(#[from] TwoLinesError),
-    /// SGP4 refuses these elements.
+    /// SGP4 rejects these mean elements.
     #[error("SGP4 refuses these elements: {0}")]
     MeanElements(String),
-    /// SGP4 cannot go there: it decays, as a rule.
+    /// SGP4 yields no position at this time, given in seconds after the epoch of the maneuver. In
+    /// most cases the orbit has decayed.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
-    /// The orbit is not an ellipse.
+    /// The orbit is not an ellipse, for the stated reason.
     #[error("the orbit is not an ellipse: {0}")]
     NoEllipse(&'static str),
-    /// The perigee of the orbit is below the ground.
+    /// The perigee lies below the Earth's surface, by this distance \[km\].
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
-    /// The epoch of a state is too far from the epoch of the maneuver.
+    /// The epoch of the state is too far from the epoch of the maneuver; the number is the time
+    /// between them \[days\].
     #[error("the epoch of the orbit is {0:.0} days from the epoch of the maneuver; at most 30 are allowed")]
     Old(f64),
-    /// A table does not reach so far.
+    /// The table of positions does not cover this time, given in seconds after the epoch of the
+    /// maneuver.
     #[error("the table of positions ends before {0:.1} s after the epoch")]
     Beyond(f64),
 }
 
-/// The orbit of a satellite: positions in the GCRS \[m\] at seconds after an epoch.
+/// Orbit of a satellite: its position in the GCRS \[m\] as a function of the time after the epoch
+/// of the maneuver \[s\].
 #[derive(Clone, Debug)]
 pub struct Orbit {
     path: Path,
-    /// The time from the epoch of the orbit to the epoch of the maneuver \[s\].
+    /// Time from the epoch of the orbit to the epoch of the maneuver \[s\].
     ahead: f64,
     clock: Clock,
 }
@@ -88,31 +93,31 @@ enum Path {
     Table(Arc<Table>),
 }
 
-/// A table of positions, and their interpolation.
+/// A table of positions with the rule of interpolation between its rows.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Seconds since the epoch of the maneuver, rising.
+    /// Times of the rows in seconds after the epoch of the maneuver, in increasing order.
     pub time: Vec<f64>,
-    /// The position at each time, GCRS \[m\].
+    /// Position at each time, in the axes of the GCRS \[m\].
     pub position: Vec<Vector3>,
-    /// The velocity at each time \[m/s\]; only Hermite's polynomial uses it.
+    /// Velocity at each time \[m/s\]; used by Hermite interpolation only.
     pub velocity: Vec<Vector3>,
-    /// The polynomial through the rows about a moment.
+    /// Interpolation between the rows.
     pub between: Between,
 }
 
-/// The polynomial between the rows of a table.
+/// Kind and degree of the interpolation between the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// A polynomial of this degree through positions.
+    /// Lagrange interpolation of the positions by a polynomial of this degree.
     Lagrange(usize),
-    /// A polynomial through positions and velocities. Each row gives two conditions, so the degree
-    /// is this one or one more.
+    /// Hermite interpolation of positions and velocities. Each row gives two conditions, so the
+    /// polynomial has this degree if it is odd, and one degree more if it is even.
     Hermite(usize),
 }
 
 impl Between {
-    /// Returns the number of rows that the polynomial uses.
+    /// Returns the number of rows through which each interpolating polynomial passes.
     pub fn rows(self) -> usize {
         match self {
             Self::Lagrange(degree) => degree + 1,
@@ -122,10 +127,10 @@ impl Between {
 }
 
 impl Table {
-    /// Returns the position at a time; `None` outside of the table.
+    /// Returns the interpolated position at `time`, GCRS \[m\]; `None` outside of the table.
     pub fn position(&self, time: f64) -> Option<Vector3> {
-        // A time outside of the table by no more than the round-off of sums of seconds counts as
-        // inside.
+        // A time outside of the table by no more than the rounding error of sums of seconds counts
+        // as inside.
         const ROUNDED: f64 = 1e-6;
         let (first, last) = (*self.time.first()?, *self.time.last()?);
         if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
@@ -134,7 +139,7 @@ impl Table {
         let count = self.between.rows().min(self.time.len());
         let from = polynomial::about(&self.time, count, time);
         let rows = from..from + count;
-        // Differences from the first row, so that no digits are lost in nodes far from zero.
+        // Times are taken relative to the first row used, so that no digits are lost far from zero.
         let nodes: Vec<f64> = self.time[rows.clone()].iter().map(|at| at - self.time[from]).collect();
         let of = |vectors: &[Vector3]| -> Vec<[f64; 3]> {
             vectors[rows.clone()].iter().map(|vector| (*vector).into()).collect()
@@ -147,19 +152,22 @@ impl Table {
 }
 
 impl Orbit {
-    /// Creates an orbit by SGP4 from two-line elements; `clock` is the epoch of the maneuver.
+    /// Creates an orbit from two-line elements, to be propagated by SGP4. `clock` is the epoch of
+    /// the maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::TwoLines`] with the columns and the reason; [`OrbitError::MeanElements`].
+    /// [`OrbitError::TwoLines`] with the columns and the reason if the lines are invalid; otherwise
+    /// the errors of [`Orbit::of_mean_elements`].
     pub fn of_two_lines(lines: [&str; 2], clock: Clock) -> Result<Self, OrbitError> {
         Self::of_mean_elements(&two_lines::read(lines)?, clock)
     }
 
-    /// Creates an orbit by SGP4 from mean elements; `clock` is the epoch of the maneuver.
+    /// Creates an orbit from mean elements, to be propagated by SGP4. `clock` is the epoch of the
+    /// maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::MeanElements`] of elements that are no orbit, or of an epoch that the calendar
-    /// does not have.
+    /// [`OrbitError::MeanElements`] if SGP4 rejects the elements, or if their epoch is not a date
+    /// of the calendar.
     pub fn of_mean_elements(mean: &MeanElements, clock: Clock) -> Result<Self, OrbitError> {
         let wrong = |error: &dyn std::fmt::Display| OrbitError::MeanElements(error.to_string());
         let seconds = (mean.nanoseconds_of_day / 1_000_000_000) as u32;
@@ -167,12 +175,12 @@ impl Orbit {
         let [hour, minute, second] = [seconds / 3600, seconds / 60 % 60, seconds % 60];
         let date = sgp4::chrono::NaiveDate::from_yo_opt(mean.year, mean.day_of_year);
         let moment = date.and_then(|date| {
-            // A time that rounds up to the end of a day is the beginning of the next day.
+            // A time of day that rounds up to 24 h belongs to the next day.
             let (date, hour) = if hour > 23 { (date.succ_opt()?, 0) } else { (date, hour) };
             date.and_hms_nano_opt(hour, minute, second, nanoseconds)
         });
         let datetime = moment.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
-        // The crate counts without leap seconds, so the epoch is converted through TAI.
+        // The crate `sgp4` ignores leap seconds, so the epoch is converted through TAI.
         let date = [datetime.year(), datetime.month() as i32, datetime.day() as i32];
         let epoch = Clock::of_utc(date, datetime.hour() as u8, minute as u8, second as u8, nanoseconds);
         let epoch = epoch.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
@@ -200,10 +208,13 @@ impl Orbit {
         Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
     }
 
-    /// Creates an orbit from a state with its own epoch, GCRS \[m\], \[m/s\].
+    /// Creates an orbit from a position \[m\] and a velocity \[m/s\] at `epoch`, in the axes of the
+    /// GCRS. `clock` is the epoch of the maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::NoEllipse`], [`OrbitError::Underground`].
+    /// [`OrbitError::NoEllipse`] if the state is not on an ellipse; [`OrbitError::Underground`] if
+    /// the perigee is below the surface; [`OrbitError::Old`] if the epochs are more than 30 days
+    /// apart.
     pub fn of_state(
         position: Vector3,
         velocity: Vector3,
@@ -231,7 +242,8 @@ impl Orbit {
             return Err(OrbitError::Old(ahead / 86_400.0));
         }
         let pole = frames::intermediate(&epoch, 0.0, Theory::Series).row(2).transpose();
-        // Once to the epoch of the maneuver, so that positions take as long as the maneuver does.
+        // The state is propagated once to the epoch of the maneuver, so that later calls propagate
+        // over the maneuver only.
         let (position, velocity) = match model {
             Model::TwoBody => kepler(&position, &velocity, ahead),
             Model::J2 => extrapolated(&position, &velocity, ahead, &pole),
@@ -239,10 +251,11 @@ impl Orbit {
         Ok(Self { path: Path::State { position, velocity, model, pole }, ahead, clock })
     }
 
-    /// Creates an orbit from osculating elements with their own epoch.
+    /// Creates an orbit from osculating elements at `epoch`. `clock` is the epoch of the maneuver.
     ///
     /// # Errors
-    /// As [`Orbit::of_state`].
+    /// Returns the errors of [`Orbit::of_state`]; [`OrbitError::NoEllipse`] also if the semi-major
+    /// axis or the eccentricity is out of range.
     pub fn of_elements(
         elements: &Elements,
         model: Model,
@@ -267,11 +280,11 @@ impl Orbit {
         Self::of_state(position, velocity, model, epoch, clock)
     }
 
-    /// Creates an orbit from a table.
+    /// Creates an orbit from a table of positions. `clock` is the epoch of the maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::Beyond`] if the table has fewer rows than the polynomial needs, or if its
-    /// times do not increase.
+    /// [`OrbitError::Beyond`] if the table has fewer rows than the interpolation needs, if its
+    /// columns differ in length, or if its times do not increase.
     pub fn of_table(table: Table, clock: Clock) -> Result<Self, OrbitError> {
         let Table { time, position, velocity, between } = &table;
         let rises = time.windows(2).all(|pair| pair[1] > pair[0]);
@@ -282,20 +295,23 @@ impl Orbit {
         Ok(Self { path: Path::Table(table.into()), ahead: 0.0, clock })
     }
 
-    /// Returns whether it is a table, which has no elements.
+    /// Returns whether the orbit is a table of positions, which has no orbital elements.
     pub fn is_table(&self) -> bool {
         matches!(self.path, Path::Table(_))
     }
 
-    /// Returns the age of the elements at the epoch of the maneuver \[s\]; 0 for a table.
+    /// Returns the time from the epoch of the elements to the epoch of the maneuver \[s\]; 0 for a
+    /// table.
     pub fn age(&self) -> f64 {
         self.ahead
     }
 
-    /// Returns the position at `time` \[s\] after the epoch of the maneuver, GCRS \[m\].
+    /// Returns the position at `time` \[s\] after the epoch of the maneuver, in the axes of the
+    /// GCRS \[m\].
     ///
     /// # Errors
-    /// [`OrbitError::Decays`], [`OrbitError::Beyond`].
+    /// [`OrbitError::Decays`] if SGP4 yields no position; [`OrbitError::Beyond`] outside of a
+    /// table.
     pub fn position(&self, time: f64) -> Result<Vector3, OrbitError> {
         self.position_by(time, Theory::Series)
     }
@@ -322,10 +338,11 @@ impl Orbit {
         }
     }
 
-    /// Returns one revolution about a point mass from the state at the epoch \[s\].
+    /// Returns the period of the Keplerian orbit through the state at the epoch of the
+    /// maneuver \[s\].
     ///
     /// # Errors
-    /// As [`Orbit::position`].
+    /// Returns the errors of [`Orbit::position`].
     pub fn period(&self) -> Result<f64, OrbitError> {
         const STEP: f64 = 1.0;
         let at = |time: f64| self.position(time);
@@ -336,9 +353,9 @@ impl Orbit {
     }
 }
 
-/// Returns the position and velocity at `time` \[s\] after the given ones, about a point mass, GCRS
-/// \[m\], \[m/s\]. Also returns the distance \[m\] by which the flattening of the Earth may shift
-/// the position. `None` if the orbit is not an ellipse.
+/// Propagates a position \[m\] and a velocity \[m/s\] by `time` \[s\] about a point mass, in the
+/// axes of the GCRS. Returns the propagated state and an estimate of the distance \[m\] by which
+/// the Earth's oblateness shifts the position. Returns `None` if the orbit is not an ellipse.
 pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((Vector3, Vector3), f64)> {
     let r = position.norm();
     let energy = 0.5 * velocity.norm_squared() - MU / r;
@@ -349,7 +366,8 @@ pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((V
     Some((kepler(position, velocity, time), flattening * time * time))
 }
 
-/// Propagates a state along an ellipse by the difference of the eccentric anomalies.
+/// Propagates a state along a Keplerian ellipse. The unknown is the change x of the eccentric
+/// anomaly.
 fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector3) {
     let r = position.norm();
     let axis = 1.0 / (2.0 / r - velocity.norm_squared() / MU);
@@ -358,7 +376,7 @@ fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector
     let sine = position.dot(velocity) / (MU * axis).sqrt();
     let turns = (n * time / std::f64::consts::TAU).trunc();
     let mean = n * time - turns * std::f64::consts::TAU;
-    // x − e cos E₀ sin x + e sin E₀ (1 − cos x) = M.
+    // Kepler's equation for the change x: x − e cos E₀ sin x + e sin E₀ (1 − cos x) = M.
     let mut x = mean;
     for _ in 0..50 {
         let value = x - cosine * x.sin() + sine * (1.0 - x.cos()) - mean;
@@ -377,8 +395,8 @@ fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector
     (there, position * f_rate + velocity * g_rate)
 }
 
-/// Propagates a state about the flattened Earth: steps of a minute, by extrapolated midpoints of
-/// order sixteen.
+/// Propagates a state about the oblate Earth, in steps of a minute, by the midpoint rule with
+/// Richardson extrapolation to order sixteen.
 fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> (Vector3, Vector3) {
     const STEP: f64 = 60.0;
     const STAGES: usize = 8;
@@ -404,7 +422,7 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
             }
             let last = acceleration(&here.0);
             let mut value = ((before.0 + here.0 + here.1 * h) * 0.5, (before.1 + here.1 + last * h) * 0.5);
-            // Neville's scheme in the square of the step.
+            // Neville's scheme: extrapolation in the square of the step.
             for column in 1..stage {
                 let ratio = (stage as f64 / (stage - column) as f64).powi(2);
                 let left = table[column - 1];
@@ -428,10 +446,11 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
 mod tests {
     use super::*;
 
-    /// A propagation from a state to the state some seconds later.
+    /// Propagates a state by some seconds.
     type Onward<'a> = dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3) + 'a;
 
-    /// An orbit does not depend on the state along it from which it is propagated.
+    /// Propagation by two successive intervals agrees with propagation by their sum, and is
+    /// reversible.
     #[test]
     fn an_orbit_goes_on_from_each_of_its_states() {
         let (r, v) = (Vector3::new(7.1e6, 1e5, -3e5), Vector3::new(-100.0, 5.2e3, 5.6e3));
@@ -447,11 +466,11 @@ mod tests {
             let (before, after) = (along((r, v), 8999.5).0, along((r, v), 9000.5).0);
             assert!((after - before - direct.1).norm() < 1e-3);
         }
-        // The flattening moves the satellite by kilometres in that time.
+        // The oblateness moves the satellite by kilometres in that time.
         assert!((onward[0]((r, v), 9000.0).0 - onward[1]((r, v), 9000.0).0).norm() > 1e3);
     }
 
-    /// Polynomials of degree 7 between rows a minute apart.
+    /// Tests interpolation of degree 7 between rows one minute apart.
     #[test]
     fn a_table_is_met_between_its_rows() {
         let (r, v) = (Vector3::new(7e6, 0.0, 0.0), Vector3::new(0.0, 7.5e3, 1e3));

@@ -1,4 +1,4 @@
-//! The targets of a body axis, seen from a satellite on its orbit.
+//! Targets to which a body axis can point, seen from a satellite on its orbit.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, EarthRotation, Theory};
@@ -9,8 +9,8 @@ use slewkit::mechanics::direction::{Track, TrackError};
 use slewkit::{Direction, Matrix3, Vector3};
 use thiserror::Error;
 
-/// The target of a body axis. Sun and Moon are seen from the spacecraft, or from the centre of
-/// the Earth without an orbit.
+/// A target to which a body axis can point. Without an orbit, Sun and Moon are seen from the centre
+/// of the Earth.
 #[derive(Clone, Debug)]
 pub enum Target {
     /// The centre of the Sun.
@@ -23,63 +23,66 @@ pub enum Target {
     Nadir,
     /// The direction away from the centre of the Earth.
     Zenith,
-    /// The direction down along the normal of the ellipsoid of WGS 84.
+    /// The downward normal of the WGS 84 ellipsoid below the satellite.
     GeodeticNadir,
-    /// The direction of the satellite's velocity relative to the stars, or the opposite direction.
+    /// The direction of the satellite's inertial velocity, or the opposite direction.
     Velocity {
-        /// Whether the direction is reversed.
+        /// True for the direction opposite to the velocity.
         reversed: bool,
     },
-    /// Normal to nadir and orbit normal, forward.
+    /// The forward horizontal direction in the orbital plane, perpendicular to nadir and to the
+    /// orbit normal.
     AlongTrack,
-    /// The normal of the orbit `r × v`; or against it.
+    /// The orbit normal `r × v`, or the opposite direction.
     OrbitNormal {
-        /// Whether the direction is reversed.
+        /// True for the direction opposite to `r × v`.
         reversed: bool,
     },
-    /// A station on the ground.
+    /// A ground station.
     Ground {
-        /// Geodetic \[deg\].
+        /// Geodetic latitude \[deg\].
         latitude_deg: f64,
-        /// East \[deg\].
+        /// East longitude \[deg\].
         longitude_deg: f64,
-        /// Above the ellipsoid \[m\].
+        /// Height above the WGS 84 ellipsoid \[m\].
         height_m: f64,
     },
-    /// The limb of the Earth, a sphere: where a line of sight touches it.
+    /// A point on the limb of a spherical Earth, at which a line of sight touches the sphere.
     Limb {
-        /// The azimuth about nadir, right-handed, from the direction along the track \[deg\]; 90 is
+        /// Azimuth about nadir \[deg\], measured right-handed from the along-track direction; 90 is
         /// opposite to the orbit normal.
         azimuth_deg: f64,
-        /// The height of the sphere above the equatorial radius \[m\].
+        /// Height of the sphere above the Earth's equatorial radius \[m\].
         height_m: f64,
     },
-    /// A fixed direction, GCRS, a unit vector.
+    /// A fixed inertial direction, as a unit vector in the axes of the GCRS.
     Fixed(Vector3),
-    /// A vector that is fixed in the orbit: along the track, the orbit normal, outward.
+    /// A direction fixed in the orbital frame; its components are along-track, orbit normal,
+    /// outward.
     InOrbit(Vector3),
-    /// Another satellite.
+    /// The satellite on this other orbit.
     Satellite(Box<Orbit>),
 }
 
-/// The reason for which a direction is unknown.
+/// Reason why a direction cannot be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
     /// The target depends on the position of the satellite, and no orbit is given.
     #[error("it depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
-    /// No line of sight touches a sphere from within.
+    /// The satellite is inside the sphere of the limb, which no line of sight then touches. The
+    /// numbers are the time after the epoch \[s\] and the height of the satellite \[km\].
     #[error("{0:.1} s after the epoch the satellite is below that limb, at a height of {1:.0} km")]
     BelowLimb(f64, f64),
-    /// The orbit.
+    /// The position on the orbit cannot be computed.
     #[error(transparent)]
     Orbit(#[from] OrbitError),
-    /// The vector.
+    /// The Chebyshev fit of the direction failed.
     #[error(transparent)]
     Track(#[from] TrackError),
 }
 
-/// A spacecraft on its orbit from an epoch on.
+/// A spacecraft on its orbit, from an epoch on.
 #[derive(Clone, Debug)]
 pub struct Sky {
     clock: Clock,
@@ -88,12 +91,14 @@ pub struct Sky {
     light: Light,
 }
 
-/// Pieces of a track \[s\] and their degree: 3e-8 m of a low orbit by SGP4.
+/// Length of the pieces of a track \[s\]; with polynomials of this length and degree, a low orbit
+/// by SGP4 is fitted to 3e-8 m.
 const PIECE: f64 = 600.0;
 const DEGREE: usize = 14;
 
 impl Target {
-    /// Returns whether it is a place, at a distance, and not only a direction.
+    /// Returns whether the target is at a finite distance, so that it has a position and not only a
+    /// direction.
     pub fn is_place(&self) -> bool {
         matches!(
             self,
@@ -108,50 +113,51 @@ impl Target {
 }
 
 impl Sky {
-    /// Builds a sky from an epoch on; without an orbit only Sun, Moon and stars are known.
+    /// Creates a sky from the epoch of `clock` on. Without an orbit, only the Sun, the Moon and
+    /// fixed directions can be targets.
     pub fn new(clock: Clock, orbit: Option<Orbit>, rotation: EarthRotation) -> Self {
         Self { clock, orbit, rotation, light: Light::default() }
     }
 
-    /// Returns the sky with these effects of light.
+    /// Returns the sky with these light effects included in its directions.
     #[must_use]
     pub fn with_light(self, light: Light) -> Self {
         Self { light, ..self }
     }
 
-    /// Returns the effects of light that directions include.
+    /// Returns the light effects that directions include.
     pub fn light(&self) -> Light {
         self.light
     }
 
-    /// Returns the clock, whose epoch is time zero.
+    /// Returns the clock; its epoch is time zero.
     pub(crate) fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// Returns the orbit.
+    /// Returns the orbit of the spacecraft, if one was given.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.orbit.as_ref()
     }
 
-    /// Returns the position of the spacecraft, GCRS \[m\].
+    /// Returns the position of the spacecraft at `time` \[s\], in the axes of the GCRS \[m\].
     pub(crate) fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
-    /// Returns the velocity about the Earth.
+    /// Returns the velocity of the spacecraft relative to the centre of the Earth, GCRS \[m/s\].
     fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         self.rate_of(time, &|time| self.place(time, theory))
     }
 
-    /// Returns the rate of a position by differences: to both sides, and where a table of them
-    /// begins or ends to one.
+    /// Returns the time derivative of a position by finite differences: by central differences, or
+    /// by one-sided differences at the ends of a table.
     fn rate_of(
         &self,
         time: f64,
         place: &dyn Fn(f64) -> Result<Vector3, SkyError>,
     ) -> Result<Vector3, SkyError> {
-        // The differences are of fourth order: 1e-7 m/s in a low orbit.
+        // The differences are of fourth order; their error in a low orbit is 1e-7 m/s.
         const H: f64 = 0.5;
         let at = |steps: f64| place(time + steps * H);
         let centred = || {
@@ -170,7 +176,7 @@ impl Sky {
         }
     }
 
-    /// Returns the axes of the orbit, columns: along the track, its normal, outward.
+    /// Returns the axes of the orbital frame as columns: along-track, orbit normal, outward.
     fn orbit_axes(&self, time: f64, theory: Theory) -> Result<Matrix3, SkyError> {
         let (r, v) = (self.place(time, theory)?, self.velocity(time, theory)?);
         let outward = r.normalize();
@@ -178,11 +184,11 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// Returns the vector to the apparent position of a target \[m\], or a vector of any length
-    /// along a direction.
+    /// Returns the apparent vector to a target \[m\]; for a mere direction, a vector of arbitrary
+    /// length along it.
     pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
-            // The direction is opposite to the apparent Sun.
+            // The antisolar direction is opposite to the apparent Sun.
             Target::AntiSun => return Ok(-self.vector(&Target::Sun, time, theory)?),
             Target::Sun | Target::Moon | Target::Ground { .. } | Target::Limb { .. } => true,
             Target::Fixed(_) | Target::Satellite(_) => true,
@@ -202,8 +208,8 @@ impl Sky {
         })
     }
 
-    /// Returns the position of an object of the Earth that moves by itself, GCRS \[m\]; `None`
-    /// for all others.
+    /// Returns the position of the Moon, a ground station or a satellite, GCRS \[m\]; `None` for
+    /// all other targets.
     fn of_earth(&self, target: &Target, time: f64, theory: Theory) -> Result<Option<Vector3>, SkyError> {
         Ok(match target {
             Target::Moon => Some(bodies::moon(&self.clock, time)),
@@ -216,9 +222,9 @@ impl Sky {
         })
     }
 
-    /// Returns the vector to the position that an object, now at `there`, had when its light left
-    /// it. The position follows from the velocity, or, for the full theory, from the position at
-    /// that time.
+    /// Returns the vector to the position that an object, now at `there`, had when it emitted the
+    /// light now seen. The series theory extrapolates this position from the velocity; the full
+    /// theory evaluates the position at the earlier time.
     fn by_old_light(
         &self,
         target: &Target,
@@ -235,7 +241,8 @@ impl Sky {
             let direct = light::delay(|delay| Ok::<_, SkyError>((was(time - delay)? - here).norm()))
                 .and_then(|delay| was(time - delay));
             match direct {
-                // The table of positions begins later.
+                // The table of positions begins after the earlier time; the velocity is used
+                // instead.
                 Err(SkyError::Orbit(OrbitError::Beyond(_))) => {}
                 found => return Ok(found? - here),
             }
@@ -248,8 +255,9 @@ impl Sky {
         Ok(there - velocity * delay - here)
     }
 
-    /// Returns the velocity of the spacecraft relative to the frame of a target: the frame of the
-    /// Earth, or of Sun and stars.
+    /// Returns the velocity of the spacecraft relative to the frame in which the aberration of the
+    /// target is computed: the frame of the Sun for the Sun and fixed directions, the frame of the
+    /// Earth for all other targets.
     fn velocity_against(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let about = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.velocity(time, theory))?;
         if !matches!(target, Target::Sun | Target::Fixed(_)) {
@@ -267,7 +275,7 @@ impl Sky {
         Ok(earth + about)
     }
 
-    /// Returns the angle by which light moves a target \[rad\], which geometric directions omit.
+    /// Returns the angle between the apparent and the geometric direction to a target \[rad\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -277,7 +285,8 @@ impl Sky {
         Ok(plain.cross(&seen).norm().atan2(plain.dot(&seen)))
     }
 
-    /// Returns the vector to a target \[m\], or along a direction, of any length.
+    /// Returns the geometric vector to a target \[m\]; for a mere direction, a vector of arbitrary
+    /// length along it.
     pub(crate) fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let from = |far: Vector3| match &self.orbit {
             Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
@@ -319,7 +328,8 @@ impl Sky {
             }
             Target::Fixed(vector) => *vector,
             Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,
-            // These targets need the position of the satellite.
+            // A ground station or satellite is seen from the spacecraft, so the orbit is required;
+            // the Moon is not.
             Target::Moon | Target::Ground { .. } | Target::Satellite(_) => {
                 let there = self.of_earth(target, time, theory)?.unwrap_or_default();
                 if matches!(target, Target::Moon) {
@@ -331,10 +341,12 @@ impl Sky {
         })
     }
 
-    /// Returns the direction to a target over `from … to` \[s\] after the epoch, for plans.
+    /// Returns the direction to a target as a function of time, fitted between `from` and
+    /// `to` \[s\] after the epoch; planners use it.
     ///
     /// # Errors
-    /// A [`SkyError`]: no orbit, or none that reaches so far.
+    /// Returns a [`SkyError`] if the target needs an orbit and none is given, or if the orbit does
+    /// not cover the interval.
     pub fn direction(&self, target: &Target, from: f64, to: f64) -> Result<Direction, SkyError> {
         if let (Target::Fixed(vector), false) = (target, self.light.aberrates) {
             return Ok(Direction::Fixed(*vector));
@@ -342,7 +354,8 @@ impl Sky {
         Ok(Direction::Moving(self.track(target, from, to)?))
     }
 
-    /// Returns the disc of the Earth over `from … to` \[s\]: cones about it begin at its limb.
+    /// Returns the disc of the Earth between `from` and `to` \[s\] after the epoch. The angle of a
+    /// cone about the disc is measured from the Earth's limb.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -350,7 +363,8 @@ impl Sky {
         Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
     }
 
-    /// Returns the geometric vector to a target \[m\] over `from … to` \[s\] after the epoch.
+    /// Returns the geometric vector to a target \[m\], fitted between `from` and `to` \[s\] after
+    /// the epoch.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -358,21 +372,22 @@ impl Sky {
         Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
     }
 
-    /// Returns the rotation from components in GCRS to components in the axes of the Earth (ITRF),
-    /// `time` \[s\] after the epoch.
+    /// Returns the rotation that maps components in the GCRS to components in Earth-fixed axes
+    /// (ITRF), at `time` \[s\] after the epoch.
     pub fn earth_axes(&self, time: f64) -> Matrix3 {
         frames::to_earth(&self.clock, time, &self.rotation, Theory::Series)
     }
 
     fn track(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
         let scale = self.vector(target, from, Theory::Series)?.norm();
-        // Lengths that are exact powers of two: the digits stay.
+        // Vectors are scaled by a power of two, so that no digits are lost.
         let scale = 2f64.powi(scale.log2().floor() as i32);
         Track::fitted(from, to, PIECE, DEGREE, |time| Ok(self.vector(target, time, Theory::Series)? / scale))
             .map(|track| if matches!(target, Target::Nadir) { track.scaled(scale) } else { track })
     }
 
-    /// Returns the unit vector to a target, for a witness: not fitted, and by the full theories.
+    /// Returns the unit vector to a target at `time` \[s\], for a witness: computed without a fit
+    /// and by the full theories.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -380,7 +395,7 @@ impl Sky {
         Ok(self.vector(target, time, Theory::Full)?.normalize())
     }
 
-    /// Returns the distance to a target \[m\].
+    /// Returns the geometric distance to a target at `time` \[s\] after the epoch \[m\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].

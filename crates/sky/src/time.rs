@@ -1,32 +1,32 @@
-//! A moment, and the moments that follow it by seconds.
+//! The epoch of a maneuver, and time scales (TT, TAI, UT1) at seconds after it.
 //!
-//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart,
-//! and elapsed SI seconds are added to the latter.
+//! A Julian date in one double resolves 40 µs only, in which a satellite moves by 0.3 m. Therefore
+//! the days and the seconds are stored separately, and elapsed SI seconds are added to the seconds.
 
 use hifitime::{Duration, Epoch, TimeScale};
 
-/// The last known leap second; no later one is assumed.
+/// Date of the last leap second known to the program; it assumes that no later one occurs.
 pub const DATE_OF_LAST_LEAP_SECOND: &str = "2017-01-01";
 
 const DAY: f64 = 86_400.0;
 
-/// The epoch of a maneuver.
+/// The epoch of a maneuver, as a time in TT.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// The whole days of TT since J2000.0, noon.
+    /// Whole days of TT since J2000.0 (2000-01-01, noon).
     days: f64,
-    /// Seconds of TT into that day.
+    /// Seconds of TT since the start of that day (noon).
     seconds: f64,
     /// TAI − UTC at the epoch \[s\].
     leap: f64,
 }
 
 impl Clock {
-    /// Builds the clock of a moment: whole seconds of TAI since 1900-01-01, midnight, and a
-    /// fraction of one.
+    /// Creates the clock of an instant of TAI, given as whole seconds since 1900-01-01, midnight,
+    /// and the fraction of a second.
     pub fn of_tai(seconds: i64, fraction: f64) -> Self {
         let whole = Epoch::from_tai_duration(Duration::from_seconds(seconds as f64));
-        // The seconds from 1900-01-01, midnight, to 2000-01-01, noon; TT is 32.184 s ahead.
+        // Seconds from 1900-01-01, midnight, to 2000-01-01, noon. TT is 32.184 s ahead of TAI.
         const CENTURY: i64 = 36_524 * 86_400 + 43_200;
         let since = seconds - CENTURY;
         let days = since.div_euclid(86_400);
@@ -34,9 +34,9 @@ impl Clock {
         Self { days: days as f64, seconds, leap: whole.leap_seconds(true).unwrap_or(0.0) }
     }
 
-    /// Builds the clock of a moment of UTC.
+    /// Creates the clock of an instant of UTC; `date` is \[year, month, day\].
     ///
-    /// `None` if the calendar has no such moment.
+    /// Returns `None` if the calendar has no such instant.
     pub fn of_utc(date: [i32; 3], hours: u8, minutes: u8, seconds: u8, nanoseconds: u32) -> Option<Self> {
         let [year, month, day] = date;
         let (month, day) = (u8::try_from(month).ok()?, u8::try_from(day).ok()?);
@@ -56,28 +56,30 @@ impl Clock {
         Some(Self::of_tai(i64::try_from(whole).ok()?, fraction))
     }
 
-    /// Returns this clock `seconds` later, with the same difference of TAI and UTC.
+    /// Returns a clock whose epoch is later by `seconds`, with an unchanged difference TAI − UTC.
     #[must_use]
     pub fn later(&self, seconds: f64) -> Self {
         Self { seconds: self.seconds + seconds, ..*self }
     }
 
-    /// Returns the seconds from another epoch to this one.
+    /// Returns the time from the epoch of `other` to the epoch of this clock \[s\].
     pub fn since(&self, other: &Self) -> f64 {
         (self.days - other.days) * DAY + (self.seconds - other.seconds)
     }
 
-    /// Returns Julian centuries of TT (and, to 2 ms, of TDB) since J2000.0.
+    /// Returns the Julian centuries of TT since J2000.0 at `time` \[s\] after the epoch. They agree
+    /// with Julian centuries of TDB to 2 ms.
     pub(crate) fn centuries(&self, time: f64) -> f64 {
         (self.days + (self.seconds + time) / DAY) / 36_525.0
     }
 
-    /// Returns a two-part Julian date of TT.
+    /// Returns the Julian date of TT at `time` \[s\] after the epoch, as the sum of two numbers.
     pub(crate) fn julian_tt(&self, time: f64) -> (f64, f64) {
         (2_451_545.0 + self.days, (self.seconds + time) / DAY)
     }
 
-    /// Days of UT1 since J2000.0: whole ones, and a part.
+    /// Returns the days of UT1 since J2000.0 at `time` \[s\] after the epoch: whole days and the
+    /// remaining part.
     pub(crate) fn days_of_ut1(&self, time: f64, ut1_minus_utc: f64) -> (f64, f64) {
         (self.days, (self.seconds - 32.184 - self.leap + ut1_minus_utc + time) / DAY)
     }
@@ -90,13 +92,13 @@ mod tests {
     #[test]
     fn an_epoch_is_at_its_seconds() {
         let noon = Clock::of_utc([2000, 1, 1], 12, 0, 0, 0).unwrap();
-        // TT − UTC was 64.184 s.
+        // TT − UTC was 64.184 s on that date.
         assert_eq!((noon.days, noon.seconds, noon.leap), (0.0, 64.184, 32.0));
         let later = Clock::of_utc([2026, 11, 21], 7, 0, 0, 250_000_000).unwrap();
         assert_eq!(later.leap, 37.0);
         let next = Clock::of_utc([2026, 11, 22], 7, 0, 0, 0).unwrap();
         assert!((next.since(&later) - 86_399.75).abs() < 1e-9);
-        // A day with a leap second has one more second.
+        // The day 2016-12-31 had a leap second.
         let [before, after] =
             [[2016, 12, 31], [2017, 1, 1]].map(|day| Clock::of_utc(day, 12, 0, 0, 0).unwrap());
         assert_eq!(after.since(&before), 86_401.0);

@@ -1,15 +1,17 @@
-//! The times at which a target is visible: a station above its horizon, the Sun past the Earth.
+//! Visibility of targets over time: whether a ground station sees the satellite above its horizon,
+//! and whether the Earth hides the Sun or another target.
 //!
-//! The Earth is a sphere of its equatorial radius. Let r be the position of the satellite, φ the
-//! angle at it between the centres of the Earth and of the Sun, and let α and σ be the angles under
-//! which their radii are seen, `sin α = R/r` and `sin σ = R_S/d`,
+//! The Earth is a sphere with its equatorial radius R. Let r be the distance of the satellite from
+//! the centre of the Earth, d the distance of the satellite from the Sun and R_S the radius of the
+//! Sun. φ is the angle at the satellite between the centres of the Earth and the Sun. α and σ are
+//! the apparent angular radii of the Earth and the Sun, `sin α = R/r` and `sin σ = R_S/d`:
 //!
 //! ```text
-//! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
+//! φ < α − σ : umbra, the Sun is hidden        φ < α + σ : penumbra or umbra, a part is hidden
 //! ```
 //!
-//! The edges in a low orbit are accurate to some ten seconds. It is less accurate if the Sun grazes
-//! the limb, because air bends and dims light, and the Earth is flattened.
+//! In a low orbit the times of entry and exit are accurate to some ten seconds. The error is larger
+//! if the Sun grazes the limb, because the atmosphere bends and dims light and the Earth is oblate.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
@@ -17,43 +19,45 @@ use crate::target::{Sky, SkyError, Target};
 use slewkit::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Radius of the Sun \[m\] (IAU 2015 B3).
+/// Radius of the Sun \[m\] (nominal value of IAU 2015 Resolution B3).
 const SUN_RADIUS_M: f64 = 6.957e8;
 
-/// The sampling interval for windows and shadows \[s\]: a pass above the horizon or through the
-/// shadow lasts minutes.
+/// Sampling interval of the search for windows and shadows \[s\]; it may miss a shorter window, but
+/// a pass above the horizon or through the shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
-/// The window of time \[s\] after the epoch in which a condition holds.
+/// A time interval in seconds after the epoch, in which a condition holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// The start of the interval: a station rises.
+    /// Start of the interval \[s\], when the condition begins to hold, or the start of the search.
     pub from: f64,
-    /// The end of the interval, or the end of the searched time.
+    /// End of the interval \[s\], when the condition ceases to hold, or the end of the search.
     pub to: f64,
 }
 
-/// A condition that holds at some times.
+/// A condition of illumination or visibility that holds at some times.
 #[derive(Clone, Debug)]
 pub enum Condition {
-    /// A part of the Sun is seen at least: not in the umbra.
+    /// At least a part of the Sun is visible: the satellite is not in the umbra.
     Sunlit,
-    /// A part of the Sun is hidden by the Earth at least: in the penumbra or the umbra.
+    /// The Earth hides at least a part of the Sun: the satellite is in the penumbra or the umbra.
     Eclipsed,
-    /// A target is not hidden by the Earth: of a station, it is above its horizon.
+    /// The Earth does not hide the target. For a ground station: the satellite is above its
+    /// horizon.
     Visible(Target),
 }
 
 impl Condition {
-    /// Returns the windows between `from` and `to` \[s\] in which the condition holds.
+    /// Returns the time intervals between `from` and `to` \[s\] after the epoch in which the
+    /// condition holds.
     ///
     /// # Errors
-    /// Passes on the errors of [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn windows(&self, sky: &Sky, from: f64, to: f64) -> Result<Vec<Window>, SkyError> {
         intervals(from, to, &|time| self.holds(sky, time))
     }
 
-    /// Returns whether it holds at `time` \[s\].
+    /// Returns whether the condition holds at `time` \[s\] after the epoch.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -87,7 +91,9 @@ impl Condition {
     }
 }
 
-/// Returns the elevation of the satellite above the horizon of a station \[rad\].
+/// Returns the elevation of the satellite above the horizon of a ground station \[rad\] at
+/// `time` \[s\] after the epoch. Latitude is geodetic, longitude is east, height is above the WGS
+/// 84 ellipsoid.
 ///
 /// # Errors
 /// Returns the errors of [`Sky::direction`].
@@ -108,7 +114,7 @@ fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Returns the windows in which a condition holds, with borders to a millisecond.
+/// Returns the time intervals in which a condition holds; their ends are accurate to a millisecond.
 fn intervals(
     from: f64,
     to: f64,

@@ -6,7 +6,7 @@ use slewkit::maneuver::{Motion, Objective};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::plan::PeakMemory;
 use slewkit::sequence::Ordering;
-use slewkit_files::spec::{Diagnostic, Loaded, LoadedSequence, LoadedSimulation, Spec, escape};
+use slewkit_files::spec::{ClosedLoop, Diagnostic, Loaded, LoadedSequence, LoadedSimulation, Spec, escape};
 
 /// Arguments of `slew check`.
 #[derive(Debug, clap::Args)]
@@ -172,13 +172,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         let sets: Vec<String> = of.sets.iter().map(|set| set.join(" and ")).collect();
         lines.line("in turns", escape(&format!("{}: {}", of.name, sets.join(", or "))));
     }
-    let sections: Vec<String> = loaded.closed_loop.sections().map(|name| format!("[{name}]")).collect();
-    if !sections.is_empty() {
-        let chances = match loaded.closed_loop.chances.len() {
-            0 => String::new(),
-            count => format!("; {} of limits", counted(count, "chance")),
-        };
-        lines.line("flight", format!("{}, for `slew fly`{chances}", sections.join(", ")));
+    if let Some(text) = flight(&loaded.closed_loop) {
+        lines.line("flight", text);
     }
     if let Some(dispersion) = &loaded.dispersion {
         let keys: Vec<&str> = dispersion.varied.iter().map(|varied| varied.key.as_str()).collect();
@@ -209,6 +204,16 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     Ok(Exit::Solved)
 }
 
+/// Returns the sections for flights and the number of chances of limits; `None` without sections.
+fn flight(closed_loop: &ClosedLoop) -> Option<String> {
+    let sections: Vec<String> = closed_loop.sections().map(|name| format!("[{name}]")).collect();
+    let chances = match closed_loop.chances.len() {
+        0 => String::new(),
+        count => format!("; {} of limits", counted(count, "chance")),
+    };
+    (!sections.is_empty()).then(|| format!("{}, for `slew fly`{chances}", sections.join(", ")))
+}
+
 fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let LoadedSequence { sequence, settings, warnings, .. } = loaded;
     let (verdict, tone) = verdict(warnings);
@@ -231,6 +236,9 @@ fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Resu
         summary::line("duration", &format!("{duration}, {} s at stops", significant(rests, 4))),
         summary::line("legs", &format!("{}, of {} steps each", craft.objective.name(), craft.steps)),
     ];
+    if let Some(text) = flight(&loaded.closed_loop) {
+        lines.line("flight", text);
+    }
     let memory = PeakMemory::of(craft, settings);
     lines.line("memory", memory::told(memory));
     console.say(&lines.join("\n"));

@@ -2,25 +2,29 @@
 
 use super::batch::checked_threads;
 use super::batch::merge::checked_ending;
+use super::spec_file::PlanOrAttitudes;
 use super::{
     Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::assured::Beside;
 use slewkit::closed_loop::Campaign;
 use slewkit::maneuver::Outcome;
 use slewkit::plan::Status;
 use slewkit_files::batch::{FlightCase, FlightHeader, Journal};
-use slewkit_files::export::{ExportError, PlanFile, distinct};
-use slewkit_files::flown::{Flight, LoopRecord, RunRecord, Runs, write_cases, write_trace};
-use slewkit_files::spec::{Loaded, escape};
+use slewkit_files::export::{ExportError, PlanFile, SequenceFile, distinct};
+use slewkit_files::flown::{
+    Flight, LoopRecord, NotFlown, RunRecord, Runs, WholeFlight, write_cases, write_trace,
+};
+use slewkit_files::spec::{ClosedLoop, escape};
 use slewkit_report::summary::flown as told;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `slew fly`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
+A plan of a sequence is flown over all legs and holds, and each stop has the errors at its begin and end.
 The spec in the plan states how the craft differs from the model ([uncertainty]), its gains ([feedback]) and the
 response of its actuators ([plant]); --set changes them. The plan does not change. `slew monte-carlo` instead plans
 every draw anew.
@@ -96,38 +100,73 @@ const CHUNK: usize = 4096;
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&FORMATS, &[&args.plan])?;
     keep_plan(&args.reading)?;
-    let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
-    let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
-    let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
-    let Loaded { problem, closed_loop, .. } = spec_file::read_held(held, &args.plan, &args.reading, console)?;
-    if plan.outcome != Outcome::Converged {
-        let reason = format!("{}: this plan did not reach its end", args.plan.display());
-        return Err(Failure::File(Message::new("E0173", reason, "give a solved plan")));
+    let Args { seed, threads, .. } = *args;
+    if let Some(threads) = threads {
+        checked_threads(threads)?;
     }
-    let problem = plan.on_grid(&problem).map_err(unusable)?;
+    let (closed_loop, WholeFlight { problem, beside, marks }) =
+        match spec_file::open_plan_or_attitudes(&args.plan)? {
+            PlanOrAttitudes::Sequence(input) => sequence(args, input, console)?,
+            PlanOrAttitudes::Plan(input) | PlanOrAttitudes::Attitudes(input) => {
+                maneuver(args, input, console)?
+            }
+        };
     let Some(uncertainty) = &closed_loop.uncertainty else {
         let reason = "the plan has no uncertainty: the craft would fly as planned";
         let remedy = "add [uncertainty] to its spec, or give --set uncertainty.inertia.relative=0.02";
         return Err(Failure::File(Message::new("E0173", reason, remedy)));
     };
-    let trajectory = &plan.trajectory.0;
-    let beside =
-        Beside::along(&problem, trajectory, closed_loop.feedback, Some(uncertainty)).map_err(|error| {
-            Failure::File(Message::new(
-                "E0170",
-                error.to_string(),
-                "give [feedback] kind = \"tvlqr\", or remove [feedback]",
-            ))
-        })?;
-    let Args { seed, threads, .. } = *args;
-    if let Some(threads) = threads {
-        checked_threads(threads)?;
-    }
-    let (problem, closed_loop, beside) = (&problem, &closed_loop, &beside);
-    let runs = Runs { problem, closed_loop, uncertainty, beside, seed, threads };
+    let (problem, closed_loop, beside, marks) = (&problem, &closed_loop, &beside, &marks[..]);
+    let runs = Runs { problem, closed_loop, uncertainty, beside, marks, seed, threads };
     match args.case {
         Some(case) => one(args, &runs, case, &destination, console),
         None => all(args, &runs, &destination, console),
+    }
+}
+
+/// Reads the plan of a maneuver, and computes the quantities near it.
+fn maneuver(
+    args: &Args,
+    input: Box<dyn Read>,
+    console: &mut Console,
+) -> Result<(ClosedLoop, WholeFlight), Failure> {
+    let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
+    let plan = PlanFile::read(input).map_err(unusable)?;
+    let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let loaded = spec_file::read_held(held, &args.plan, &args.reading, console)?;
+    if plan.outcome != Outcome::Converged {
+        return Err(unsolved(args));
+    }
+    let flight = WholeFlight::of_maneuver(&plan, &loaded).map_err(|error| not_flown(args, error))?;
+    Ok((loaded.closed_loop, flight))
+}
+
+/// Reads the plan of a sequence, and computes the quantities near the motion over the whole.
+fn sequence(
+    args: &Args,
+    input: Box<dyn Read>,
+    console: &mut Console,
+) -> Result<(ClosedLoop, WholeFlight), Failure> {
+    let unusable = |error: ExportError| Failure::unusable(&args.plan, &error);
+    let file = SequenceFile::read(input).map_err(unusable)?;
+    let held = file.record.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let loaded = spec_file::read_held_sequence(held, &args.plan, &args.reading, console)?;
+    if file.record.status != Status::Solved {
+        return Err(unsolved(args));
+    }
+    let flight = WholeFlight::of(&file, &loaded).map_err(|error| not_flown(args, error))?;
+    Ok((loaded.closed_loop, flight))
+}
+
+fn unsolved(args: &Args) -> Failure {
+    let reason = format!("{}: this plan did not reach its end", args.plan.display());
+    Failure::File(Message::new("E0173", reason, "give a solved plan"))
+}
+
+fn not_flown(args: &Args, error: NotFlown) -> Failure {
+    match error {
+        NotFlown::File(error) => Failure::unusable(&args.plan, &error),
+        error => Failure::File(Message::new("E0170", error.to_string(), error.remedy())),
     }
 }
 
@@ -225,7 +264,7 @@ fn all(
         seed: args.seed,
         cases: count(&flights) as usize,
         time_s: began.elapsed().as_secs_f64(),
-        loops: flights.iter().map(|flight| LoopRecord::new(runs.problem, flight)).collect(),
+        loops: flights.iter().map(|flight| LoopRecord::new(runs.problem, runs.marks, flight)).collect(),
     };
     let stopped = interrupt::requested();
     interrupt::writing();
@@ -238,7 +277,7 @@ fn all(
     }
     destination.write(console, |format, output| match format {
         Format::Json => record.write(output),
-        _ => write_cases(runs.problem, runs.uncertainty, &flights, format == Format::Npz, output),
+        _ => write_cases(runs, &flights, format == Format::Npz, output),
     })?;
     Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }

@@ -18,7 +18,7 @@ use slewkit_files::epoch::Epoch;
 use slewkit_files::export::{ExportError, SequenceFile, Target, write_document};
 use slewkit_files::formats;
 use slewkit_files::pointing::{self, Observation, PointingFile, Timeline, read_pointing};
-use slewkit_files::spec::{Loaded, LoadedSequence, escape};
+use slewkit_files::spec::{ClosedLoop, Loaded, LoadedSequence, escape};
 use slewkit_report::sequence_page;
 use std::path::{Path, PathBuf};
 
@@ -203,7 +203,15 @@ fn planned(
     identity.epoch = Some(timeline.zero);
     let tables = export::TableArgs::default().checked(&destination)?;
     let sequence = timeline.sequence.clone();
-    let loaded = LoadedSequence { sequence, settings, expect: None, identity, files, warnings: Vec::new() };
+    let loaded = LoadedSequence {
+        sequence,
+        settings,
+        expect: None,
+        identity,
+        closed_loop: ClosedLoop::default(),
+        files,
+        warnings: Vec::new(),
+    };
     let LoadedSequence { sequence, settings, identity, .. } = &loaded;
     export::check(&destination, &sequence.craft, identity)?;
     interrupt::watch();
@@ -227,7 +235,7 @@ fn planned(
     };
     console.say(&told.lines(console, name).join("\n"));
     interrupt::writing();
-    let written = SequenceFile::new(sequence, settings, &plan, identity);
+    let written = SequenceFile::new(&loaded, &plan);
     destination.write(console, |format, output| {
         let format = format.of_data().unwrap_or(formats::Format::Json);
         format.write_sequence(&written, &sequence.craft, identity, tables, output)

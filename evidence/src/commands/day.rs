@@ -1,13 +1,13 @@
 //! A day of many stops, planned and verified: stars and targets that move, wheels, cones.
 //!
-//! `cargo run --release -p evidence -- day [STOPS [SEED]]`: STOPS (100 by default) stops in their
-//! order over a day on a low orbit, in least time: every fifth one on a target that moves (nadir,
+//! `cargo run --release -p evidence -- day [spec] [STOPS [SEED]]`: STOPS (100 by default) stops in
+//! their order over a day on a low orbit, in least time: every fifth one on a target that moves (nadir,
 //! zenith, along the track, the normal of the orbit) and followed for a minute, the others on random stars
 //! for a part of what is left. Every tenth star leaves the roll free. Four wheels, a limit of the
 //! rate, a telescope 45° off the Sun and 10° off the Moon. Stars within the cones are drawn again.
 //!
 //! It prints the seconds of planning and of verifying, how many legs and holds the witnesses pass, and
-//! how long the body turns. Ends with 1 if one does not pass.
+//! how long the body turns; with `spec` it prints the spec instead. Ends with 1 if one does not pass.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -122,9 +122,14 @@ fn text(stops: usize, seed: usize) -> String {
 }
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let is_asked = words.next_is("spec");
     let stops: usize = words.number("number of stops", 100)?;
     let seed: usize = words.number("seed", 0)?;
     words.end()?;
+    if is_asked {
+        print!("{}", text(stops, seed));
+        return Ok(());
+    }
     let began = Instant::now();
     let read = spec::load_from_str(&text(stops, seed), "day.toml", Path::new(""), Format::Toml, &[]);
     let Spec::Sequence(loaded) = read.map_err(|found| format!("{found}"))? else {
@@ -135,7 +140,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let plan = loaded.sequence.plan(&loaded.settings, &mut Silent)?;
     let planning = began.elapsed().as_secs_f64();
     let began = Instant::now();
-    let file = SequenceFile::new(&loaded.sequence, &loaded.settings, &plan, &loaded.identity);
+    let file = SequenceFile::new(&loaded, &plan);
     let judged = file.judge(&loaded, &|| false)?;
     let verifying = began.elapsed().as_secs_f64();
     let legs = judged.legs.iter().filter(|leg| leg.verification.passed()).count();

@@ -1,4 +1,5 @@
-//! Replanning: the law of the guess, the answers of a cold search, and refused plans.
+//! Tests of replanning: order of the initial guess, comparison with cold searches, and rejected
+//! plans.
 
 use super::*;
 use crate::Vector3;
@@ -18,7 +19,7 @@ fn prepared(problem: &Problem) -> Replanner {
     Replanner::new(problem, &solved(problem, &Settings::discrete())).unwrap()
 }
 
-/// Returns the plan's state at a moment, moved by a scaled `z`.
+/// Returns the planned state at a moment, displaced by a scaled `z`.
 fn beside(replanner: &Replanner, moment: &Moment, z: &Vector6) -> State {
     let planned = replanner.planned(moment);
     let (problem, time) = (replanner.problem(), replanner.problem().seconds());
@@ -34,9 +35,10 @@ fn direction(random: &mut Random) -> Vector6 {
     Vector6::from_fn(|_, _| random.uniform()).normalize()
 }
 
-/// The guess misses the end by the square of the shift of the start: slope 2.00 ± 0.1, at nodes
-/// and for both schemes, fields and limits. A guess without correction, or with the opposite
-/// correction, has slope 1. The cost agrees with the second order up to the third.
+/// The error of the guess at the end is proportional to the square of the displacement of the
+/// start: slope 2.00 ± 0.1 at nodes, for both schemes, force fields and limits. A guess without the
+/// correction, or with the opposite one, has slope 1. The cost agrees with its second-order
+/// expansion up to the third order.
 #[test]
 fn the_guess_misses_by_the_square_of_the_shift() {
     let mut random = Random(11);
@@ -54,7 +56,7 @@ fn the_guess_misses_by_the_square_of_the_shift() {
         let slope = |of: &Replanner| {
             let error =
                 |size: f64| of.replan(&beside(of, &moment, &(z * size)), &moment, None).unwrap().guess_error;
-            // Limits that begin or end to act are no squares.
+            // Where limits become active or inactive, the error is not quadratic.
             let size = if case % 5 == 4 { 1e-4 } else { 1e-3 };
             (error(size) / error(0.1 * size)).log10()
         };
@@ -67,7 +69,7 @@ fn the_guess_misses_by_the_square_of_the_shift() {
     }
 }
 
-/// The cost of a neighbour is predicted to the third order: slope 3 for a free body.
+/// The cost of a neighbour is predicted up to the third order: slope 3 for a free body.
 #[test]
 fn the_cost_to_go_is_that_of_its_two_derivatives() {
     let mut random = Random(12);
@@ -87,8 +89,8 @@ fn the_cost_to_go_is_that_of_its_two_derivatives() {
     }
 }
 
-/// The rest of an optimum is optimal: begun from its own state at a node, the plan is its own
-/// neighbour, at no step.
+/// The rest of an optimal plan is optimal: replanned from its own state at a node, the plan is its
+/// own neighbour, without a Newton step.
 #[test]
 fn a_plan_is_its_own_rest() {
     let mut random = Random(13);
@@ -113,8 +115,9 @@ fn a_plan_is_its_own_rest() {
     }
 }
 
-/// A warm plan is the plan of a cold search from the same start, at nodes and between, to the same
-/// end and to another: its cost to 1e-9, its end to 1e-12, in three Newton steps.
+/// A warm-started plan equals the plan of a cold search from the same start, at nodes and between
+/// them, to the planned end and to another one: the cost to 1e-9, the end to 1e-12, within three
+/// Newton steps.
 #[test]
 fn a_warm_plan_is_the_cold_one() {
     let mut random = Random(14);
@@ -159,8 +162,8 @@ fn landing() -> (Problem, Solution) {
     (problem, solution)
 }
 
-/// A plan that lands is replanned from its true motion: a start that is not moved needs no step,
-/// and the new plan lands, by the witnesses.
+/// A landed plan is replanned from its true motion. A start on the plan needs no Newton step, and
+/// the witnesses confirm that the new plan lands.
 #[test]
 fn a_plan_that_lands_is_planned_again_to_land() {
     let (problem, solution) = landing();
@@ -180,7 +183,7 @@ fn a_plan_that_lands_is_planned_again_to_land() {
     }
 }
 
-/// A start outside of the basin is reported, and a search plans it.
+/// A start outside of the basin of convergence is reported, and a search can plan it.
 #[test]
 fn a_start_far_away_falls_back_to_a_search() {
     let (problem, solution) = landing();
@@ -210,7 +213,7 @@ fn a_start_far_away_falls_back_to_a_search() {
     assert!(replanner.replan(&nowhere, &moment, None).is_err());
 }
 
-/// An extremal of another family also converges; its cost reveals it.
+/// Newton's method also converges to extremals of another family; their cost shows this.
 #[test]
 fn an_extremal_that_costs_more_than_a_neighbour_is_none() {
     let (problem, solution) = landing();

@@ -1,4 +1,5 @@
-//! Gains of arcs against reference values, plans solved again, and the landing law.
+//! Tests of arc gains against reference values, against plans solved again, and of the order of the
+//! terminal miss.
 
 use super::*;
 use crate::maneuver::settings::Settings;
@@ -15,7 +16,7 @@ fn limited(limit: f64) -> Actuation {
     Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
 }
 
-/// Returns a maneuver of the reference and its plan, a step an arc.
+/// Returns a maneuver of the reference file and its plan, with one step per arc.
 fn of_reference(case: &Value) -> (Problem, Trajectory) {
     let inertia = Matrix3::from_diagonal(&vector::<3>(&case["inertia"]));
     let end: [f64; 4] = std::array::from_fn(|index| case["qf"][index].as_f64().unwrap());
@@ -42,7 +43,7 @@ fn cases() -> serde_json::Map<String, Value> {
     reference("closed_loop/cl03_switching_time_gains.json")["cases"].as_object().unwrap().clone()
 }
 
-/// Returns `∂d/∂[ζ; Ω]`, from `∂d/∂[ζ; Π]`.
+/// Converts the derivatives `∂d/∂[ζ; Π]` of an arc length to `∂d/∂[ζ; Ω]`.
 fn by_rate(gains: &SwitchingGains, problem: &Problem, arc: usize) -> Vector6 {
     let row = gains.row(arc);
     let by_rate = problem.body.inertia.j() * Vector3::from_column_slice(&row[3..]);
@@ -64,7 +65,7 @@ fn gains_of_arcs_are_those_of_the_references() {
     }
 }
 
-/// Returns the problem from a start `z`, in rad and rad/s.
+/// Returns the problem with its start displaced by `z`, in rad and rad/s.
 fn moved(problem: &Problem, z: &Vector6) -> Problem {
     let mut start = problem.start;
     start.attitude *= lie::exp(&z.fixed_rows::<3>(0).into_owned());
@@ -72,8 +73,8 @@ fn moved(problem: &Problem, z: &Vector6) -> Problem {
     Problem { start, ..problem.clone() }
 }
 
-/// Returns the distance of the end of the motion of a plan from the requested end, rad and rates
-/// in the unit of time of the plan.
+/// Returns the terminal error of the motion of a plan relative to the requested end: in rad, and
+/// for rates in rad per duration of the plan.
 fn miss(problem: &Problem, plan: &Trajectory, end: &State) -> f64 {
     let duration = *plan.time.last().unwrap();
     let flown = Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap();
@@ -85,8 +86,8 @@ fn end_of(problem: &Problem, plan: &Trajectory) -> State {
     Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap()
 }
 
-/// Returns the slope of the miss of a corrected start over 1e-2 … 1e-3, in rad and rates over the
-/// duration.
+/// Returns the slope of the terminal miss for corrected starts between 1e-2 and 1e-3, in rad and in
+/// rad per duration.
 fn slope(problem: &Problem, plan: &Trajectory, gains: &SwitchingGains, direction: &Vector6) -> f64 {
     let (end, duration) = (end_of(problem, plan), *plan.time.last().unwrap());
     let at = |size: f64| {
@@ -116,7 +117,8 @@ fn corrected_arcs_land_to_second_order_and_a_wrong_sign_to_first() {
     }
 }
 
-/// The planner's own plan: on a grid, of a discrete problem, its motion made to land.
+/// Tests a plan of the planner itself: on a grid, for the discrete problem, landed on the true
+/// motion.
 #[test]
 fn plans_that_switch_are_corrected_as_they_are_flown() {
     let (problem, _) = of_reference(&cases()["xte_110_six_switches"]);
@@ -136,14 +138,14 @@ fn plans_that_switch_are_corrected_as_they_are_flown() {
     }
 }
 
-/// Lengths of the continuous arcs of a plan.
+/// Returns the lengths of the continuous-time arcs of a plan.
 fn continuous(problem: &Problem) -> Vec<f64> {
     let solution = search::solve(problem, &Settings::discrete(), None, &mut search::Silent).unwrap();
     assert_eq!(solution.outcome, Outcome::Converged);
     solution.switching.unwrap().arcs.iter().map(|arc| arc.end_s - arc.start_s).collect()
 }
 
-/// Returns a step an arc, of the continuous arcs of a plan.
+/// Returns the continuous-time arcs of a plan as a trajectory with one step per arc.
 fn of_continuous(problem: &Problem) -> Trajectory {
     let solution = search::solve(problem, &Settings::discrete(), None, &mut search::Silent).unwrap();
     let arcs = solution.switching.unwrap().arcs;
@@ -159,8 +161,8 @@ fn of_continuous(problem: &Problem) -> Trajectory {
     }
 }
 
-/// Plans of least time and of least fuel, from starts on both sides, by the planner: their arcs
-/// differ as the gains predict.
+/// Compares the gains with the differences between minimum-time and minimum-fuel plans that the
+/// planner finds from starts on both sides.
 #[test]
 fn gains_of_arcs_are_the_differences_of_plans_solved_again() {
     let (time, _) = of_reference(&cases()["xte_110_six_switches"]);
@@ -184,7 +186,7 @@ fn gains_of_arcs_are_the_differences_of_plans_solved_again() {
             }
         }
         if name == "fuel" {
-            // The duration is given.
+            // The duration is given, so the changes of the arc lengths add up to zero.
             for column in 0..6 {
                 let sum: f64 = (0..gains.arcs.len()).map(|arc| gains.row(arc)[column]).sum();
                 assert!(sum.abs() < 1e-9, "{sum}");
@@ -218,7 +220,7 @@ fn arcs_that_no_start_moves_are_refused_with_the_reason() {
     let mut singular = plan.clone();
     singular.input[1] = 10.0;
     assert!(refused(&problem, &singular).contains("singular"));
-    // A turn about one axis has two arcs.
+    // A turn about one axis has only two arcs.
     let mut short = plan.clone();
     short.time.truncate(3);
     short.input.truncate(6);

@@ -1,4 +1,5 @@
-//! Gains of bodies that translate, and of axes that turn against the coordinates.
+//! Tests of gains for bodies that translate, and for actuator axes that rotate relative to the
+//! coordinates.
 
 use super::*;
 use crate::mechanics::actuators::AxisFrame;
@@ -7,7 +8,7 @@ use crate::optimize::discrete::linear_plan::{PosedPlan, Stages};
 use crate::testing::{attitude_only, moving_ends};
 use nalgebra::SVector;
 
-/// A motion of the discrete equations under held inputs, its states, and its record with its own
+/// A motion of the discrete equations under held inputs: its states, and its record with its own
 /// costates.
 struct Recorded<const N: usize> {
     dynamics: Dynamics,
@@ -58,7 +59,7 @@ impl<const N: usize> Recorded<N> {
         Self { dynamics, states, plan }
     }
 
-    /// Returns the miss of the corrected motion at the end.
+    /// Returns the terminal error of the corrected motion.
     fn miss(&self, problem: &Problem, linear: &PosedPlan, gains: &Gains, z: &SVector<f64, N>) -> f64 {
         let mut point = moved(&self.states[0], z);
         let mut corrections = Vec::new();
@@ -76,7 +77,7 @@ impl<const N: usize> Recorded<N> {
     }
 }
 
-/// Returns `A_k`, scaled.
+/// Returns the scaled matrix `A_k` of a step.
 fn a<const N: usize>(linear: &PosedPlan, step: usize) -> SMatrix<f64, N, N> {
     let si = linear.a(step);
     SMatrix::from_fn(|row, column| si[(row, column)] / linear.unit(row) * linear.unit(column))
@@ -92,7 +93,7 @@ fn moved<const N: usize>(point: &Point, z: &SVector<f64, N>) -> Point {
     }
 }
 
-/// Takes one step: half a kick, a drift, half a kick.
+/// Advances by one step: half a kick, a drift, half a kick.
 fn step<const N: usize>(
     problem: &Problem,
     dynamics: &Dynamics,
@@ -117,8 +118,8 @@ fn step<const N: usize>(
     point
 }
 
-/// Returns the torques in the body and forces in the reference frame, or the other way round; free,
-/// or in the field of two masses.
+/// Returns a problem with torques fixed in the body and forces in the reference frame, or vice
+/// versa; free, or in the field of two masses.
 fn problem(random: &mut Random, case: usize) -> Problem {
     let frame = if case.is_multiple_of(2) { AxisFrame::Body } else { AxisFrame::Reference };
     let problem = moving_ends(random, frame).with_steps(30).with_scheme(Scheme::LieVerlet);
@@ -130,8 +131,8 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Returns the slope of the terminal error with neighbouring gains, with these gains of the wrong
-/// sign, and with the regulator, each held over `every` steps.
+/// Returns the slopes of the terminal error for neighbouring gains, for these gains with the wrong
+/// sign, and for the regulator, each held over `every` steps.
 fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();
@@ -173,8 +174,8 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: a step has all second derivatives, with the
-/// right signs.
+/// Claim: `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block. A step therefore has all second
+/// derivatives with the right signs.
 #[test]
 fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
     let mut random = Random(37);

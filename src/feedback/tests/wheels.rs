@@ -1,4 +1,4 @@
-//! Neighbouring gains of reaction wheels.
+//! Tests of neighbouring gains with reaction wheels.
 
 use super::*;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Wheels};
@@ -6,7 +6,7 @@ use crate::mechanics::environment::{Pose, Wrench};
 
 type Vector9 = SMatrix<f64, 9, 1>;
 
-/// Returns a problem with four wheels that store momentum, and a field in every other case.
+/// Returns a problem with four wheels that store momentum, with or without a force field.
 fn problem(random: &mut Random, field: bool) -> Problem {
     let problem = maneuver(random, if field { 3 } else { 0 }).with_steps(40);
     let axes: Vec<Vector3> = [[1.0, 0.1, 0.6], [-1.0, 0.2, 0.6], [0.1, 1.0, 0.6], [0.2, -1.0, 0.6]]
@@ -18,7 +18,7 @@ fn problem(random: &mut Random, field: bool) -> Problem {
     problem.with_actuation(Actuation { wheels: Some(wheels), ..Actuation::torques(set) })
 }
 
-/// State of the discrete motion under held torques, scaled: attitude, momentum of the body,
+/// State of the discrete motion under held torques, scaled: attitude, momentum of the body, and
 /// momentum of the wheels.
 #[derive(Clone, Copy)]
 struct State9 {
@@ -53,7 +53,7 @@ impl State9 {
     }
 }
 
-/// A motion under given inputs, its states, and its record.
+/// A motion under given inputs: its states and its record.
 struct Recorded {
     dynamics: Dynamics,
     states: Vec<State9>,
@@ -73,7 +73,8 @@ impl Recorded {
             vec![State9 { attitude: start.attitude.value, momentum: start.momentum.value, stored }];
         let m = 4;
         let (from, to) = ([0; 4].map(|_| random.uniform()), [0; 4].map(|_| random.uniform()));
-        // Both rows of a step are those that it holds, so that their mean is: constant torques.
+        // Both rows of a step equal the held torque, so their mean does too. The torques are
+        // therefore constant.
         let inputs: Vec<f64> = (0..m).map(|input| 0.3 * (from[input] + to[input])).collect();
         for k in 0..problem.steps {
             let last = states[k];
@@ -81,7 +82,7 @@ impl Recorded {
         }
         let axes = problem.actuation.torque.axes();
         let per_wheel = |stored: &Vector3| {
-            // Any momenta of the wheels of this sum.
+            // Some wheel momenta with this sum.
             let b = nalgebra::Matrix3xX::from_fn(m, |row, column| axes[column][row]);
             let all = b.transpose() * (&b * b.transpose()).try_inverse().unwrap() * stored;
             all.iter().map(|momentum| momentum * dynamics.units.momentum()).collect::<Vec<_>>()
@@ -100,7 +101,7 @@ impl Recorded {
             torque: vec![problem.actuation.torque.output(&inputs); rows],
             ..Trajectory::default()
         };
-        // Costates of the motion itself: λ_{k−1} = A_kᵀ λ_k.
+        // The costates of this motion: λ_{k−1} = A_kᵀ λ_k.
         let linear = LinearPlan::new(problem, &plan, Timing::Held).unwrap();
         let unit = dynamics.units.costate::<6>();
         let mut costate = Vector6::from_fn(|_, _| random.uniform());
@@ -115,8 +116,8 @@ impl Recorded {
         Self { dynamics, states, plan }
     }
 
-    /// Returns the miss of the corrected motion at the end, from `z`: attitude and momentum of
-    /// the body.
+    /// Returns the terminal error of the corrected motion in attitude and body momentum, for the
+    /// initial deviation `z`.
     fn miss(&self, problem: &Problem, linear: &LinearPlan, gains: &Gains, z: &Vector9) -> f64 {
         let mut state = self.states[0];
         state.attitude *= lie::exp(&z.fixed_rows::<3>(0).into_owned());
@@ -137,9 +138,9 @@ impl Recorded {
     }
 }
 
-/// The motion meets attitude and rate at the end to second order, for any momentum of the wheels
-/// at the start. Conservation determines their momentum at the end. This also holds if a
-/// correction is held over three steps. A wrong sign of the response to the wheels gives slope 1.
+/// The motion meets the terminal attitude and rate to second order, for any initial momentum of the
+/// wheels. Conservation determines their terminal momentum. This also holds if a correction is held
+/// over three steps. A wrong sign of the response to the wheels gives slope 1.
 #[test]
 fn neighbouring_gains_of_wheels_land_to_second_order() {
     let mut random = Random(9);
@@ -165,7 +166,7 @@ fn neighbouring_gains_of_wheels_land_to_second_order() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, of the wheels' momenta too.
+/// Claim: `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, also with wheel momenta.
 #[test]
 fn the_cost_to_go_of_wheels_has_a_symmetric_hessian() {
     let mut random = Random(19);

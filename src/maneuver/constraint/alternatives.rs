@@ -1,54 +1,55 @@
-//! Sets of cones, one of which holds at every time.
+//! Alternative sets of cones, of which one holds at each time.
 
 use super::{Constraint, Rule};
 use thiserror::Error;
 
-/// Sets of cones. At every time one whole set holds; for example, one of two star trackers must
-/// see the sky.
+/// Alternative sets of cones. At each time all cones of one set hold; for example, one of two star
+/// trackers must see the sky.
 ///
-/// A plan states the times at which each set holds ([`Shift`]). Over the whole of each shift a
-/// set holds, also at its ends.
+/// A plan states the times at which each set holds ([`Shift`]). A set holds throughout its shift,
+/// including both ends of the shift.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alternatives {
-    /// The name for people.
+    /// The name of the alternatives in reports and messages.
     pub name: String,
-    /// At least two sets: the names of the constraints of each. A constraint belongs to one set.
+    /// The sets, at least two, each as the names of its constraints. A constraint belongs to one
+    /// set.
     pub sets: Vec<Vec<String>>,
 }
 
-/// The time over which one of the sets holds.
+/// The time interval in which one of the sets holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shift {
-    /// The number of the set.
+    /// Index of the set in [`Alternatives::sets`], from 0.
     pub set: usize,
     /// The start of the shift \[s\].
     pub from: f64,
-    /// Until when \[s\].
+    /// The end of the shift \[s\].
     pub to: f64,
 }
 
-/// The sets of one alternative and their times.
+/// Alternatives with the time intervals in which each of their sets holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turns {
-    /// The alternatives.
+    /// The alternative sets.
     pub of: Alternatives,
-    /// One shift after another.
+    /// The shifts in order of time.
     pub shifts: Vec<Shift>,
 }
 
-/// The reason for which alternatives cannot be used.
+/// The reason why alternatives are invalid.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AlternativesError {
-    /// There is nothing to choose from.
+    /// Fewer than two sets are given, or a set is empty.
     #[error("alternatives need at least two sets, each with at least one constraint")]
     Few,
-    /// No constraint has that name.
+    /// A set names a constraint that does not exist.
     #[error("no constraint has the name \"{0}\"")]
     Unknown(String),
-    /// A constraint is named twice: it cannot alternate with itself.
+    /// A constraint is named twice. It cannot alternate with itself.
     #[error("\"{0}\" occurs twice")]
     Twice(String),
-    /// The constraint limits a rate. Rates are limited at all times.
+    /// A set names a rate limit. Rate limits hold at all times.
     #[error("\"{0}\" is not a cone: alternatives must be cones")]
     NoCone(String),
 }
@@ -62,7 +63,7 @@ impl Alternatives {
     /// Checks the names against the constraints of a maneuver.
     ///
     /// # Errors
-    /// Returns an [`AlternativesError`] that names the wrong set.
+    /// Returns the [`AlternativesError`] of the first wrong set or name.
     pub fn check(&self, constraints: &[Constraint]) -> Result<(), AlternativesError> {
         if self.sets.len() < 2 || self.sets.iter().any(Vec::is_empty) {
             return Err(AlternativesError::Few);

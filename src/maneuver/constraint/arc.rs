@@ -1,5 +1,5 @@
-//! The arc between two nodes, and the smallest and largest angle between a boresight and a
-//! direction on it.
+//! The arc of the motion between two nodes, and the smallest and largest angle between a boresight
+//! and a direction on the arc.
 //!
 //! On one step of the variational integrators the body turns about one axis at one rate, seen
 //! from inertial space: `A(τ) = A_k exp(τ S(f))`, `0 ≤ τ ≤ 1`, `F_k = exp S(f)`. Let `e = f/|f|`
@@ -10,61 +10,65 @@
 //! ```
 //!
 //! so the extremum inside the arc is at `τ|f| = atan2(±s, ±c)`. A direction that turns with a
-//! reference frame gives a product of two rotations, whose extremum has no closed form. There a
-//! cubic interpolates values and slopes on pieces so short that its error is below round-off.
+//! reference frame leads to a product of two rotations, whose extremum has no closed form. In that
+//! case a cubic interpolates values and slopes on pieces so short that its error is below
+//! round-off.
 
 use crate::{Matrix3, Vector3, lie};
 
 /// The motion of the body from one node to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
-    /// Attitude at its start, body → inertial.
+    /// Attitude at the start of the arc, body → inertial.
     pub start: Matrix3,
     /// Rotation vector of the whole arc, body axes \[rad\].
     pub turn: Vector3,
 }
 
-/// A direction while the body is on an arc: `exp(τ S(turn)) start`.
+/// A moving direction during an arc: `exp(τ S(turn)) start`, with τ from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Unit vector at the start of the arc, inertial axes.
     pub start: Vector3,
-    /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
+    /// Rotation vector of the motion of the direction over the arc, inertial axes \[rad\]; zero for
+    /// a fixed direction.
     pub turn: Vector3,
-    /// The angle from its centre to the limb of the target at the start of the arc \[rad\]; 0 for
-    /// a point.
+    /// Angular radius of the target at the start of the arc \[rad\]: the angle from its centre to
+    /// its limb, 0 for a point.
     pub radius: f64,
-    /// What that angle grows by over the arc \[rad\], at one rate.
+    /// Change of the angular radius over the arc \[rad\], at a constant rate.
     pub growth: f64,
 }
 
-/// The extreme of the angle between a boresight and the limb of a target on an arc: of a point,
-/// between a boresight and a direction.
+/// The kind of extreme of the angle between a boresight and the limb of a target on an arc. For a
+/// point target the angle is measured from the boresight to the point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
-    /// The smallest value along the arc.
+    /// The smallest angle along the arc.
     Nearest,
-    /// The largest value along the arc.
+    /// The largest angle along the arc.
     Farthest,
 }
 
 /// The point on an arc at which a boresight is nearest to a target, or farthest from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
-    /// Part of the arc, from 0 to 1.
+    /// Position on the arc, as a fraction from 0 to 1.
     pub part: f64,
-    /// Angle between boresight and direction there, the centre of a disc \[rad\].
+    /// Angle between the boresight and the direction (or the centre of a disc) at this position
+    /// \[rad\].
     pub angle: f64,
 }
 
-/// The angle of the two motions together over which a cubic is accurate to round-off: its error
-/// is `x⁴/384`.
+/// The largest piece \[rad\] of the joint rotation of body and target on which a cubic is accurate
+/// to round-off: its error is `x⁴/384`.
 const PIECE: f64 = 2e-3;
 
-/// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
+/// The largest number of pieces of an arc. Motions of more than a hundred radians in one step
+/// exceed it, and the result is NaN.
 const MAX_PIECES: f64 = 65_536.0;
 
-/// Returns the angle between two vectors \[rad\], good to round-off at 0 and π too.
+/// Returns the angle between two vectors \[rad\], accurate to round-off also near 0 and π.
 pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
@@ -75,23 +79,23 @@ impl Target {
         Self { start, turn: Vector3::zeros(), radius: 0.0, growth: 0.0 }
     }
 
-    /// Returns the angle from the centre to the limb after `part` of the arc \[rad\].
+    /// Returns the angular radius after the fraction `part` of the arc \[rad\].
     pub fn radius_at(&self, part: f64) -> f64 {
         self.radius + part * self.growth
     }
 
-    /// Returns the most that the angle from a boresight at rest to the limb changes by along the
-    /// arc \[rad\].
+    /// Returns a bound on the change, along the arc, of the angle from a boresight at rest to the
+    /// limb \[rad\].
     pub fn travel(&self) -> f64 {
         self.turn.norm() + self.growth.abs()
     }
 
-    /// Returns the direction after `part` of the arc, inertial axes.
+    /// Returns the direction after the fraction `part` of the arc, inertial axes.
     pub fn at(&self, part: f64) -> Vector3 {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
     }
 
-    /// Returns the part of the arc between two values.
+    /// Returns the motion of the target between two fractions of the arc, as an arc of its own.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         Self {
             start: self.at(from),
@@ -103,18 +107,18 @@ impl Target {
 }
 
 impl Arc {
-    /// Returns the attitude after `part` of the arc, body → inertial.
+    /// Returns the attitude after the fraction `part` of the arc, body → inertial.
     pub fn attitude(&self, part: f64) -> Matrix3 {
         self.start * lie::exp(&(part * self.turn))
     }
 
-    /// Returns the angle between `boresight` (unit vector, body axes) and `target` after `part` of
-    /// the arc \[rad\].
+    /// Returns the angle between `boresight` (unit vector, body axes) and `target` after the
+    /// fraction `part` of the arc \[rad\].
     pub fn angle(&self, boresight: &Vector3, target: &Target, part: f64) -> f64 {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }
 
-    /// Returns the part of the motion between two values.
+    /// Returns the motion between two fractions of the arc, as an arc of its own.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         if from == 0.0 && to == 1.0 {
             return *self;
@@ -122,8 +126,8 @@ impl Arc {
         Self { start: self.attitude(from), turn: self.turn * (to - from) }
     }
 
-    /// Returns the point with the smallest or largest angle from the limb of a target. It is NaN
-    /// if a number is NaN, or if the turn exceeds a hundred radians.
+    /// Returns the point of the arc with the smallest or largest angle from the limb of a target.
+    /// The result is NaN if an input is NaN, or if the turn exceeds a hundred radians.
     pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
@@ -140,7 +144,8 @@ impl Arc {
         }
     }
 
-    /// Returns the part at which the closed form has its extremum, if that is on the arc.
+    /// Returns the fraction of the arc at which the closed form has its extremum; `None` if the
+    /// extremum is not on the arc.
     fn turning_point(&self, boresight: &Vector3, direction: &Vector3, which: Extreme) -> Option<f64> {
         let angle = self.turn.norm();
         if angle == 0.0 {
@@ -151,17 +156,18 @@ impl Arc {
         let c = v.dot(boresight) - axis.dot(&v) * axis.dot(boresight);
         let s = v.dot(&axis.cross(boresight));
         let phase = if which == Extreme::Nearest { s.atan2(c) } else { (-s).atan2(-c) };
-        // An arc of more than half a turn may hold the extremum at a negative phase too.
+        // On an arc of more than half a turn, the extremum may be at the phase plus a full turn.
         let phase = if phase < 0.0 { phase + std::f64::consts::TAU } else { phase };
         (phase <= angle).then_some(phase / angle)
     }
 
-    /// Returns the position on each piece at which the cubic has its extremum, or NaN for too many
-    /// pieces.
+    /// Returns the fractions of the arc at which the cubics have their extrema, one or two for each
+    /// piece, or NaN if the pieces are too many.
     ///
-    /// The angle θ from a limb of radius r has its extremum where `θ′ = r′`. That is where
-    /// `g = cos θ + ∫ r′ sin θ dτ` has one. The cubic has the values and the slopes of g. Where a
-    /// boresight passes the centre, θ has a kink and its extremum; the cubic of cos θ has it too.
+    /// The angle θ from a limb of radius r has its extremum where `θ′ = r′`, which is where
+    /// `g = cos θ + ∫ r′ sin θ dτ` has its extremum. The cubic has the values and the slopes of g.
+    /// If a boresight passes the centre of the target, θ has its extremum at a kink, at which the
+    /// cubic of cos θ has its extremum too.
     fn turning_points(
         &self,
         boresight: &Vector3,
@@ -199,9 +205,9 @@ impl Arc {
     }
 }
 
-/// Returns the point at which the cubic on [0, 1] with these values and slopes at its ends has a
-/// maximum inside, or at an end to round-off: a maximum on the border of two pieces must not be
-/// missed.
+/// Returns the position of the maximum of the cubic on [0, 1] with these values and slopes at its
+/// ends, if the maximum is inside the interval or, to round-off, at an end: a maximum on the border
+/// of two pieces must not be missed.
 fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> Option<f64> {
     const BORDER: f64 = 1e-6;
     // p' = slope_0 + 2 q x + 3 r x²
@@ -222,7 +228,7 @@ fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> O
 mod tests {
     use super::*;
 
-    /// Returns `p = c₀ + c₁x + c₂x² + c₃x³`.
+    /// Returns the maximum of `p = c₀ + c₁x + c₂x² + c₃x³` on [0, 1].
     fn highest([c0, c1, c2, c3]: [f64; 4]) -> Option<f64> {
         highest_of_cubic(c0, c0 + c1 + c2 + c3, c1, c1 + 2.0 * c2 + 3.0 * c3)
     }
@@ -243,8 +249,8 @@ mod tests {
         assert!(close(highest([0.0, 2.0, -1.0, 0.0]), 1.0));
     }
 
-    /// Against ten thousand points of the arc. From an orbit a limb grows a thousand times less in
-    /// a step, and the error is proportional to that.
+    /// Compares with ten thousand points of the arc. From an orbit, a limb grows a thousand times
+    /// less in a step, and the error is proportional to the growth.
     #[test]
     fn a_limb_that_grows_is_nearest_where_the_angle_less_its_radius_is_least() {
         let arc =
@@ -266,8 +272,8 @@ mod tests {
                     assert_eq!(found.angle, arc.angle(&boresight, &target, found.part));
                     let beyond =
                         (room(found.part) - sampled) * if which == Extreme::Nearest { 1.0 } else { -1.0 };
-                    // Points lie at most 2e-5 rad from the extreme of an angle that may pass the
-                    // centre.
+                    // Sampled points are up to 2e-5 rad from the extreme of an angle that may pass
+                    // the centre.
                     let told = format!("{growth} {turn:?} {aside} {which:?}: {beyond:e}");
                     assert!(beyond < 1e-8 && beyond > -3e-5, "{told}");
                 }

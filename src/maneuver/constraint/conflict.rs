@@ -1,4 +1,4 @@
-//! Cones that leave no attitude at some moment.
+//! Pairs of cones that exclude every attitude at some time.
 //!
 //! The outside of a cone of half angle β about w is the inside of a cone of half angle 180° − β
 //! about −w. Let two boresights have the angle γ, and two cones the half angles α₁, α₂ and the
@@ -12,25 +12,26 @@ use super::{
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
-/// Pairs of boresights and directions that are compared with each other.
+/// The largest number of pairs of a boresight and a direction that are compared.
 const MAX_PAIRS: usize = 1000;
 
 /// Two constraints that exclude each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conflict<'a> {
-    /// Names of the two, in the order of the list; one name twice where a constraint contradicts
-    /// itself.
+    /// Names of the two constraints, in their order in the list. A constraint that contradicts
+    /// itself is named twice.
     pub names: [&'a str; 2],
-    /// The time, as a part of the maneuver.
+    /// The time of the conflict, as a fraction of the duration of the maneuver.
     pub part: f64,
-    /// The angle by which the cones miss each other \[rad\].
+    /// The angle by which the cones are too small for a common attitude \[rad\].
     pub missing: f64,
 }
 
-/// Returns the first two constraints that leave no attitude at some moment of a maneuver in which
-/// the reference frame turns by the vector `frame_turn` \[rad\]; `None` where any two leave one.
+/// Returns the first two constraints that together exclude every attitude at some time of a
+/// maneuver; `None` if no two constraints do. The reference frame turns by the vector `frame_turn`
+/// \[rad\] during the maneuver.
 ///
-/// The constraints must be in order ([`Constraint::check`]).
+/// The constraints must be valid ([`Constraint::check`]).
 pub fn conflict<'a>(constraints: &'a [Constraint], frame_turn: &Vector3) -> Option<Conflict<'a>> {
     let all: Vec<Inside> = constraints.iter().flat_map(cones).take(MAX_PAIRS).collect();
     all.iter()
@@ -38,11 +39,11 @@ pub fn conflict<'a>(constraints: &'a [Constraint], frame_turn: &Vector3) -> Opti
         .find_map(|(index, second)| all[..index].iter().find_map(|first| first.conflict(second, frame_turn)))
 }
 
-/// One boresight that has to be inside of one cone.
+/// A boresight and a cone in which it must stay.
 struct Inside<'a> {
     name: &'a str,
     boresight: &'a Vector3,
-    /// Axis at `t = 0`, and whether it turns with the frame.
+    /// Axis of the cone at `t = 0`. `turns` states whether the axis turns with the reference frame.
     axis: Vector3,
     turns: bool,
     half_angle: f64,
@@ -67,16 +68,16 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Returns a constraint as cones to be inside of.
+/// Returns the constraint as cones in which boresights must stay.
 fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     let pointing = match &constraint.rule {
-        // A constraint that is active at stated times only proves nothing.
+        // A constraint that is active only at stated times proves nothing.
         Rule::Pointing(pointing) => Some(pointing).filter(|pointing| pointing.during.given().is_none()),
         Rule::RateNorm(_) | Rule::RateAxes(_) => None,
     };
     let sides = pointing.into_iter().flat_map(|pointing| inside(pointing).map(move |side| (pointing, side)));
     sides.flat_map(move |(pointing, (sign, half_angle))| {
-        // Directions that move by themselves prove nothing.
+        // A direction that moves on its own proves nothing.
         let constant = pointing.pairs().filter_map(|(b, to)| Some((b, to, to.constant()?)));
         constant.map(move |(boresight, direction, vector)| Inside {
             name: &constraint.name,
@@ -88,8 +89,7 @@ fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     })
 }
 
-/// Returns the sign of the axis and the half angle of each cone that the boresight must stay
-/// inside.
+/// Returns the sign of the axis and the half angle of each cone in which a boresight must stay.
 fn inside(pointing: &Pointing) -> impl Iterator<Item = (f64, f64)> + use<> {
     let angle = pointing.effective_half_angle();
     let (within, without) = match pointing.side {
@@ -112,8 +112,8 @@ mod tests {
         Constraint { name: name.into(), rule }
     }
 
-    /// Compares the formula with attitudes: the two boresights are put where they are nearest to
-    /// both cones.
+    /// Compares the formula with a search for the attitude at which both boresights are nearest to
+    /// their cones.
     #[test]
     fn two_cones_exclude_each_other_where_no_attitude_is_inside_of_both() {
         let mut random = Random(12);
@@ -130,7 +130,7 @@ mod tests {
                 let (b, w) = (unit(&mut random), unit(&mut random));
                 cone(["a", "b"][index], sides[index], b, w, angles[index])
             });
-            // Returns the larger of the two misses, minimised by a search over attitudes.
+            // Returns the larger distance of a boresight from its cone.
             let missed = |attitude: &Matrix3| {
                 let missed = list
                     .iter()
@@ -152,7 +152,7 @@ mod tests {
                 None => assert!(missed < 1e-3, "{case}: {missed} {list:?}"),
                 Some(found) => {
                     assert_eq!(found.names, ["a", "b"]);
-                    // At the optimum the two cones share the missing angle.
+                    // At the optimum both cones are missed by half of the missing angle.
                     assert!((missed - 0.5 * found.missing).abs() < 2e-3, "{case}: {missed} {found:?}");
                 }
             }

@@ -2,24 +2,24 @@
 
 use std::sync::Arc;
 
-/// The times at which a constraint acts: always, or in intervals \[s\] from the start of the
-/// maneuver on, their ends among them.
+/// The times at which a constraint is active: always, or in closed intervals \[s\], counted from
+/// the start of the maneuver.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct During(Option<Arc<[[f64; 2]]>>);
 
 impl During {
-    /// Builds a condition that is active in these intervals \[s\], in order; an empty list means
-    /// never. [`super::Constraint::check`] checks the order.
+    /// Builds the times of a constraint that is active in these intervals \[s\], in order; an empty
+    /// list means never. [`super::Constraint::check`] checks the order.
     pub fn intervals(intervals: impl Into<Arc<[[f64; 2]]>>) -> Self {
         Self(Some(intervals.into()))
     }
 
-    /// Returns the intervals; `None`: always.
+    /// Returns the active intervals \[s\]; `None` if the constraint is always active.
     pub fn given(&self) -> Option<&[[f64; 2]]> {
         self.0.as_deref()
     }
 
-    /// Returns the parts of the active times within these intervals \[s\], in order.
+    /// Returns the intersection of the active times with these intervals \[s\], in order.
     pub fn within(&self, intervals: &[[f64; 2]]) -> Self {
         let Some(own) = self.given() else { return Self::intervals(intervals) };
         let common = |[from, to]: &[f64; 2]| {
@@ -29,20 +29,21 @@ impl During {
         Self::intervals(intervals.iter().flat_map(common).collect::<Vec<_>>())
     }
 
-    /// Returns these times for a clock that begins `by` \[s\] later.
+    /// Returns the active times on a clock that starts `by` \[s\] later.
     pub fn later(&self, by: f64) -> Self {
         let moved = |times: &[[f64; 2]]| times.iter().map(|times| times.map(|time| time - by)).collect();
         Self(self.given().map(moved))
     }
 
-    /// Returns whether it acts at a time \[s\].
+    /// Returns whether the constraint is active at a time \[s\].
     pub fn contains(&self, time: f64) -> bool {
         let Some(intervals) = self.given() else { return true };
         let next = intervals.partition_point(|[_, to]| *to < time);
         intervals.get(next).is_some_and(|[from, _]| *from <= time)
     }
 
-    /// Returns the parts of a step from `time` on at which it acts, from 0 to 1.
+    /// Returns the parts of the step from `time` on in which the constraint is active, as fractions
+    /// of the step from 0 to 1.
     pub fn parts(&self, time: f64, step: f64) -> impl Iterator<Item = [f64; 2]> + use<'_> {
         let always = self.0.is_none().then_some([0.0, 1.0]);
         let intervals = self.given().unwrap_or_default();
@@ -52,7 +53,8 @@ impl During {
         always.into_iter().chain(within.map(part).map(|[from, to]| [from.max(0.0), to.min(1.0)]))
     }
 
-    /// Returns the interval from the first to the last of these parts.
+    /// Returns the interval from the start of the first to the end of the last active part of a
+    /// step, as fractions of the step; `None` if the constraint is not active in the step.
     pub fn hull(&self, time: f64, step: f64) -> Option<[f64; 2]> {
         self.parts(time, step).reduce(|[from, _], [_, to]| [from, to])
     }

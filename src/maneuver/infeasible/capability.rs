@@ -9,22 +9,22 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::{Matrix3, Vector3};
 
-/// A bound on the relative excess with which a plan still counts as within its limits.
+/// The relative excess up to which a plan still counts as within its limits.
 pub(super) const SLACK: f64 = 1e-8;
 
-/// Returns the largest norm of the output of a channel: within the norm limit, and within the
-/// corner of the limits of its inputs.
+/// Returns the largest norm of the output of a set of actuators: the norm limit, or the output at
+/// the corner of the input limits if that is smaller.
 pub(crate) fn strongest(channel: &ActuatorSet) -> f64 {
     let limits = channel.limits();
     together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))
 }
 
-/// Returns the largest sum along the axes of a channel with each part within its limit.
+/// Returns the largest norm of a sum of vectors along the axes of a set, each within its limit.
 fn together(channel: &ActuatorSet, limits: Option<&Vec<f64>>) -> f64 {
     limits.map_or(f64::INFINITY, |limits| Outputs::new(channel.axes(), limits.iter().copied()).largest())
 }
 
-/// Returns the means of a problem, with the slack that a plan has.
+/// Returns the bounds on torque, rate and stored momentum of a problem, with the slack of a plan.
 pub(super) fn means(problem: &Problem) -> Means {
     let torque = &problem.actuation.torque;
     // A torque fixed to a frame that turns changes in space without changing its inputs.
@@ -41,13 +41,13 @@ pub(super) fn means(problem: &Problem) -> Means {
     }
 }
 
-/// Returns the largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b;
-/// `None`: the largest `|Ω|` \[rad/s\].
+/// Returns the largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b,
+/// or the largest `|Ω|` without an axis \[rad/s\].
 pub(super) fn fastest(problem: &Problem, axis: Option<&Vector3>) -> f64 {
     let speed = |rate: &Vector3| axis.map_or(rate.norm(), |axis| axis.cross(rate).norm());
     let limit = |rule: &Rule| match rule {
         Rule::RateNorm(limit) => *limit,
-        // A convex function is largest at a corner; opposite corners are alike.
+        // A convex function is largest at a corner; opposite corners have equal values.
         Rule::RateAxes(w) => [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
             .into_iter()
             .map(|(y, z)| speed(&Vector3::new(w.x, y * w.y, z * w.z)))
@@ -87,21 +87,21 @@ pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }
 
-/// Returns whether the reference frame is at rest: in a turning frame another duration means
-/// another target.
+/// Returns whether the reference frame is at rest. In a turning frame the target in inertial space
+/// depends on the duration.
 pub(super) fn standing(problem: &Problem) -> bool {
     problem.environment.frame_rate() == Vector3::zeros()
 }
 
-/// Returns the size of the total momentum of an isolated body with wheels, and the momenta that
-/// these hold at both ends, body axes [N·m·s].
+/// Returns the size of the total momentum of an isolated body with wheels, and the momenta of the
+/// wheels at both ends, body axes [N·m·s].
 pub(super) fn held(problem: &Problem, ends: &Ends) -> (f64, [Vector3; 2]) {
     let stored = problem.actuation.stored_momentum();
     let total = ends.attitude[0] * (ends.momentum[0] + stored);
     (total.norm(), [stored, ends.attitude[1].tr_mul(&total) - ends.momentum[1]])
 }
 
-/// Returns the body and its ends, as the envelope needs them.
+/// Returns the moments of inertia, boundary momenta and boundary speeds that the envelope needs.
 pub(super) fn motion(problem: &Problem, ends: &Ends) -> Motion {
     let inertia = &problem.body.inertia;
     let principal = inertia.principal();

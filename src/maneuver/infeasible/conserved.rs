@@ -1,7 +1,8 @@
 //! The quantities of a free body without wheels that no input can change.
 //!
-//! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing.
-//! These arguments prove it, for a body on which only its actuators act:
+//! Two inputs steer an asymmetric body to any attitude, so the rank of the linearisation proves
+//! nothing. For a body on which only its actuators act, these statements prove that an end is out
+//! of reach:
 //!
 //! - `c·Π` is conserved when `cᵀB = 0` and the body is symmetric about `c` (`J S(c) = S(c) J`);
 //! - `Π` stays in the smallest subspace that holds `Π_0` and the torque axes and is closed under
@@ -21,9 +22,9 @@ use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use nalgebra::DMatrix;
 
-/// The relative round-off of the input: a premise that holds to it counts as true.
+/// The relative round-off of the given numbers: a premise that holds within it counts as true.
 const ROUND_OFF: f64 = 1e-14;
-/// Relative difference above which two conserved values are two.
+/// The relative difference above which two conserved values count as different.
 const DIFFERENT: f64 = 1e-9;
 
 /// Returns the proof that no input can meet the terminal conditions, in words; `None` without a
@@ -41,7 +42,8 @@ pub(super) fn proof(problem: &Problem) -> Option<String> {
 
 /// Returns orthonormal directions `c` with `rows · c = 0`.
 fn null_space(rows: &[Vector3]) -> Vec<Vector3> {
-    // Three more rows of zeros: the decomposition has all three directions, however few the rows.
+    // Three rows of zeros are added, so that the decomposition has all three directions for any
+    // number of rows.
     let stacked =
         DMatrix::from_fn(rows.len() + 3, 3, |row, column| rows.get(row).map_or(0.0, |row| row[column]));
     let Some(svd) = stacked.try_svd(false, true, f64::EPSILON, 1000) else { return Vec::new() };
@@ -58,7 +60,7 @@ fn upright(direction: &Vector3) -> Vector3 {
 }
 
 fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
-    // A thruster through the mass center turns about none.
+    // A thruster through the mass center produces no torque.
     let axes = channel.axes().iter().filter(|axis| axis.amax() > 0.0);
     axes.map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }
@@ -68,8 +70,8 @@ fn differ(problem: &Problem, a: f64, b: f64) -> bool {
     (a - b).abs() * problem.seconds() > DIFFERENT * problem.body.inertia.mean()
 }
 
-/// Reports different momenta at the two ends about an axis without torque: a direction with
-/// `rows · c = 0`.
+/// Reports that the momenta at both ends differ about an axis c on which no torque acts: a
+/// direction with `rows · c = 0`.
 fn differ_about(
     problem: &Problem,
     rows: &[Vector3],
@@ -112,7 +114,7 @@ fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
     let rate = |momentum: &Vector3| inertia.j_inverse() * momentum * inertia.mean();
     let [start, end] = ends.momentum;
     let mut basis: Vec<Vector3> = Vec::new();
-    // Rates of unit momenta are up to this large.
+    // Rates of unit momenta are at most `mean/J₁`, so this is their round-off.
     let small = ROUND_OFF * (inertia.mean() / inertia.principal()[0]);
     let outside = |basis: &[Vector3], vector: Vector3| {
         basis.iter().fold(vector, |rest, axis| rest - axis * axis.dot(&rest))

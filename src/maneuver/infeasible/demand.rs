@@ -4,14 +4,14 @@
 //!
 //! ```text
 //! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
-//! way of b   from R_0 b to R_N b on the sphere
+//! path of b  from R_0 b to R_N b on the sphere
 //!            ≤ Σ min(φ_k, h ω_b, (φ_k/sin φ_k) h min(|Π_k| |S(b)J⁻¹|, v_k |S(b)J^−½|))
 //! ```
 //!
 //! for any body axis b. The second line holds because, without wheels,
 //! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and
-//! because b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and
-//! boresights, which may have to go around a cone.
+//! because b moves by `|b×e| φ`, where `φ/sin φ` grows with φ. The axes b are the principal axes,
+//! and the boresights, which may have to pass around a cone.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, fastest, means, motion, standing};
@@ -25,13 +25,14 @@ use crate::mechanics::body::principal_moments;
 use crate::{Matrix3, Vector3};
 use nalgebra::SymmetricEigen;
 
-/// The angle by which a claim must exceed a bound \[rad\]: round-off of the sums.
+/// The angle by which a demand must exceed a bound to prove anything \[rad\]: round-off of the
+/// sums.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
-/// The growth of a limit beyond which a larger limit is reported to have no effect.
+/// The largest factor on a limit that is tried as a remedy.
 const MUCH: f64 = 100.0;
 
-/// The growth of the duration beyond which no longer duration is reported.
+/// The largest factor on the duration that is tried in the search for a sufficient duration.
 const LONG: f64 = 1e6;
 
 /// The largest number of pairs of boresights and cones that are checked.
@@ -39,7 +40,7 @@ const MAX_CONES: usize = 1000;
 
 /// A required turn of the body, or a required path of a body axis.
 pub(super) struct Demand {
-    /// "the body has to turn by", …
+    /// The demand in words: "the body must turn by", …
     pub words: String,
     /// The required angle \[rad\].
     pub angle: f64,
@@ -47,21 +48,21 @@ pub(super) struct Demand {
     axis: Option<Lever>,
     /// Largest speed that the rate limits allow [rad/s].
     fastest: f64,
-    /// The cone that lengthens the path.
+    /// The keep-out cone that lengthens the path of the axis.
     cone: Option<Detour>,
 }
 
-/// A bound on the rate of a body axis b.
+/// Factors in the bound on the rate of a body axis b.
 struct Lever {
-    /// `S(b)`.
+    /// The skew matrix `S(b)` of the axis.
     cross: Matrix3,
-    /// For each unit of `|Π|`: `|S(b)J⁻¹|`.
+    /// Bound on the rate per unit of `|Π|`: `|S(b)J⁻¹|`.
     by_momentum: f64,
-    /// For each unit of `√(Π·J⁻¹Π)`: `|S(b)J^−½|`.
+    /// Bound on the rate per unit of `√(Π·J⁻¹Π)`: `|S(b)J^−½|`.
     by_speed: f64,
 }
 
-/// A problem with other means or another duration.
+/// A problem and its demands, evaluated for different limits and durations.
 struct Case<'a> {
     problem: &'a Problem,
     motion: Motion,
@@ -84,7 +85,8 @@ impl<'a> Case<'a> {
         Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
     }
 
-    /// Returns the demand with the largest deficit, and the progress that the means allow.
+    /// Returns the demand with the largest deficit, and the angle \[rad\] that the limits allow for
+    /// it; `None` if all demands can be met.
     fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
         let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
         if no_rate && means.torque_is_unlimited() {
@@ -108,7 +110,7 @@ impl<'a> Case<'a> {
         missed.reduce(|worst, other| if ratio(&other) > ratio(&worst) * (1.0 + 1e-6) { other } else { worst })
     }
 
-    /// Returns the largest progress of a demand on an arc \[rad\].
+    /// Returns the largest angle \[rad\] that an arc can contribute to a demand.
     fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
         let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
         if let Some(Lever { by_momentum, by_speed, .. }) = demand.axis {
@@ -160,7 +162,8 @@ pub(super) fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     demands
 }
 
-/// Returns the boresights and the cones in their way whose axes are fixed in inertial space.
+/// Returns each boresight with the detour around each keep-out cone whose axis is fixed in inertial
+/// space.
 fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Detour)> {
     let [start, end] = ends.attitude;
     let turning = !standing(problem);
@@ -196,7 +199,7 @@ impl Lever {
     }
 }
 
-// ---- in words
+// ---- the proof in words
 // ----------------------------------------------------------------------------------------
 
 impl Case<'_> {
@@ -223,7 +226,7 @@ impl Case<'_> {
         Proof { reason, duration_lower_bound: shortest }
     }
 
-    /// Returns the given limits in words: " with 0.3 N·m at 4 deg/s".
+    /// Returns the given limits in words, such as " with 0.3 N·m at 4 deg/s".
     fn given(&self, means: &Means) -> String {
         let mut text = String::new();
         let torque = &self.problem.actuation.torque;
@@ -251,8 +254,8 @@ impl Case<'_> {
         text
     }
 
-    /// Returns the remedies for the given time: each limit that suffices alone, with the others
-    /// unchanged.
+    /// Returns the remedies for the given duration in words: each limit that would suffice if it
+    /// alone were enlarged.
     fn needed(&self, means: &Means, demand: &Demand, allowed: f64) -> Vec<String> {
         let mut needed = vec![];
         for (name, limit, grow) in GROWN {
@@ -260,7 +263,7 @@ impl Case<'_> {
             let possible = |factor| self.possible(&grow(*means, factor), self.problem.seconds());
             let factor = if limit.is_finite() { least(MUCH, possible) } else { None };
             let Some(factor) = factor else { continue };
-            // A norm of the torque is named as it is.
+            // If only the norm of the torque is limited, the limit is stated in N·m.
             needed.push(if name == TORQUE && self.problem.actuation.torque.limits().size.is_none() {
                 format!("at least {} N·m", at_least(factor * limit))
             } else {
@@ -274,7 +277,7 @@ impl Case<'_> {
 
 const TORQUE: &str = "torque";
 
-/// The kinds of limits: name, value, and the means with that limit enlarged by a factor.
+/// The kinds of limits: name, value, and the bounds with this limit multiplied by a factor.
 #[allow(clippy::type_complexity)]
 const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     (TORQUE, |means| means.torque, |means, factor| Means { torque: factor * means.torque, ..means }),
@@ -287,7 +290,8 @@ const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
 ];
 
-/// Returns the largest cone that could do, where a cone is in the way.
+/// Returns in words the largest half angle that the cone in the way of a demand may have; `None` if
+/// no cone is in the way, or if no half angle suffices.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     let detour = demand.cone.as_ref()?;
     let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;
@@ -302,8 +306,8 @@ fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     Some(format!("a half angle of at most {} deg, margin included", at_most(misfit.to_degrees())))
 }
 
-/// Returns the least factor above 1 for which `possible` holds, rounded down. Returns `None` if it
-/// is possible at once, or impossible even with `much`.
+/// Returns the smallest factor above 1 for which `possible` holds, rounded down to six digits.
+/// Returns `None` if `possible` does not hold for any tried factor up to `much`.
 fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut low, mut high) = (1.0, 2.0);
     while !possible(high) {
@@ -312,7 +316,7 @@ fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
             return None;
         }
     }
-    // Six digits; four are shown.
+    // Six digits suffice, because four are shown.
     while high - low > 1e-6 * low {
         let middle = 0.5 * (low + high);
         *(if possible(middle) { &mut high } else { &mut low }) = middle;

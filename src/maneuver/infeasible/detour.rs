@@ -1,5 +1,5 @@
-//! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its
-//! rim, and on.
+//! The shortest path of a boresight around a keep-out cone: a great circle to the cone, an arc
+//! along its rim, and another great circle.
 //!
 //! Let a cone have the half angle β < 90°. On the unit sphere let `d_0`, `d_1` be the distances
 //! of the ends from its axis, and Δ the angle between the two ends at that axis. Then
@@ -14,23 +14,23 @@ use crate::Vector3;
 use crate::maneuver::constraint::angle_between;
 use std::f64::consts::FRAC_PI_2;
 
-/// A way around a cone.
+/// A path of a boresight around a keep-out cone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Detour {
     /// Name of the constraint.
     pub name: String,
     /// Half angle of the cone, margin included \[rad\].
     pub half_angle: f64,
-    /// Distances of start and end from the axis of the cone \[rad\].
+    /// Angular distances of start and end from the axis of the cone \[rad\].
     distance: [f64; 2],
-    /// Angle between the two at the axis \[rad\].
+    /// Angle between start and end at the axis of the cone \[rad\].
     azimuth: f64,
-    /// Length of the great circle \[rad\].
+    /// Length of the great circle from start to end \[rad\].
     direct: f64,
 }
 
 impl Detour {
-    /// Builds the detour of a boresight that points to `start` and to `end`, outside of a cone
+    /// Builds the path of a boresight from the direction `start` to `end`, both outside of a cone
     /// about `axis`; unit vectors, inertial axes.
     pub(super) fn new(name: &str, half_angle: f64, axis: &Vector3, start: &Vector3, end: &Vector3) -> Self {
         let across = |v: &Vector3| axis.cross(v);
@@ -43,11 +43,11 @@ impl Detour {
         }
     }
 
-    /// Returns the length of the shortest way around a cone of this half angle about the same axis
+    /// Returns the length of the shortest path around a cone of this half angle about the same axis
     /// \[rad\].
     pub(super) fn length(&self, half_angle: f64) -> f64 {
         if half_angle >= FRAC_PI_2 {
-            // The complement is a convex cap.
+            // The outside of the cone is a convex cap, which contains the great circle.
             return self.direct;
         }
         let (sine, cosine) = half_angle.sin_cos();
@@ -111,7 +111,7 @@ mod tests {
                 }
             };
             let start = away(&mut random);
-            // Roughly opposite, so that the cone is in the way.
+            // Both ends are on roughly opposite sides, so that the cone is in the way.
             let through = lie::exp(&(axis * std::f64::consts::PI)) * start;
             let end = loop {
                 let v = (through + 0.2 * random.vector3()).normalize();

@@ -15,8 +15,9 @@
 //!
 //! so momentum and speed grow no faster than the torque allows, counted from the start and, because
 //! the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and `sin φ ≤ h v/√J₁`. These
-//! lines also hold for the continuous motion, as `h → 0`. The sums over the middles of the steps
-//! are never below its integrals, because the integrands are concave.
+//! inequalities also hold for the continuous motion, as `h → 0`. The sums over the midpoints of the
+//! steps are never below the integrals of the continuous motion, because the integrands are
+//! concave.
 //!
 //! A limit r̄ of the rate of the torque bounds the momentum too. A drift changes Π in body axes by
 //! no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the kicks
@@ -29,9 +30,9 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest number of passes for the angle of an arc with wheels. The passes find the angle if
-/// the wheels store less than about `J₁/h`. If the wheels store much more, the bound stays at 90°
-/// and proves nothing.
+/// The largest number of passes in the iteration for the angle of an arc with wheels. The iteration
+/// finds the angle if the wheels store less than about `J₁/h`. If the wheels store much more, the
+/// bound stays at 90° and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.
@@ -45,7 +46,7 @@ pub(super) struct Means {
     pub slope: f64,
     /// Largest angular velocity [rad/s].
     pub rate: f64,
-    /// Growth of all limits of the angular velocity.
+    /// Factor on all limits of the angular velocity.
     pub rate_growth: f64,
     /// Largest momentum in the wheels at a node [N·m·s].
     pub storage: f64,
@@ -58,50 +59,50 @@ impl Means {
     }
 }
 
-/// The body, and how it moves at both ends.
+/// Moments of inertia of the body, and its momentum and speed at both ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// Smallest and largest principal moment `J₁`, `J₃` [kg·m²].
     pub moments: [f64; 2],
-    /// `|Π|` at start and end [N·m·s].
+    /// Momentum `|Π|` at start and end [N·m·s].
     pub momentum: [f64; 2],
-    /// `√(Π·J⁻¹Π)` at start and end.
+    /// Speed `v = √(Π·J⁻¹Π)` at start and end.
     pub speed: [f64; 2],
     /// The wheels, if the body has any.
     pub wheels: Option<Stored>,
 }
 
-/// The bounds of the wheels.
+/// Bounds on the momenta of the wheels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stored {
-    /// Total momentum, infinite if it is not conserved [N·m·s].
+    /// Total momentum; infinite if it is not conserved [N·m·s].
     pub total: f64,
-    /// `|μ|` at start and end; infinite if it is not known [N·m·s].
+    /// Momentum `|μ|` of the wheels at start and end; infinite if it is not known [N·m·s].
     pub stored: [f64; 2],
 }
 
-/// Bounds on one arc.
+/// Upper bounds on the motion on one arc.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
-    /// The bound on `|Π|` [N·m·s].
+    /// Bound on the momentum `|Π|` [N·m·s].
     pub momentum: f64,
-    /// The bound on `√(Π·J⁻¹Π)`.
+    /// Bound on the speed `v = √(Π·J⁻¹Π)`.
     pub speed: f64,
-    /// The bound on `|μ|` [N·m·s].
+    /// Bound on the momentum `|μ|` of the wheels [N·m·s].
     pub stored: f64,
-    /// The bound on the angle turned \[rad\], without rate limits.
+    /// Bound on the angle turned \[rad\], without rate limits.
     pub turn: f64,
-    /// The bound on `tan²(φ/2) |μ|`, the contribution of the wheels to the momentum that turns
-    /// the body [N·m·s].
+    /// Bound on `tan²(φ/2) |μ|`, the contribution of the wheels to the momentum that turns the body
+    /// [N·m·s].
     pub share: f64,
 }
 
-/// Steps `h`, and the weights of the kicks before and after the arc of each.
+/// A uniform grid. It gives the total weight of the kicks before and after each arc.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     steps: usize,
     step: f64,
-    /// Weight of the kick before the first arc, in steps.
+    /// Weight of the kick before the first arc, as a fraction of the step.
     first: f64,
 }
 
@@ -137,7 +138,7 @@ pub(super) fn envelope(
 }
 
 impl Motion {
-    /// Returns the momenta on an arc as the torque alone allows.
+    /// Returns the bounds on an arc that follow from the torque limit and the boundary states.
     fn at_most(&self, means: &Means, grid: &Grid, arc: usize) -> Arc {
         let (before, after) = (grid.before(arc), grid.after(arc));
         let torque = means.torque + means.field;
@@ -156,10 +157,10 @@ impl Motion {
     /// Limits the momenta by the rate of change of the torque.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
-        // A concave function is nowhere larger than this times its largest value in the middle of a
-        // step.
+        // A concave function nowhere exceeds this factor times its largest value at the midpoints
+        // of the steps.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
-        // Every pass is valid for the result of the last one.
+        // Every pass starts from valid bounds and produces valid bounds.
         for _ in 0..8 {
             let peak = between * arcs.iter().map(|arc| arc.momentum).fold(0.0, f64::max);
             let peak = peak.min(means.rate * means.rate_growth * self.moments[1]);
@@ -180,14 +181,14 @@ impl Motion {
         0.5 * (1.0 / self.moments[0] - 1.0 / self.moments[1])
     }
 
-    /// Returns the bound g of the change of Π in body axes by a drift without wheels, for each
-    /// second [N·m].
+    /// Returns the bound g on the rate of change of Π in body axes during a drift without wheels
+    /// [N·m].
     fn gyroscopic(&self, step: f64, momentum: f64) -> f64 {
         let angle = sine_angle(step * momentum / self.moments[0]);
         product(2.0 * self.kappa() / (1.0 + angle.cos()), momentum * momentum)
     }
 
-    /// Speeds as the torque allows, from both ends.
+    /// Limits the speeds by the torque, counted from the start and from the end.
     fn limit_by_speed(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let gain = (means.torque + means.field) / self.moments[0].sqrt();
         let count = arcs.len();
@@ -204,7 +205,7 @@ impl Motion {
         }
     }
 
-    /// Returns the bound of the speed after a drift with wheels.
+    /// Returns a bound on the speed after a drift with wheels.
     fn after_drift(&self, step: f64, speed: f64, arc: &Arc) -> f64 {
         let (angle, share) = self.turn(step, &Arc { speed, ..*arc });
         let [smallest, largest] = self.moments;
@@ -214,12 +215,12 @@ impl Motion {
         (speed * speed + product(4.0 * share, self.kappa() * gyroscopic)).sqrt()
     }
 
-    /// Returns the bounds of the angle of an arc, and of the part of it that the wheels contribute.
+    /// Returns bounds on the angle of an arc \[rad\] and on the contribution of the wheels [N·m·s].
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);
-        // Each pass with wheels is valid for the angle of the last one. The first pass without
-        // wheels is final.
+        // With wheels, each pass is valid for the angle of the pass before. Without wheels, the
+        // first pass is final.
         for _ in 0..if arc.stored > 0.0 { WHEEL_PASSES } else { 1 } {
             let sine = step
                 * ((arc.momentum + share) / smallest)
@@ -235,12 +236,12 @@ impl Motion {
     }
 }
 
-/// Returns the angle below 90° of this sine, or 90°.
+/// Returns the angle with this sine, or 90° if the sine is 1 or more.
 pub(super) fn sine_angle(sine: f64) -> f64 {
     if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
 }
 
-/// Returns a product that is zero if one factor is zero, whatever the other factor.
+/// Returns a product that is zero if one factor is zero, even if the other factor is infinite.
 fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
@@ -255,7 +256,7 @@ mod tests {
     use crate::verify::replay;
     use crate::{Matrix3, Vector3, lie};
 
-    /// Returns one drift of the witness: Π before and after, and the angle turned.
+    /// Returns Π before and after one drift of the witness, and its rotation vector.
     fn drift(moments: &Vector3, rate: &Vector3, stored: &Vector3, step: f64) -> Option<[Vector3; 3]> {
         let body = Body { inertia: Inertia::diagonal(*moments).ok()?, mass: None };
         let start = State::attitude(Matrix3::identity(), *rate);
@@ -358,7 +359,7 @@ mod tests {
             let v = speed(&moments, &before);
             let (v_after, bound) = (speed(&moments, &after), motion.after_drift(1.0, v, &arc));
             assert!(v_after <= bound * (1.0 + 1e-13), "{case}: {v_after} {bound}");
-            // The scheme is reversible: from the end it is a drift too.
+            // The scheme is reversible, so the motion backwards from the end is a drift too.
             assert!(
                 v <= motion.after_drift(1.0, v_after, &exactly(&moments, &after, &stored)) * (1.0 + 1e-13)
             );

@@ -1,4 +1,4 @@
-//! The rate of a body is limited by the momentum that its wheels can hold.
+//! A bound on the rate of a body, from the momentum that its wheels can store.
 //!
 //! If no other torque acts, the total momentum H is conserved, so with wheels along `a_i` that hold
 //! `h_i`
@@ -8,12 +8,12 @@
 //! |S(b) Ω| ≤ |S(b) J⁻¹| |H| + max |Σ S(b) J⁻¹ a_i h_i|
 //! ```
 //!
-//! for every body axis b, and likewise for |Ω|. A corner of the momenta attains the maximum.
+//! for every body axis b, and likewise for |Ω|. The maximum is attained at a corner of the limits.
 //!
-//! # Why is the discrete maneuver not bounded like this?
+//! # Why does this bound not hold for the discrete maneuver?
 //!
-//! It limits the momenta at the nodes. Between two nodes, where the body drifts, half a kick can
-//! take a wheel far beyond its limit, and the other half can take it back.
+//! The discrete maneuver limits the momenta at the nodes only. Between two nodes, where the body
+//! drifts, half a kick can take a wheel far beyond its limit, and the other half can take it back.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, held, isolated, standing};
@@ -23,8 +23,8 @@ use super::words::{about, at_least, exceeding};
 use crate::Matrix3;
 use crate::maneuver::problem::Problem;
 
-/// Returns a proof that no continuous motion within the limits of the wheels is long enough; `None`
-/// if nothing is proved.
+/// Returns a proof that full wheels turn the body too slowly for any continuous motion; `None` if
+/// nothing is proved.
 pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let duration = problem.duration.known().filter(|_| !problem.ends_in_any_attitude())?;
@@ -33,8 +33,8 @@ pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     }
     let ends = Ends::of(problem, duration);
     let (total, _) = held(problem, &ends);
-    // The angles by which a demand can move in the duration, limited by the total momentum and by
-    // the wheels [rad].
+    // The angles [rad] by which the body or axis of a demand can move in the duration: from the
+    // total momentum, and from the wheels.
     let allowed = |demand: &Demand| {
         let rate_of = demand.of_rate() * problem.body.inertia.j_inverse();
         let axes: Vec<_> = problem.actuation.torque.axes().iter().map(|axis| rate_of * axis).collect();
@@ -70,7 +70,7 @@ pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     Some(Proof { reason, duration_lower_bound: shortest })
 }
 
-/// Returns the largest singular value.
+/// Returns the largest singular value of a matrix.
 fn norm(matrix: &Matrix3) -> f64 {
     crate::mechanics::body::principal_moments(&(matrix * matrix.transpose()))[2].max(0.0).sqrt()
 }

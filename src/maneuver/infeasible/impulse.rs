@@ -52,7 +52,7 @@ fn angular(problem: &Problem) -> Option<Proof> {
     }
     let ends = Ends::of(problem, problem.seconds());
     let change = if problem.ends_in_any_attitude() {
-        // The end may be turned so that the momenta are along one line.
+        // A free end attitude can make both momenta parallel.
         (ends.momentum[1].norm() - ends.momentum[0].norm()).abs()
     } else {
         (ends.spatial_momentum(1) - ends.spatial_momentum(0)).norm()
@@ -91,7 +91,7 @@ fn linear(problem: &Problem) -> Option<Proof> {
         let drift = if mean == Vector3::zeros() { "" } else { " beyond the mean of the terminal velocities" };
         let [needed, possible] = exceeding(way.norm(), allowed);
         let what = format!("the body must move {needed} m{drift}, and at most {possible} m are possible");
-        // The required distance from rest does not depend on the time.
+        // From rest to rest the required distance does not depend on the duration.
         let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
         missed(problem, limit, "N", what, shortest, way.norm() / allowed)
     })

@@ -16,23 +16,23 @@
 //!
 //! # How far the proofs reach
 //!
-//! These conserved quantities may differ between the ends: the momentum about an axis of symmetry
-//! without torque, the subspace of all momenta that inputs reach, the spatial momentum about an
-//! axis without torque in the reference frame, and the translation along an axis without force.
-//! Two torques can turn an asymmetric body to any attitude, so the rank of the linearisation
-//! proves nothing. The arguments hold for free bodies; in a field they would have to hold for
-//! every pose. The premises (a symmetry, an axis without torque, a start in the subspace) must
-//! hold to 1e-14, because an unstable rotation amplifies an asymmetry of 1e-9 to a visible
-//! momentum (`tests/laws/infeasible` has such maneuvers).
+//! A proof compares one of these conserved quantities at both ends: the momentum about an axis of
+//! symmetry without torque, the subspace of all momenta that inputs reach, the spatial momentum
+//! about an axis without torque in the reference frame, and the translation along an axis without
+//! force. Two torques can turn an asymmetric body to any attitude, so the rank of the linearisation
+//! proves nothing. The arguments hold for free bodies; in a field they would have to hold for every
+//! pose. The premises (a symmetry, an axis without torque, a start in the subspace) must hold to
+//! 1e-14, because an unstable rotation amplifies an asymmetry of 1e-9 to a visible momentum
+//! (`tests/laws/infeasible` has such maneuvers).
 //!
-//! Bounds of torque and time hold for the discrete maneuver, step by step, and for the continuous
-//! one; the weaker bound is used. The argument with the kinetic energy, applied to the path of
-//! each principal axis and boresight on the sphere (also around a cone), is sharper than the
-//! argument with the momentum: over random bodies by 14 % in the median
-//! (`cargo run --release -p evidence -- infeasible`). Limits of each input near two thirds of
-//! the unconstrained peak hardly allow the end even with a bang-bang torque. There the corner of
-//! the box is too weak a bound, and the result is `not_converged` with the shortest duration that
-//! was found. This also holds for cones together with such limits: most of the slews that
+//! Bounds on torque and time hold for the discrete maneuver, step by step, and for the continuous
+//! one; the weaker bound is used. The argument with the kinetic energy, applied to the path of each
+//! principal axis and boresight on the sphere (also around a cone), is sharper than the argument
+//! with the momentum: over random bodies by 14 % in the median
+//! (`cargo run --release -p evidence -- infeasible`). If each input is limited to about two thirds
+//! of its unconstrained peak, even a bang-bang torque barely reaches the end. The corner of the box
+//! of limits is then too weak a bound, and the result is `not_converged` with the shortest duration
+//! that was found. This also applies to cones together with such limits: most of the slews that
 //! `constrained_robustness` leaves unsolved are solved without their cones.
 
 mod capability;
@@ -60,11 +60,11 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proof {
-    /// The reason in words, with the figures that do not suffice and, if known, figures that could
+    /// The reason in words, with the limits that do not suffice and, if known, limits that could
     /// suffice.
     pub reason: String,
-    /// A duration \[s\] below which no plan exists, all else being equal; `None` if no bound is
-    /// known.
+    /// A duration \[s\] below which no plan exists with all other values unchanged; `None` if no
+    /// bound is known.
     pub duration_lower_bound: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ impl From<String> for Proof {
 /// if nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
-        // The other proofs hold for one attitude only.
+        // The other proofs need a given end attitude.
         return exclusive_cones(problem)
             .map(Proof::from)
             .or_else(|| storage::storable(problem))

@@ -3,21 +3,21 @@
 
 use crate::Vector3;
 
-/// Sine of an angle below which directions count as parallel or coplanar.
+/// Sine of the angle below which directions count as parallel or coplanar.
 const FLAT: f64 = 1e-9;
 
-/// Largest number of inputs in one plane whose corners are all visited.
+/// Largest number of coplanar inputs for which all corners are evaluated.
 const MAX_IN_PLANE: usize = 10;
 
-/// Inputs that act along one line: unit axis, and the largest `|a_i| L_i` together, which may be
-/// infinite.
+/// The inputs that act along one line: their unit axis, and the sum of their `|a_i| L_i`, which may
+/// be infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Generator {
     axis: Vector3,
     size: f64,
 }
 
-/// The set of all outputs.
+/// The set of all outputs of bounded inputs, as a zonotope with its generators.
 #[derive(Clone, Debug)]
 pub(crate) struct Outputs {
     generators: Vec<Generator>,
@@ -41,12 +41,14 @@ impl Outputs {
         Self { generators }
     }
 
-    /// Returns the largest `|B u|`, or a little more: never less.
+    /// Returns an upper bound on the largest `|B u|`, which it equals except with many coplanar
+    /// inputs.
     ///
-    /// Returns the largest norm, which a corner attains. A corner is a cell in the arrangement of
-    /// the planes normal to the generators: a sign for each generator. Every cell has an edge,
-    /// along the product of two generators, at which the signs of all generators except those
-    /// normal to it are its own.
+    /// The largest norm is attained at a corner of the zonotope. A corner belongs to a cell in the
+    /// arrangement of the planes normal to the generators: it has a sign for each generator. Every
+    /// cell has an edge along the cross product of two generators. On this edge all generators have
+    /// the signs of the corner, except generators normal to the edge, which are tried with both
+    /// signs.
     pub(crate) fn largest(&self) -> f64 {
         let all = &self.generators;
         if all.len() == 1 || all.iter().any(|generator| generator.size == f64::INFINITY) {
@@ -63,9 +65,9 @@ impl Outputs {
         self.edges().map(corner).fold(0.0, f64::max)
     }
 
-    /// Returns the least factor by which the limits must grow to reach `point`, and the direction
-    /// of the largest deficit. A factor up to 1 means that `point` may be reached; an infinite
-    /// one that no limits suffice.
+    /// Returns the smallest factor by which the limits must grow to reach `point`, and the
+    /// direction of the largest deficit. A factor up to 1 means that `point` may be within reach.
+    /// An infinite factor means that no limits suffice.
     pub(super) fn shortfall(&self, point: &Vector3) -> (f64, Vector3) {
         let size = point.norm();
         if size == 0.0 {
@@ -84,7 +86,7 @@ impl Outputs {
                 continue;
             }
             let direction = direction / length * direction.dot(&point).signum();
-            // Round-off of the direction must not make a claim.
+            // Round-off of the direction must not lead to a claim.
             let along = size * (direction.dot(&point) - FLAT);
             let reach = self.generators.iter().fold(0.0, |sum, generator| sum + generator.along(&direction));
             if along > worst.0 * reach {
@@ -94,7 +96,7 @@ impl Outputs {
         worst
     }
 
-    /// Returns the unit products of two generators.
+    /// Returns the normalised cross products of all pairs of generators.
     fn edges(&self) -> impl Iterator<Item = Vector3> {
         let axes: Vec<Vector3> = self.generators.iter().map(|generator| generator.axis).collect();
         let pairs = (0..axes.len()).flat_map(move |i| (0..i).map(move |j| (i, j)));
@@ -111,7 +113,8 @@ impl Generator {
     }
 }
 
-/// Returns the largest `|sum ± flat ± flat …|`; with many in one plane, no less than that.
+/// Returns the largest `|sum ± flat_1 ± flat_2 …|`, or an upper bound if `flat` has many
+/// generators.
 fn farthest(sum: &Vector3, flat: &[&Generator]) -> f64 {
     if flat.len() > MAX_IN_PLANE {
         return sum.norm() + flat.iter().map(|generator| generator.size).sum::<f64>();
@@ -145,7 +148,7 @@ mod tests {
             let count = 1 + case % 7;
             let mut axes: Vec<Vector3> = (0..count).map(|_| random.vector3()).collect();
             match case % 4 {
-                // Parallel, opposite and coplanar ones.
+                // Parallel, opposite and coplanar axes.
                 1 => axes.iter_mut().skip(2).for_each(|axis| axis.z = 0.0),
                 2 if count > 2 => axes[2] = -2.0 * axes[0],
                 3 if count > 3 => axes[3] = axes[0] + axes[1] - axes[2],
@@ -160,15 +163,15 @@ mod tests {
         assert!((Outputs::new(&cube, [1.0; 3]).largest() - 3.0_f64.sqrt()).abs() < 1e-15);
         assert_eq!(Outputs::new(&cube, [1.0, f64::INFINITY, 1.0]).largest(), f64::INFINITY);
         assert_eq!(Outputs::new(&cube[..1], [2.0]).largest(), 2.0);
-        // Twenty in one plane: not all corners, but never less than the largest.
+        // Twenty coplanar inputs: not all corners are evaluated, and the result is never too small.
         let fan: Vec<Vector3> =
             (0..20).map(|i| Vector3::new(f64::from(i).cos(), f64::from(i).sin(), 0.0)).collect();
         let corners = every_corner(&fan, &[1.0; 20]).iter().map(Vector3::norm).fold(0.0, f64::max);
         assert!(Outputs::new(&fan, [1.0; 20]).largest() >= corners);
     }
 
-    /// Points made of allowed inputs are never denied; the corner farthest along a normal is the
-    /// limit.
+    /// Checks that points produced by allowed inputs are never denied, and that the corner farthest
+    /// along a normal is exactly at the limit.
     #[test]
     fn shortfall_is_exact_on_the_faces_and_never_denies_a_point() {
         let mut random = Random(4);

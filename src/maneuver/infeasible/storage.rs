@@ -1,5 +1,5 @@
-//! Wheels exchange momentum with the body and conserve the total, so their momentum at the end is
-//! known.
+//! Momenta of wheels at the end. Wheels exchange momentum with the body and conserve the total, so
+//! their momentum at the end is known.
 //!
 //! If no other torque acts on the body, `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the
 //! discrete maneuver and in the continuous one. The terminal attitude and rate therefore
@@ -42,8 +42,8 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     })
 }
 
-/// Returns the proof that the wheels cannot store what they must hold at the end, whatever the
-/// duration.
+/// Returns the proof that the wheels cannot store the momentum that they must have at the end, for
+/// any duration.
 pub(super) fn storable(problem: &Problem) -> Option<Proof> {
     let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
     let limits = wheels.momentum_limit.iter().copied();
@@ -51,15 +51,15 @@ pub(super) fn storable(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         return in_any_attitude(problem, &outputs);
     }
-    // If the reference frame turns, another duration means another terminal attitude.
+    // If the reference frame turns, the terminal attitude depends on the duration.
     let duration = problem.duration.known().or_else(|| standing(problem).then_some(0.0))?;
     let (_, [_, end]) = held(problem, &Ends::of(problem, duration));
     let (factor, axis) = outputs.shortfall(&end);
     (factor > 1.0 + SLACK).then(|| too_much(&end, &axis, factor).into())
 }
 
-/// Returns the same proof for a maneuver that may end in any attitude:
-/// `|μ| = |RᵀH − JΩ| ≥ ||H| − |JΩ||`.
+/// Returns the proof that the wheels cannot store enough momentum for a maneuver that may end in
+/// any attitude, from `|μ| = |RᵀH − JΩ| ≥ ||H| − |JΩ||`.
 fn in_any_attitude(problem: &Problem, outputs: &Outputs) -> Option<Proof> {
     let j = problem.body.inertia.j();
     let total = (j * problem.start.angular_velocity + problem.actuation.stored_momentum()).norm();

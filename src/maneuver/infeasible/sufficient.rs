@@ -1,7 +1,7 @@
-//! A duration that suffices: the duration of a turn about a fixed axis within the limits, from rest
-//! to rest.
+//! A sufficient duration: the duration of a turn about a fixed axis within the limits, from rest to
+//! rest.
 //!
-//! The inputs give, and wheels hold, on the way `R = R_0 exp(θ S(e))`
+//! On the path `R = R_0 exp(θ S(e))` the inputs u, and the momenta h of wheels, are
 //!
 //! ```text
 //! u = W (Je θ̈ + e×Je θ̇²)                        without wheels
@@ -11,9 +11,9 @@
 //! where W is a right inverse of the axes B, `B W v = v`: the inverse that needs the smallest part
 //! of the limits along `Je`. The turn accelerates at a constant acceleration, continues at a
 //! constant rate, and decelerates. If torque rates are limited, the acceleration changes at a
-//! constant slope. Each limit is checked with the largest value of each of its terms, as if all
-//! were reached at one time. Cones are checked along the whole way, at the time at which the body
-//! is there.
+//! constant rate. Each limit is checked with the largest value of each of its terms, as if all
+//! terms were largest at the same time. Cones are checked along the whole path, at the times at
+//! which the body passes.
 
 use super::capability::{fastest, isolated, standing};
 use super::outputs::Outputs;
@@ -25,16 +25,16 @@ use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// The factor on the duration of the quickest such turn. Inputs that are held over steps, and a
-/// search that begins elsewhere, need this room. A larger factor reports a longer duration; a
-/// smaller one reports a duration that is harder to plan.
+/// The factor on the duration of the quickest turn about the axis. This margin is needed because
+/// plans hold inputs over steps, and because the search starts from other paths. A larger factor
+/// reports a longer duration; a smaller factor reports a duration that is harder to plan.
 const STRETCH: f64 = 1.08;
 
-/// The additional duration, in steps, for the jumps of the torque: three jumps of the acceleration,
-/// each within a step.
+/// The additional duration for jumps of the torque, in steps: three jumps of the acceleration, each
+/// within one step.
 const PER_STEP: f64 = 3.0;
 
-/// Points of the way at which momenta and cones are checked.
+/// Number of points of the path at which momenta and cones are checked.
 const POINTS: usize = 200;
 
 /// The factor from one tried rate or acceleration to the next, and the numbers of tried rates and
@@ -43,20 +43,20 @@ const FINER: f64 = 0.96;
 const RATES: i32 = 120;
 const ACCELERATIONS: i32 = 60;
 
-/// The quickest acceleration if torques have no limit, as a multiple of the square of the rate over
-/// the angle.
+/// The largest acceleration that is tried if torques have no limit, as a multiple of the squared
+/// rate over the angle.
 const BRISK: f64 = 30.0;
 
-/// The relative error of the inverse of the axes above which the inputs do not reach a torque.
+/// The relative error of a produced torque above which the inputs count as unable to produce it.
 const UNREACHED: f64 = 1e-7;
 
-/// Room to a cone \[rad\]: the deviation of a plan from the way that is checked.
+/// Required margin to a cone \[rad\], for the deviation of a plan from the checked path.
 const ROOM: f64 = 1e-3;
 
 /// Returns a duration \[s\], rounded up to four digits and longer than the duration of the problem,
-/// in which a turn about a fixed axis is a plan; `None` if no such duration is known: between
-/// rates, in a field, for a body that translates, for thrusters, or if a constraint forbids such a
-/// turn.
+/// in which a turn about a fixed axis is a plan. Returns `None` if no such duration is known: if an
+/// end is not at rest, in a field, for a body that translates, for thrusters, or if a constraint
+/// forbids the turn.
 pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
     let torque = &problem.actuation.torque;
     let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
@@ -75,7 +75,8 @@ pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
     found.reduce(f64::min).map(rounded_up).filter(|duration| *duration > problem.seconds())
 }
 
-/// Returns the rotations, in the body axes of the start, that the path allows.
+/// Returns the rotation vectors that the chosen homotopy class allows, in the body axes of the
+/// start.
 fn ways(problem: &Problem) -> Vec<Vector3> {
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     let angle = short.norm();
@@ -93,15 +94,15 @@ struct Turn<'a> {
     problem: &'a Problem,
     axis: Vector3,
     angle: f64,
-    /// The sizes of the terms of the inputs for each θ̈, each θ̇ and each θ̇².
+    /// Largest terms of each input, per unit of θ̈, of θ̇ and of θ̇².
     inputs: [Vec<f64>; 3],
-    /// The sizes of the terms of the torque.
+    /// Largest terms of the torque, per unit of θ̈, of θ̇ and of θ̇².
     torque: [f64; 3],
     /// The largest rate that rate limits and the momenta of wheels allow \[rad/s\].
     fastest: f64,
 }
 
-/// Rate, acceleration and slope of the acceleration at most [rad/s, rad/s², rad/s³].
+/// The largest rate, acceleration and rate of change of the acceleration [rad/s, rad/s², rad/s³].
 #[derive(Clone, Copy)]
 struct Course {
     rate: f64,
@@ -110,7 +111,7 @@ struct Course {
 }
 
 impl Course {
-    /// Returns how long the body is brought to its rate \[s\].
+    /// Returns the time of the acceleration to the full rate \[s\].
     fn rise(&self) -> f64 {
         self.rate / self.acceleration + self.acceleration / self.slope
     }
@@ -123,7 +124,8 @@ impl Course {
     fn angle_at(&self, time: f64, angle: f64) -> f64 {
         let (rise, end) = (self.rise(), self.duration(angle));
         let ramp = self.acceleration / self.slope;
-        // The angle during the acceleration, half of the angle at the full rate.
+        // The angle since the start of the acceleration. The whole acceleration turns the body by
+        // half of the angle at the full rate.
         let rising = |time: f64| {
             let [whole, first, second, last] =
                 [0.0, ramp, rise - ramp, rise].map(|from| (time - from).max(0.0));
@@ -197,12 +199,12 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the duration \[s\], stretched; `None` if no rate leaves an acceleration, or a
-    /// constraint is in the way.
+    /// Returns the duration \[s\] with its margin; `None` if no rate leaves an acceleration, or if
+    /// a constraint is in the way.
     fn duration(&self) -> Option<f64> {
         let at_rest = self.acceleration(0.0);
-        // The turn is at most as fast as with the acceleration at rest, and with its slope, all the
-        // way.
+        // The turn is no faster than with the acceleration at rest, and its rate of change at rest,
+        // all along.
         let quickest = self
             .fastest
             .min((self.angle * at_rest).sqrt())
@@ -233,14 +235,15 @@ impl<'a> Turn<'a> {
         }
         if let Some(norm) = limits.norm {
             let [first, second, third] = self.torque;
-            // The torque that bends the way is normal to the torque that speeds the body up.
+            // The gyroscopic torque is normal to the torque that accelerates the body.
             let left = (norm * norm - (rate * rate * third).powi(2)).max(0.0).sqrt() - rate * second;
             most = most.min(left / first);
         }
         most
     }
 
-    /// Returns the largest slope of the acceleration that the limits of torque rates leave.
+    /// Returns the largest rate of change of the acceleration that the limits of torque rates
+    /// leave.
     fn slope(&self, rate: f64, acceleration: f64) -> f64 {
         let limits = self.problem.actuation.torque.limits().rate.iter().flatten().enumerate();
         limits.fold(f64::INFINITY, |least, (input, limit)| {
@@ -249,7 +252,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the courses that reach a rate, or a lower rate if the angle is too small for it.
+    /// Returns courses that reach a rate, or a lower rate if the angle is too small for this rate.
     fn courses(&self, rate: f64) -> impl Iterator<Item = Course> {
         let most = self.acceleration(rate).min(BRISK * rate * rate / self.angle);
         let count = if self.slope(0.0, 0.0).is_finite() { ACCELERATIONS } else { 1 };
@@ -268,7 +271,7 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns whether the way keeps every cone.
+    /// Returns whether the path satisfies every cone.
     fn is_clear(&self, course: &Course) -> bool {
         let step = course.duration(self.angle) / POINTS as f64;
         let frame_rate = Vector3::zeros();
@@ -280,7 +283,7 @@ impl<'a> Turn<'a> {
             let arc = Arc { start, turn: lie::minus(&end, &start) };
             self.problem.constraints.iter().all(|constraint| {
                 let Rule::Pointing(pointing) = &constraint.rule else { return true };
-                // The ends keep the cone, so the required room is no larger than theirs.
+                // Both ends satisfy the cones without an additional margin.
                 let ends = piece == 0 || piece + 1 == POINTS;
                 pointing.pairs().all(|(boresight, direction)| {
                     let target = on_arc(direction, time, step, &frame_rate);
@@ -292,13 +295,13 @@ impl<'a> Turn<'a> {
     }
 }
 
-/// A right inverse of the axes of the inputs.
+/// A right inverse of the matrix of the input axes.
 struct Inverse<'a> {
     axes: &'a [Vector3],
-    /// Inputs for each unit of torque, by least squares of the shares of the limits.
+    /// Inputs per unit of torque, by least squares of the inputs relative to their limits.
     by_squares: DMatrix<f64>,
     along: Vector3,
-    /// The inputs of the torque `along`.
+    /// The inputs that produce the torque `along`.
     best: DVector<f64>,
 }
 
@@ -319,9 +322,9 @@ impl<'a> Inverse<'a> {
         (found.miss(&found.best, along) <= UNREACHED).then_some(found)
     }
 
-    /// Returns the inputs for `along` that need the smallest part of the limits. All inputs have
-    /// this part of their limits, except the inputs along the face of the outputs on which `along`
-    /// lies.
+    /// Returns the inputs for `along` that need the smallest part of the limits. All inputs use
+    /// this part of their limits, except inputs parallel to the face of the zonotope on which
+    /// `along` lies.
     fn at_a_face(&self, sizes: &[f64]) -> Option<DVector<f64>> {
         const FLAT: f64 = 1e-6;
         let (share, normal) = Outputs::new(self.axes, sizes.iter().copied()).shortfall(&self.along);
@@ -347,13 +350,13 @@ impl<'a> Inverse<'a> {
         (within && self.miss(&inputs, &self.along) <= UNREACHED).then_some(inputs)
     }
 
-    /// Returns by how much inputs miss a torque, relative to the torque along the way.
+    /// Returns the error of the torque that the inputs produce, relative to the torque `along`.
     fn miss(&self, inputs: &DVector<f64>, torque: &Vector3) -> f64 {
         let given: Vector3 = self.axes.iter().zip(inputs.iter()).map(|(axis, input)| axis * *input).sum();
         (given - torque).norm() / self.along.norm()
     }
 
-    /// Returns the inputs that produce a torque; `None` if none do.
+    /// Returns the inputs that produce a torque; `None` if no inputs produce it.
     fn of(&self, torque: &Vector3) -> Option<DVector<f64>> {
         let part = torque.dot(&self.along) / self.along.norm_squared();
         let inputs = &self.best * part + &self.by_squares * (torque - self.along * part);

@@ -1,5 +1,5 @@
-//! Checks that the types cannot express: ranges, rotations, boundary values against steps and
-//! constraints.
+//! Checks that the types cannot express: number ranges, rotation matrices, and boundary states
+//! against steps and constraints.
 
 mod inputs;
 
@@ -12,9 +12,8 @@ use crate::maneuver::objective::Objective;
 use std::collections::HashSet;
 
 impl Problem {
-    /// Checks the properties that the types cannot express: all those of
-    /// [`Problem::check_numbers`], and the start and the end against the constraints, which no
-    /// plan could keep otherwise.
+    /// Checks the properties that the types cannot express: those of [`Problem::check_numbers`],
+    /// and that the start and the end satisfy the constraints.
     ///
     /// A boundary value exactly on a limit is accepted.
     ///
@@ -25,9 +24,9 @@ impl Problem {
         self.violations().next().map_or(Ok(()), Err)
     }
 
-    /// Checks the requirements for propagating the body and measuring margins: ranges, rotations,
-    /// the step against the boundary rates, the constraints themselves, wheels and weights
-    /// against their inputs.
+    /// Checks everything that propagation and the computation of margins need: number ranges,
+    /// rotation matrices, the step against the boundary rates, the constraints themselves, and
+    /// wheels and weights against their inputs.
     ///
     /// # Errors
     /// Returns the first [`ProblemError`], but never [`ProblemError::Violated`].
@@ -59,11 +58,11 @@ impl Problem {
         self.ends().try_for_each(|(end, state, _)| self.check_state(end, &state))
     }
 
-    /// Returns every constraint that the start or the end violates: no plan can hold it.
+    /// Returns every constraint that the start or the end violates, so that no plan can satisfy it.
     ///
-    /// Two constraints that allow no attitude are ignored: another start or end would not help,
-    /// and the planner proves this. The boundary states and the constraints themselves must be
-    /// valid.
+    /// Two constraints that exclude every attitude are ignored, because another start or end would
+    /// not help; the planner proves this case. The boundary states and the constraints themselves
+    /// must be valid.
     #[doc(hidden)]
     pub fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
@@ -77,7 +76,7 @@ impl Problem {
         };
         let required: Vec<&Constraint> = self.required().filter(considered).collect();
         self.ends().flat_map(move |(end, state, time)| {
-            // An attitude that is the plan's to choose is held to no cone here.
+            // A free end attitude is not checked against cones here.
             let open = end == "end" && self.ends_in_any_attitude();
             let judged =
                 move |constraint: &&Constraint| !(open && matches!(constraint.rule, Rule::Pointing(_)));
@@ -105,13 +104,13 @@ impl Problem {
         self.constraints.iter().filter(move |constraint| !in_turns(&constraint.name))
     }
 
-    /// Returns name, state and time \[s\] of both ends; the time is `None` while the duration is
-    /// free.
+    /// Returns the name ("start" or "end"), state and time \[s\] of both ends; the time of the end
+    /// is `None` while the duration is free.
     fn ends(&self) -> impl Iterator<Item = (&'static str, State, Option<f64>)> {
         let time = self.duration.known();
         let end = match self.aim() {
             None => Some(self.end),
-            // An end on a target is judged roll by roll, and where it moves, time by time.
+            // An end on a target is checked roll by roll and, if the target moves, time by time.
             Some(aim) => time.filter(|_| !aim.has_roll()).and_then(|time| {
                 let (attitude, angular_velocity) = self.ends_on(aim, time).ok()?.at(0.0);
                 Some(State { attitude, angular_velocity, ..self.end })
@@ -120,8 +119,8 @@ impl Problem {
         [Some(("start", self.start, Some(0.0))), end.map(|end| ("end", end, time))].into_iter().flatten()
     }
 
-    /// Checks the duration: in range; given if nothing selects it; free if the cost includes
-    /// time.
+    /// Checks the duration. It must be in range, free if the cost includes time, and given if
+    /// neither a price nor a bound selects it.
     fn check_duration(&self) -> Result<(), ProblemError> {
         let usable = |duration: f64| duration > 0.0 && duration.is_finite();
         let in_range = "must be positive and finite";
@@ -220,7 +219,7 @@ impl Problem {
     }
 }
 
-/// Returns the first obstacle that applies.
+/// Returns the error of the first obstacle that applies.
 fn first_met<const N: usize>(obstacles: [(bool, Unsuited); N]) -> Result<(), ProblemError> {
     let met = obstacles.into_iter().find(|(met, _)| *met);
     met.map_or(Ok(()), |(_, cause)| Err(cause.into()))
@@ -239,7 +238,7 @@ mod tests {
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Wheels};
     use crate::mechanics::body::{Body, Inertia};
 
-    /// Returns a quarter turn about z.
+    /// Returns the maneuver of a quarter turn about z.
     fn slew() -> Problem {
         let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();
         let end = State::at_rest(lie::exp(&(Vector3::z() * std::f64::consts::FRAC_PI_2)));
@@ -253,7 +252,7 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// Checks a slew with wheels along `axes`, changed by `change`.
+    /// Checks the problem of a slew with wheels along `axes`, modified by `change`.
     fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
         let count = axes.len();
         let axes = axes.iter().copied().map(Vector3::from).collect();
@@ -284,7 +283,7 @@ mod tests {
         fast.end.angular_velocity.y = 0.2;
         let limit = |limit| Constraint { name: "rate".into(), rule: Rule::RateNorm(limit) };
         fast.clone().with_constraint(limit(0.2)).check().unwrap();
-        // The motion itself can be measured.
+        // Such a motion is propagated and its margins are computed.
         fast.clone().with_constraint(limit(0.1)).check_numbers().unwrap();
         let told = "the end violates \"rate\": the rate is 11.4592 deg/s, the limit is 5.7296 deg/s";
         refused(fast.with_constraint(limit(0.1)).check(), told);
@@ -312,7 +311,7 @@ mod tests {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         wheeled(&AXES, |wheels| wheels.momentum[1] = -2.0).unwrap();
         wheeled(&AXES, |wheels| wheels.momentum_limit[2] = f64::INFINITY).unwrap();
-        // The small number is intended.
+        // Two wheels are accepted: fewer than three wheels are intended.
         wheeled(&AXES[..2], |_| {}).unwrap();
         let told = "the wheel axes have rank 2: no torque about (0, 0, 1)";
         refused(wheeled(&[AXES[0], AXES[1], [0.6, 0.8, 0.0]], |_| {}), told);

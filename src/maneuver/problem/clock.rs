@@ -1,12 +1,12 @@
-//! The time of a maneuver in what it belongs to: cones that move, and times at which they act.
+//! Shifts of the time of a maneuver: moving cones, and the times at which cones are active.
 
 use super::{EndCondition, Problem};
 use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::{Direction, Pointing, Rule};
 
 impl Problem {
-    /// Builds the maneuver of a free body as it is if it begins `by` \[s\] later: directions have
-    /// moved on, and the times at which constraints act come earlier.
+    /// Builds the maneuver of a free body that begins `by` \[s\] later: directions have moved on,
+    /// and the times at which constraints are active come earlier by this time.
     #[must_use]
     pub fn later(&self, by: f64) -> Self {
         let mut later = self.with_directions(|direction| direction.later(by));
@@ -14,14 +14,13 @@ impl Problem {
         later
     }
 
-    /// Builds the maneuver with directions that are known for its first `lasting` \[s\] alone.
+    /// Builds the maneuver with directions that are known only for its first `lasting` \[s\].
     #[must_use]
     pub fn known_for(&self, lasting: f64) -> Self {
         self.with_directions(|direction| direction.within([0.0, lasting]))
     }
 
-    /// Returns whether a constraint depends on the time at which the maneuver of a free body
-    /// begins.
+    /// Returns whether a constraint depends on the start time of the maneuver of a free body.
     pub fn is_timed(&self) -> bool {
         self.cones().any(|cone| {
             let moves = |direction: &Direction| direction.constant().is_none();
@@ -29,7 +28,7 @@ impl Problem {
         })
     }
 
-    /// Returns the time \[s\] until which all directions of constraints are known.
+    /// Returns the time \[s\] up to which the directions of all constraints are known.
     pub(crate) fn known_until(&self) -> f64 {
         self.cones()
             .flat_map(|cone| &cone.directions)

@@ -1,28 +1,29 @@
-//! The end of a maneuver: the part of it that is given, and ends on a target, which may move.
+//! The end of a maneuver: the given part of the end state, and ends on a target that may move.
 
 use super::{Problem, State};
 use crate::Matrix3;
 use crate::maneuver::aim::{Aim, AimError, Ends, Meeting};
 
-/// The given part of the end state. The plan chooses the rest, by transversality.
+/// The given part of the end state. The plan chooses the rest, by the transversality conditions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum EndCondition {
-    /// Attitude and angular velocity, and of a body that moves position and velocity.
+    /// Attitude and angular velocity; for a maneuver of position and attitude also position and
+    /// velocity.
     #[default]
     State,
-    /// All but the attitude: the body comes to rest, or to a rate in body axes, in any attitude
-    /// (detumbling).
+    /// Everything except the attitude (detumbling): the body comes to rest, or to a given rate in
+    /// body axes, in any attitude.
     AnyAttitude,
-    /// A body axis points at a target, which may move; the roll about it may be free.
+    /// A body axis points at a target, which may move. The roll about the axis may be free.
     Aim(Aim),
     /// The state [`Problem::end`], moved to the position of a target at the arrival time. The
-    /// search for ends on targets uses it.
+    /// search for ends on targets uses this condition.
     #[doc(hidden)]
     Met(Meeting),
 }
 
 impl Problem {
-    /// Leaves the attitude at the end to the plan: detumbling.
+    /// Leaves the end attitude free: detumbling.
     ///
     /// ```
     /// use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, plan};
@@ -41,8 +42,8 @@ impl Problem {
         Self { end_condition: EndCondition::AnyAttitude, ..self }
     }
 
-    /// Ends the maneuver with a body axis on a target, in place of the attitude and the rate of
-    /// [`Problem::end`].
+    /// Sets an end at which a body axis points at a target. It replaces the attitude and the rate
+    /// of [`Problem::end`].
     ///
     /// ```
     /// use slewkit::{Aim, Body, Direction, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, plan};
@@ -61,7 +62,7 @@ impl Problem {
         Self { end_condition: EndCondition::Aim(aim), ..self }
     }
 
-    /// Returns the target on which the maneuver ends, if it ends on one.
+    /// Returns the target on which the maneuver ends; `None` if it does not end on a target.
     pub fn aim(&self) -> Option<&Aim> {
         match &self.end_condition {
             EndCondition::Aim(aim) => Some(aim),
@@ -69,7 +70,8 @@ impl Problem {
         }
     }
 
-    /// Returns the meeting with a target, if the end state moves with the duration.
+    /// Returns the meeting with a moving target; `None` if the end state does not depend on the
+    /// duration.
     pub(crate) fn met(&self) -> Option<&Meeting> {
         match &self.end_condition {
             EndCondition::Met(meeting) => Some(meeting),
@@ -77,16 +79,16 @@ impl Problem {
         }
     }
 
-    /// The same to one of the ends on a target: that at a roll \[rad\].
+    /// Builds the problem with a fixed end state: the end on a target at the roll `roll` \[rad\].
     pub(crate) fn facing(&self, ends: &Ends, roll: f64) -> Self {
         let (attitude, angular_velocity) = ends.at(roll);
         let end = State { attitude, angular_velocity, ..self.end };
         Self { end, end_condition: EndCondition::State, ..self.clone() }
     }
 
-    /// Builds the problem with the end on a target as it is at `time` \[s\], at the roll nearest
-    /// to the roll of an attitude. A plan that lands moves its end to the position of the target
-    /// at its arrival. `slope` is the derivative of the delay of plans by the time.
+    /// Builds the problem whose end is the end on a target at `time` \[s\], at the roll nearest to
+    /// an attitude. A plan that lands moves its end to the position of the target at its arrival.
+    /// `slope` is the derivative of the delay of plans with respect to the time.
     pub(crate) fn meeting(
         &self,
         aim: &Aim,
@@ -100,25 +102,25 @@ impl Problem {
         Ok(Self { end_condition: EndCondition::Met(meeting), ..facing })
     }
 
-    /// Returns the ends on `aim` that the maneuver may have at `time` \[s\].
+    /// Returns the end states on `aim` at `time` \[s\].
     pub(crate) fn ends_on(&self, aim: &Aim, time: f64) -> Result<Ends, AimError> {
         aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
     }
 
-    /// Returns the end of a plan that takes `duration` \[s\]: where the target is then, of one that
-    /// it meets.
+    /// Returns the end state of a plan that takes `duration` \[s\]. If the plan meets a moving
+    /// target, the end is at the position of the target at that time.
     pub(crate) fn end_after(&self, duration: f64) -> State {
         let ends = self.met().and_then(|meeting| {
             let ends = self.ends_on(&meeting.aim, duration).ok()?;
-            // The roll is kept in space: that against the shortest way there turns fast where the
-            // target is almost behind.
+            // The attitude is kept nearest to the previous one in space. The roll relative to the
+            // shortest way changes quickly if the target is almost opposite.
             Some(ends.at(ends.nearest(&self.end.attitude)))
         });
         let Some((attitude, angular_velocity)) = ends else { return self.end };
         State { attitude, angular_velocity, ..self.end }
     }
 
-    /// Returns whether the attitude at the end is the plan's to choose.
+    /// Returns whether the plan chooses the end attitude.
     pub fn ends_in_any_attitude(&self) -> bool {
         self.end_condition == EndCondition::AnyAttitude
     }

@@ -1,22 +1,21 @@
-//! Maneuvers that no input takes out of a plane.
+//! Maneuvers in which no input moves the body out of a plane.
 //!
-//! If only its inputs act on a body, and they turn about one principal axis `n` alone, the turns
-//! about `n` are an invariant set of the dynamics: `J n = λ n` makes `Π × Ω = 0`, and `R n` is
-//! constant. If thrusters also push the body normal to `n`, the mass center stays in the plane
-//! normal to `n`. A maneuver whose ends lie in that set needs inputs only in both directions of a
-//! subspace, not of the whole space.
+//! If only its inputs act on a body, and they turn it about one principal axis `n` alone, the
+//! rotations about `n` are an invariant set of the dynamics: `J n = λ n` makes `Π × Ω = 0`, and
+//! `R n` is constant. If thrusters also push the body normal to `n`, the mass center stays in the
+//! plane normal to `n`. A maneuver whose ends lie in this set needs inputs only in both directions
+//! of a subspace, not of the whole space.
 
 use super::{EndCondition, Motion, Path, Problem};
 use crate::Vector3;
 
-/// The largest relative component in the wrong direction of vectors that must be parallel or
-/// normal: rounding of a spec.
+/// The relative tolerance with which vectors count as parallel or normal: rounding of a spec.
 const ASIDE: f64 = 1e-9;
 
 impl Problem {
-    /// Returns the principal axis, in body axes, about which the body does nothing but turn: all
-    /// inputs turn it about that, thrusters push it across that, the maneuver begins and ends so,
-    /// and nothing else acts.
+    /// Returns the principal axis, in body axes, about which the whole motion is a pure rotation;
+    /// `None` otherwise. All inputs turn the body about this axis, thrusters push normal to it, the
+    /// start and end states have no other rotation or motion, and nothing else acts on the body.
     pub(super) fn stays_in_plane(&self) -> Option<Vector3> {
         let (1, Some(axis)) = self.actuation.torque.rank() else { return None };
         let along = |vector: &Vector3| vector.cross(&axis).norm() <= ASIDE * vector.norm();

@@ -1,24 +1,25 @@
-//! A body axis along a direction, and a second axis as near as possible to another direction.
+//! The attitude with one body axis along a direction, and a second body axis as near as possible to
+//! a second direction.
 
 use super::LineOfSight;
 use crate::{Matrix3, Vector3};
 
-/// The attitude that points one body axis along a direction and a second one as well as it can
-/// towards another, with the rate and the angular acceleration of the frame that keeps doing so,
-/// axes of the directions.
+/// The attitude that points one body axis along a direction, and a second body axis as closely as
+/// possible towards a second direction. It includes the angular velocity ω and the angular
+/// acceleration of the frame that stays aligned, in the axes of the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignedFrame {
-    /// Body → axes of the directions: `Σ tᵢsᵢᵀ`.
+    /// Attitude, body → axes of the directions: `Σ tᵢsᵢᵀ`.
     pub attitude: Matrix3,
-    /// ω \[rad/s\].
+    /// Angular velocity ω \[rad/s\].
     pub rate: Vector3,
-    /// ω̇ \[rad/s²\].
+    /// Angular acceleration ω̇ \[rad/s²\].
     pub acceleration: Vector3,
 }
 
 impl AlignedFrame {
     /// Builds the frame from `t₁ = d₁`, `t₂ = N/n`, `N = d₁ × d₂`, `n = |N|`, `t₃ = t₁ × t₂`, and
-    /// `s`, which is built from the body axes like `t`:
+    /// `s`, which is built from the body axes as `t` is from the directions:
     ///
     /// ```text
     /// σ = t₃·Ṅ/n ,   ω = d₁ × ḋ₁ + σd₁ ,   σ̇ = (t₃·N̈ + (ω × t₃)·Ṅ − σ t₂·Ṅ)/n ,   ω̇ = d₁ × d̈₁ + σ̇d₁ + σḋ₁

@@ -1,9 +1,10 @@
-//! A vector as a function of time: a sum of Chebyshev polynomials, with the direction along it.
+//! A vector as a function of time, by Chebyshev polynomials, and the direction along the vector.
 //!
-//! A [`Track`] is a vector as a function of time, of any length: from the spacecraft to the Sun,
-//! to a station on the ground, or its own velocity. On each piece of time it is a sum of
-//! Chebyshev polynomials. Its derivatives are those of the polynomials, so that vector and
-//! derivatives belong to one function. With `ρ` the vector, `r = |ρ|` and `P = I − ddᵀ`,
+//! The vector of a [`Track`] may have any length. Examples are the vector from the spacecraft to
+//! the Sun or to a ground station, and the velocity of the spacecraft. On each piece of the time
+//! span it is a sum of Chebyshev polynomials. Its derivatives are the derivatives of the
+//! polynomials, so vector and derivatives are consistent. With `ρ` the vector, `r = |ρ|` and
+//! `P = I − ddᵀ`,
 //!
 //! ```text
 //! d = ρ/r ,   ḋ = Pρ̇/r ,   d̈ = Pρ̈/r − 2 (d·ρ̇/r) ḋ − |ḋ|² d
@@ -13,41 +14,41 @@ use crate::{Matrix3, Vector3};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A direction with its derivatives.
+/// A direction and its first two time derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineOfSight {
-    /// The unit vector d.
+    /// The direction, a unit vector `d`.
     pub direction: Vector3,
-    /// `ḋ` \[1/s\].
+    /// First derivative `ḋ` \[1/s\].
     pub rate: Vector3,
-    /// `d̈` \[1/s²\].
+    /// Second derivative `d̈` \[1/s²\].
     pub acceleration: Vector3,
 }
 
-/// A vector as a function of time, piece by piece a sum of Chebyshev polynomials. Beyond its span
-/// its last piece continues.
+/// A vector as a function of time: on each piece of time a sum of Chebyshev polynomials. Before and
+/// after the time span, the polynomials of the first and last piece continue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// Pieces of equal length, shared by copies.
+    /// Coefficients of the pieces, which are of equal length; copies of the track share them.
     pieces: Arc<[Vec<Vector3>]>,
-    /// The start, and the length of a piece \[s\].
+    /// Start time, and length of a piece \[s\].
     from: f64,
     piece: f64,
 }
 
-/// The reason for which a track cannot be built.
+/// The reason why a track cannot be built.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum TrackError {
-    /// The span is not positive and finite.
+    /// The time span is not positive and finite.
     #[error("a track needs a span of time that is positive and finite")]
     Span,
-    /// A coefficient, or a value to be fitted, is not finite.
+    /// A coefficient or a function value is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
-    /// The vector turns too often: every quarter of a turn needs a piece.
+    /// The vector turns too often: every quarter of a turn needs a piece of its own.
     #[error("the track turns more than 2500 times in that span of time")]
     Turns,
-    /// The vector vanishes: it has no direction.
+    /// The vector is zero at some time, so that it has no direction.
     #[error("the vector of a track vanishes: it then has no direction")]
     Vanishes,
 }
@@ -56,7 +57,8 @@ pub enum TrackError {
 const MOST_PIECES: f64 = 1e6;
 
 impl Track {
-    /// Builds the track of coefficients `Σ c_k T_k(x)`, `x` from −1 to 1 over `from … to` \[s\].
+    /// Builds a track of one piece with the coefficients `c_k` in `Σ c_k T_k(x)`, where `x` runs
+    /// from −1 to 1 over `from … to` \[s\].
     ///
     /// # Errors
     /// Returns a [`TrackError`] that states the reason.
@@ -64,7 +66,7 @@ impl Track {
         Self::of_pieces(from, to - from, vec![coefficients])
     }
 
-    /// Builds the track of pieces of equal length \[s\], one after another.
+    /// Builds a track of consecutive pieces, each `piece` \[s\] long, from their coefficients.
     ///
     /// # Errors
     /// Returns a [`TrackError`] that states the reason.
@@ -85,11 +87,11 @@ impl Track {
         Ok(track)
     }
 
-    /// Builds the track through a function at the Chebyshev nodes of pieces of at most `piece`
-    /// \[s\], of degree `degree`.
+    /// Builds a track that interpolates a function at the Chebyshev nodes of pieces of at most
+    /// `piece` \[s\], with polynomials of degree `degree`.
     ///
     /// # Errors
-    /// Passes on the error of `position`, or returns a [`TrackError`].
+    /// Returns the error of `position`, or a [`TrackError`].
     pub fn fitted<E: From<TrackError>>(
         from: f64,
         to: f64,
@@ -125,18 +127,18 @@ impl Track {
         (self.from, self.piece, &self.pieces)
     }
 
-    /// Returns the start and the end \[s\].
+    /// Returns the start and the end of the time span \[s\].
     pub fn span(&self) -> (f64, f64) {
         (self.from, self.from + self.piece * self.pieces.len() as f64)
     }
 
-    /// Builds the same vector for a clock that begins `by` \[s\] later.
+    /// Returns the track for a clock that starts `by` \[s\] later.
     #[must_use]
     pub fn later(&self, by: f64) -> Self {
         Self { from: self.from - by, ..self.clone() }
     }
 
-    /// Builds the same vector from the pieces alone that `from … to` \[s\] meets.
+    /// Returns the track with only the pieces that overlap `from … to` \[s\].
     #[must_use]
     pub fn within(&self, [from, to]: [f64; 2]) -> Self {
         let [first, last] = [from, to].map(|time| self.piece_at(time));
@@ -144,7 +146,8 @@ impl Track {
         Self { pieces, from: self.from + first as f64 * self.piece, ..*self }
     }
 
-    /// Returns the piece that a time \[s\] is in, or is next to.
+    /// Returns the index of the piece that contains `time` \[s\]; outside of the time span, the
+    /// index of the nearest piece.
     fn piece_at(&self, time: f64) -> usize {
         (((time - self.from) / self.piece).max(0.0) as usize).min(self.pieces.len() - 1)
     }
@@ -163,36 +166,36 @@ impl Track {
         values
     }
 
-    /// Builds the track of its derivative: of a position the velocity.
+    /// Builds the track of the derivative of the vector: the velocity for a position.
     ///
     /// # Errors
-    /// [`TrackError::Vanishes`] where it stands still.
+    /// Returns [`TrackError::Vanishes`] if the derivative is zero at a checked time.
     pub fn derivative(&self) -> Result<Self, TrackError> {
         let pieces = self.pieces.iter().map(|piece| derivative(piece, 2.0 / self.piece)).collect();
         Self::of_pieces(self.from, self.piece, pieces)
     }
 
-    /// Builds the opposite vector.
+    /// Returns the track of the opposite vector.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| -c).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// Builds the vector times a factor.
+    /// Returns the track of the vector multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| c * factor).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// Builds the vector in other axes.
+    /// Returns the track of the vector in other axes.
     pub(super) fn turned(&self, rotation: &Matrix3) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| rotation * c).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// Returns the unit vector with its derivatives.
+    /// Returns the unit vector along the vector, with its derivatives.
     pub fn pointing(&self, time: f64) -> LineOfSight {
         let [rho, first, second, _] = self.at(time);
         let r = rho.norm();
@@ -225,7 +228,7 @@ fn chebyshev(coefficients: &[Vector3], x: f64) -> [Vector3; 4] {
     value
 }
 
-/// Returns the coefficients of the derivative, times a factor.
+/// Returns the coefficients of the derivative, multiplied by `factor`.
 fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
     let count = coefficients.len();
     let mut found = vec![Vector3::zeros(); count.max(2)];
@@ -243,7 +246,7 @@ pub(super) mod tests {
     use super::{Track, TrackError};
     use crate::Vector3;
 
-    /// Returns a station that goes by at 550 km.
+    /// Returns the track of a ground station seen from a satellite that passes at 550 km.
     pub fn passing() -> Track {
         Track::fitted(-20.0, 140.0, 80.0, 20, |t| {
             let along = 7.6e3 * (t - 60.0);
@@ -252,7 +255,7 @@ pub(super) mod tests {
         .expect("a track")
     }
 
-    /// The function through which a track is fitted comes back, with its derivatives.
+    /// Checks that the track returns the function from which it was built, and its derivatives.
     #[test]
     fn a_track_is_what_it_was_fitted_through() {
         let track = passing();

@@ -1,7 +1,7 @@
-//! A body of point masses in the field of a point at the origin.
+//! Gravity of a point at the origin on a body of point masses.
 //!
-//! The dumbbell of the paper (3.8) with any number of points, one of the two bodies held at the
-//! origin. Per point, in body axes, with `s = Rᵀx + ρ`:
+//! The model is the dumbbell of the paper (3.8) with any number of points, and with one of its two
+//! bodies held at the origin. For each point, in body axes, with `s = Rᵀx + ρ`:
 //! ```text
 //! U = −k/|s|      φ = −k s/|s|³      f = R φ      M = ρ × φ
 //! K = ∂φ/∂s
@@ -16,8 +16,8 @@
 //! 𝒯_rx = (S(ρ) L + S(b) K) Rᵀ        𝒯_rr = S(ρ) (S(Kc) + D) + S(b) (S(φ) − K S(ρ))
 //! ```
 //! The moment is summed over the arms `ρ`, not as `Rᵀx × Σφ`, which would lose a further factor
-//! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a
-//! planet [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
+//! `|x|/|ρ|` of accuracy. The sum itself is still accurate only to `|x|/|ρ|` ulps. In orbit around
+//! a planet, [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
 
 use super::inverse_square::InverseSquare;
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
@@ -28,7 +28,8 @@ use crate::mechanics::number::{finite, finite_vector, positive};
 /// A point of a body in a central field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMass {
-    /// `k = μ m` of this point: gravitational parameter of the center times the mass [N·m²].
+    /// `k = μ m` of this point: gravitational parameter of the center times the mass of the point
+    /// [N·m²].
     pub parameter: f64,
     /// Position `ρ` from the mass center of the body, body axes \[m\].
     pub position: Vector3,
@@ -36,7 +37,8 @@ pub struct PointMass {
 
 /// Exact gravity of a point at the origin on a rigid cloud of point masses.
 ///
-/// The position is the one of the mass center. No value is finite if a point meets the origin.
+/// The position of the pose is the position of the mass center. Values are not finite if a point is
+/// at the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralGravity {
     points: Vec<PointMass>,
@@ -44,11 +46,11 @@ pub struct CentralGravity {
 }
 
 impl CentralGravity {
-    /// Largest distance of the mass center from the origin, relative to the farthest point, that
-    /// counts as round-off of the input.
+    /// Largest distance of the mass center from the origin of the body axes, relative to the
+    /// farthest point, that counts as round-off of the input.
     pub const OFF_CENTER: f64 = 1e-6;
 
-    /// Builds a body of these points.
+    /// Builds the field on a body of these points.
     ///
     /// # Errors
     /// Returns an [`EnvironmentError`] if the list is empty, a position is not finite, a
@@ -71,8 +73,8 @@ impl CentralGravity {
         Ok(Self { points, description: Description::Custom })
     }
 
-    /// Builds a body of points with these masses \[kg\] and positions (body axes from the mass
-    /// center \[m\]) in the field of gravitational parameter μ [m³/s²].
+    /// Builds the field of gravitational parameter μ [m³/s²] on a body of points with these masses
+    /// \[kg\] and positions (body axes, from the mass center \[m\]).
     ///
     /// # Errors
     /// Returns the errors of [`CentralGravity::new`].

@@ -1,6 +1,7 @@
-//! Gravity gradient on a circular orbit, acting along a direction `o`.
+//! Gravity gradient on a circular orbit, with the outward direction `o`.
 //!
-//! Moment after (3.21); M_R is the block of (4.14), N(p) its transpose times p, differentiated.
+//! The moment follows (3.21), and `M_R` is the block of (4.14). `N(p)` is the derivative of
+//! `M_Rᵀ p`.
 //! ```text
 //! G = Rᵀo     U = (3/2) n² G·JG     M = 3n² G × JG     M_R = 3n² (S(G)J − S(JG)) S(G)
 //! y = J(G×p) − (JG)×p               N(p) = 3n² [−S(y) + S(G)(S(p)J − J S(p))] S(G)
@@ -19,33 +20,35 @@ use crate::{Matrix3, Vector3};
 /// along the orbit normal, `e₃` radially outward. The frame turns with the rate `n e₂`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GravityGradient {
-    /// `o`, unit, reference frame: outward from the attracting center.
+    /// Unit vector `o` from the attracting center outward, reference frame.
     outward: Vector3,
-    /// `n e₂` [rad/s].
+    /// Rate of the reference frame, `n e₂` [rad/s].
     frame_rate: Vector3,
-    /// `3 n² J` [N·m], body axes.
+    /// Stiffness `3 n² J` [N·m], body axes.
     stiffness: Matrix3,
     description: Description,
 }
 
 impl GravityGradient {
-    /// Builds a body of `inertia` about its mass center on a circular orbit of rate `n` [rad/s],
-    /// attitude against LVLH.
+    /// Builds the field on a body of `inertia` about its mass center, on a circular orbit of rate
+    /// `n` [rad/s]. The attitude is relative to LVLH.
     ///
     /// # Errors
-    /// An [`EnvironmentError`] if the rate is negative or not finite, or `3n²J` overflows.
+    /// Returns an [`EnvironmentError`] if the rate is negative or not finite, or if `3n²J`
+    /// overflows.
     pub fn new(orbital_rate: f64, inertia: &Inertia) -> Result<Self, EnvironmentError> {
         let fixed = Self::along_fixed_direction(orbital_rate, inertia, Vector3::z())?;
         let description = Description::GravityGradient { orbital_rate, inertia: *inertia.j() };
         Ok(Self { frame_rate: orbital_rate * Vector3::y(), description, ..fixed })
     }
 
-    /// Builds the field held along `outward` (reference frame, any length), the frame not turning:
-    /// an idealisation for maneuvers that are short against the orbit.
+    /// Builds the field with the fixed outward direction `outward` (reference frame, any length).
+    /// The frame does not turn: an idealisation for maneuvers that are short compared with the
+    /// orbit.
     ///
     /// # Errors
-    /// Returns the errors of [`GravityGradient::new`], and an error for a direction of length
-    /// zero.
+    /// Returns the errors of [`GravityGradient::new`], and an error if `outward` is the zero
+    /// vector.
     pub fn along_fixed_direction(
         orbital_rate: f64,
         inertia: &Inertia,
@@ -62,7 +65,7 @@ impl GravityGradient {
         })
     }
 
-    /// Returns `G = Rᵀo` in body axes, and `3n² JG`.
+    /// Returns the outward direction `G = Rᵀo` in body axes, and the vector `3n² JG`.
     fn outward_in_body(&self, pose: &Pose) -> (Vector3, Vector3) {
         let g = pose.attitude.tr_mul(&self.outward);
         (g, self.stiffness * g)
@@ -98,8 +101,8 @@ impl Environment for GravityGradient {
         self.frame_rate
     }
 
-    /// Returns `|3n² G × JG| ≤ (3/2) n² (J₃ − J₁)` with the largest and the smallest principal
-    /// moment.
+    /// Returns the bound `(3/2) n² (J₃ − J₁)` on the moment `|3n² G × JG|`, with the largest and
+    /// the smallest principal moment of inertia.
     fn moment_bound(&self) -> Option<f64> {
         let principal = principal_moments(&self.stiffness);
         Some(0.5 * (principal[2] - principal[0]))

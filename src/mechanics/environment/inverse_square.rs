@@ -1,24 +1,24 @@
-//! Attraction `−k s/|s|³` of a point, with its derivatives. The formulas hold in any axes.
+//! Attraction `−k s/|s|³` by a point, with its derivatives. The formulas hold in any axes.
 
 use crate::{Matrix3, Vector3};
 
-/// A point at `s` from the attracting center.
+/// The attraction on a point at the position `s` relative to the attracting center.
 pub(super) struct InverseSquare {
     k: f64,
-    /// `|s|`.
+    /// Distance `|s|`.
     pub(super) r: f64,
-    /// `s/|s|`.
+    /// Unit vector `s/|s|`.
     pub(super) e: Vector3,
 }
 
 impl InverseSquare {
-    /// Builds the strength `k` [N·m²], position `s` \[m\].
+    /// Builds the attraction of strength `k` [N·m²] at the position `s` \[m\].
     pub(super) fn new(k: f64, s: &Vector3) -> Self {
         let r = s.norm();
         Self { k, r, e: s / r }
     }
 
-    /// Returns `−k/|s|`.
+    /// Returns the potential energy `−k/|s|`.
     pub(super) fn potential(&self) -> f64 {
         -self.k / self.r
     }
@@ -28,12 +28,13 @@ impl InverseSquare {
         -self.k / self.r.powi(2) * self.e
     }
 
-    /// Returns `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
+    /// Returns the gradient `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
     pub(super) fn gradient(&self) -> Matrix3 {
         self.k / self.r.powi(3) * (3.0 * self.e * self.e.transpose() - Matrix3::identity())
     }
 
-    /// Returns `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴`, `c` held fixed.
+    /// Returns the contracted second derivative
+    /// `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴` for a constant `c`.
     pub(super) fn curvature(&self, c: &Vector3) -> Matrix3 {
         let (e, ec) = (&self.e, self.e.dot(c));
         3.0 * self.k / self.r.powi(4)
@@ -41,7 +42,7 @@ impl InverseSquare {
     }
 }
 
-/// Returns `a bᵀ + b aᵀ`.
+/// Returns the symmetric matrix `a bᵀ + b aᵀ`.
 pub(super) fn symmetric(a: &Vector3, b: &Vector3) -> Matrix3 {
     let ab = a * b.transpose();
     ab + ab.transpose()

@@ -1,8 +1,8 @@
 //! The forces and torques on the body that its actuators do not produce.
 //!
-//! An environment gives force and moment at a pose, their derivatives, and the contracted second
-//! derivatives that the costate sensitivities need. A new environment is a file that implements
-//! [`Environment`] and a line in the list of the derivative tests.
+//! An environment returns force and moment at a pose, their derivatives, and the contracted second
+//! derivatives that the costate sensitivities need. A new environment needs a file that implements
+//! [`Environment`], and a line in the list of the derivative tests.
 
 mod central_gravity;
 mod error;
@@ -24,7 +24,7 @@ use std::fmt::Debug;
 /// The position of the mass center and the attitude of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Position `x`, reference frame \[m\]; zero when only the attitude moves.
+    /// Position `x`, reference frame \[m\]; zero if only the attitude moves.
     pub position: Vector3,
     /// Attitude `R`, body → reference.
     pub attitude: Matrix3,
@@ -46,7 +46,7 @@ impl Pose {
     }
 }
 
-/// Force and moment, or a pair of costates `(λ^γ, λ^Π)` dual to them.
+/// A force and a moment, or a pair of costates `(λ^γ, λ^Π)` that is dual to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {
     /// Force `f = −∂U/∂x`, reference frame \[N\].
@@ -56,24 +56,24 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// Returns no force and no moment.
+    /// Returns a wrench of zero force and zero moment.
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), moment: Vector3::zeros() }
     }
 }
 
-/// A linear map from `(δx, ζ)` to a pair (translation, rotation), in 3×3 blocks.
+/// A linear map from a displacement `(δx, ζ)` to a pair (translation, rotation), in 3×3 blocks.
 ///
-/// As a gradient: `δf = xx δx + xr ζ`, `δM = rx δx + rr ζ` (4.13–4.14).
+/// If the map is a gradient, then `δf = xx δx + xr ζ` and `δM = rx δx + rr ζ` (4.13–4.14).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocks {
-    /// Translation by translation (`F_x` in a gradient).
+    /// Translation part per translation (`F_x` in a gradient).
     pub xx: Matrix3,
-    /// Translation by rotation (`F_R`).
+    /// Translation part per rotation (`F_R`).
     pub xr: Matrix3,
-    /// Rotation by translation (`M_x`).
+    /// Rotation part per translation (`M_x`).
     pub rx: Matrix3,
-    /// Rotation by rotation (`M_R`).
+    /// Rotation part per rotation (`M_R`).
     pub rr: Matrix3,
 }
 
@@ -83,7 +83,7 @@ impl Blocks {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
     }
 
-    /// Returns a multiple of the map.
+    /// Returns the map multiplied by `by`.
     pub(crate) fn scaled(&self, by: f64) -> Self {
         Self { xx: self.xx * by, xr: self.xr * by, rx: self.rx * by, rr: self.rr * by }
     }
@@ -101,37 +101,37 @@ impl Blocks {
     }
 }
 
-/// The description of a field in a file: the numbers of its constructor, SI units.
+/// The description of a field in a file: the arguments of its constructor, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Description {
-    /// [`Free`].
+    /// No field, as for [`Free`].
     Free,
-    /// [`UniformGravity::new`].
+    /// A field built by [`UniformGravity::new`].
     UniformGravity {
         /// Mass \[kg\].
         mass: f64,
         /// Acceleration of gravity [m/s²].
         gravity: f64,
-        /// The direction of falling, reference frame, any length.
+        /// The direction of gravity, reference frame, any length.
         direction: Vector3,
         /// The vector from the pivot to the mass center, body axes \[m\].
         pivot_to_mass_center: Vector3,
     },
-    /// [`GravityGradient::new`].
+    /// A field built by [`GravityGradient::new`].
     GravityGradient {
         /// Orbital rate [rad/s].
         orbital_rate: f64,
         /// Inertia about the mass center [kg·m²], body axes.
         inertia: Matrix3,
     },
-    /// [`CentralGravity::of_masses`].
+    /// A field built by [`CentralGravity::of_masses`].
     CentralGravity {
         /// Gravitational parameter μ [m³/s²].
         gravitational_parameter: f64,
         /// Mass \[kg\] and position of each point, body axes from the mass center \[m\].
         points: Vec<(f64, Vector3)>,
     },
-    /// [`SecondOrderGravity::new`].
+    /// A field built by [`SecondOrderGravity::new`].
     SecondOrderGravity {
         /// Gravitational parameter μ [m³/s²].
         gravitational_parameter: f64,
@@ -140,31 +140,31 @@ pub enum Description {
         /// Inertia about the mass center [kg·m²], body axes.
         inertia: Matrix3,
     },
-    /// Any other, such as a field of the caller's own: a spec has no notation for it.
+    /// Any other field, such as a user-defined one, for which a spec has no notation.
     Custom,
 }
 
-/// The joint motions that leave a potential unchanged, and hence the conserved momenta.
+/// The motions that leave a potential unchanged, and hence the conserved momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symmetry {
     /// No known symmetry: nothing is conserved.
     None,
-    /// Rotations about this unit vector through the origin, in the reference frame: they conserve
-    /// the angular momentum about it.
+    /// Rotations about this unit vector (reference frame) through the origin. They conserve the
+    /// component of the angular momentum along the vector.
     About(Vector3),
-    /// All rotations about the origin: they conserve the angular momentum.
+    /// All rotations about the origin. They conserve the angular momentum.
     Turns,
-    /// Turns and shifts: both momenta.
+    /// All rotations and translations. They conserve angular and linear momentum.
     All,
 }
 
-/// A potential field `U(x, R)` acting on the body.
+/// A potential `U(x, R)` whose field acts on the body.
 ///
-/// With `δR = R S(ζ)` a field returns `dU = −f·δx − M·ζ`, the derivative `Γ` of force and moment,
-/// and the second derivative contracted with costates, which makes costates exact derivatives of
-/// the cost. All values must be finite at every pose of the motion; otherwise a solve ends as
+/// With `δR = R S(ζ)`, a field provides `dU = −f·δx − M·ζ`, the derivative `Γ` of force and moment,
+/// and the second derivative contracted with costates. The latter makes costates exact derivatives
+/// of the cost. All values must be finite at every pose of the motion; otherwise a solve ends with
 /// [`Outcome::NotFinite`](crate::Outcome::NotFinite). A wrong derivative causes slow or failing
-/// convergence, and a failed verdict; compare it with finite differences
+/// convergence, and a failed verdict; compare derivatives with finite differences
 /// (`examples/own_environment.rs`).
 pub trait Environment: Debug + Send + Sync {
     /// Returns the potential energy `U` \[J\].
@@ -177,21 +177,21 @@ pub trait Environment: Debug + Send + Sync {
     /// [N/m, N/rad, N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
-    /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates
-    /// `λ` held fixed: four 3×3 blocks. Each has the unit of `Γ` times the unit of the costates,
-    /// per m or rad.
+    /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, for constant
+    /// costates `λ`: four 3×3 blocks. Each block has the unit of `Γ` times the unit of the
+    /// costates, per m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
-    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]. Zero:
-    /// inertial.
+    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]; zero for an
+    /// inertial frame. Default: zero.
     fn frame_rate(&self) -> Vector3 {
         Vector3::zeros()
     }
 
-    /// Returns a bound of `|M|` over all poses [N·m]; `None` if no bound exists or is known.
+    /// Returns an upper bound on `|M|` over all poses [N·m]; `None` if no bound exists or is known.
     /// Default: `None`.
     ///
-    /// Proofs that a maneuver is infeasible count the field as so much more torque.
+    /// Proofs that a maneuver is infeasible add the bound to the torque limit.
     fn moment_bound(&self) -> Option<f64> {
         None
     }
@@ -201,18 +201,20 @@ pub trait Environment: Debug + Send + Sync {
         false
     }
 
-    /// Returns its symmetry, for reports. Default: full symmetry for a free body, else none.
+    /// Returns the symmetry of the field, for reports. Default: full symmetry for a free body,
+    /// otherwise none.
     fn symmetry(&self) -> Symmetry {
         if self.is_free() { Symmetry::All } else { Symmetry::None }
     }
 
-    /// Returns its description for specs and plan files. Default: [`Description::Custom`].
+    /// Returns the description of the field for specs and plan files. Default:
+    /// [`Description::Custom`].
     fn describe(&self) -> Description {
         Description::Custom
     }
 }
 
-/// No field: the free rigid body.
+/// The free rigid body: no field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Free;
 

@@ -1,11 +1,12 @@
-//! MacCullagh's second-order field on a body of mass `m` and inertia `J`, center at the origin.
+//! MacCullagh's second-order gravity on a body of mass `m` and inertia `J`, with the attracting
+//! center at the origin.
 //!
 //! ```text
 //! U = −μm/|x| + u(y),   y = Rᵀx = r e,   u(y) = −(μ/2r³) (tr J − 3 e·Je)
 //! ```
-//! The first term moves the mass center alone. The second depends on the center as the body sees
-//! it, so that, with `δy = Rᵀδx + S(y) ζ`, one chain rule gives everything from the derivatives of
-//! `u`, `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
+//! The first term moves the mass center alone. The second term depends on the position `y` of the
+//! mass center in body axes. With `δy = Rᵀδx + S(y) ζ`, the chain rule therefore gives all
+//! quantities from the derivatives `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
 //! ```text
 //! f = −R a         M = y × a
 //! F_x = −R H Rᵀ    F_R = R (S(a) − H S(y))    M_x = F_Rᵀ    M_R = (S(y) H − S(a)) S(y)
@@ -34,26 +35,26 @@ use crate::{Matrix3, Vector3};
 
 /// Gravity of a point at the origin on an extended body, to second order in size over distance.
 ///
-/// Compared with the exact field the force has a relative error of O((l/r)³) and the moment of
-/// O(l/r); one order better for bodies symmetric under `ρ → −ρ`. All values are infinite at the
-/// origin.
+/// Relative to the exact field, the force has an error of O((l/r)³) and the moment an error of
+/// O(l/r). For bodies symmetric under `ρ → −ρ` both errors are one order smaller. All values are
+/// infinite at the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SecondOrderGravity {
-    /// `μ m` [N·m²].
+    /// Gravitational parameter times mass, `μ m` [N·m²].
     monopole: f64,
-    /// `(3/2) μ J` [N·m⁴], body axes.
+    /// The matrix `(3/2) μ J` [N·m⁴], body axes.
     quadrupole: Matrix3,
-    /// The numbers of the constructor.
+    /// The arguments of the constructor.
     description: Description,
 }
 
 impl SecondOrderGravity {
-    /// Builds a body of `mass` \[kg\] and `inertia` about its mass center, in the field of
-    /// gravitational parameter μ [m³/s²].
+    /// Builds the field of gravitational parameter μ [m³/s²] on a body of `mass` \[kg\] and
+    /// `inertia` about its mass center.
     ///
     /// # Errors
-    /// An [`EnvironmentError`] if the parameter or the mass is not a positive number, or their
-    /// product or the one with the inertia overflows.
+    /// Returns an [`EnvironmentError`] if the parameter or the mass is not a positive number, or if
+    /// the product of the parameter with the mass or with the inertia overflows.
     pub fn new(gravitational_parameter: f64, mass: f64, inertia: &Inertia) -> Result<Self, EnvironmentError> {
         let mu = positive("gravitational parameter", gravitational_parameter)?;
         let monopole = finite("gravitational parameter times mass", mu * positive("mass", mass)?)?;
@@ -72,7 +73,7 @@ impl SecondOrderGravity {
     }
 }
 
-/// The attracting center in body axes; `J` in these quantities is `(3/2) μ J`.
+/// Quantities of the attracting center in body axes. `J` is replaced by `(3/2) μ J` in all of them.
 struct Center<'a> {
     jj: &'a Matrix3,
     tau: f64,
@@ -84,22 +85,22 @@ struct Center<'a> {
 }
 
 impl Center<'_> {
-    /// Returns `u`.
+    /// Returns the second-order potential `u`.
     fn potential(&self) -> f64 {
         (3.0 * self.c - self.tau) / (3.0 * self.r.powi(3))
     }
 
-    /// Returns `a = ∇u`.
+    /// Returns the gradient `a = ∇u`.
     fn slope(&self) -> Vector3 {
         ((self.tau - 5.0 * self.c) * self.e + 2.0 * self.j) / self.r.powi(4)
     }
 
-    /// Returns `y × a = (2/r³) e × Je`.
+    /// Returns the moment `y × a = (2/r³) e × Je`.
     fn moment(&self) -> Vector3 {
         2.0 * self.e.cross(&self.j) / self.r.powi(3)
     }
 
-    /// Returns `H = ∇²u`.
+    /// Returns the Hessian `H = ∇²u`.
     fn hessian(&self) -> Matrix3 {
         let Self { jj, tau, r, e, j, c, .. } = self;
         ((tau - 5.0 * c) * Matrix3::identity() + 2.0 * *jj - 10.0 * symmetric(j, e)
@@ -107,7 +108,7 @@ impl Center<'_> {
             / r.powi(5)
     }
 
-    /// Returns `T = ∂(Hq)/∂y`, `q` held fixed.
+    /// Returns the third derivative `T = ∂(Hq)/∂y` for a constant `q`.
     fn third(&self, q: &Vector3) -> Matrix3 {
         let Self { jj, tau, r, e, j, c, .. } = self;
         let (sigma, jq, middle) = (e.dot(q), j.dot(q), 7.0 * c - tau);

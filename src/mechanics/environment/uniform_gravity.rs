@@ -1,6 +1,7 @@
 //! The 3D pendulum: a body on a fixed pivot in a uniform field.
 //!
-//! Moment after (3.21); M_R is the block of (4.14), N(p) its transpose times p, differentiated.
+//! The moment follows (3.21), and `M_R` is the block of (4.14). `N(p)` is the derivative of
+//! `M_Rᵀ p`.
 //! ```text
 //! G = Rᵀd     U = −m g d·Rρ     M = m g ρ × G
 //! M_R = m g S(ρ) S(G)           N(p) = −m g S(ρ×p) S(G)
@@ -14,20 +15,21 @@ use crate::mechanics::number::{finite_vector, not_negative, positive};
 
 /// Uniform gravity on a body that turns about a fixed pivot: the 3D pendulum.
 ///
-/// The inertia of the body is then the one about the pivot.
+/// The inertia of the body must be the inertia about the pivot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UniformGravity {
-    /// `d`, unit, reference frame.
+    /// Unit vector `d` of the direction of gravity, reference frame.
     direction: Vector3,
-    /// `m g ρ`, body axes [N·m].
+    /// Weight times arm, `m g ρ`, body axes [N·m].
     weight_arm: Vector3,
-    /// The numbers of the constructor.
+    /// The arguments of the constructor.
     description: Description,
 }
 
 impl UniformGravity {
-    /// Builds a body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where
-    /// things fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
+    /// Builds the field of the acceleration `gravity` [m/s²] along `direction_of_fall` (reference
+    /// frame, any length) on a body of `mass` \[kg\]. `pivot_to_mass_center` is the arm ρ, body
+    /// axes \[m\].
     ///
     /// # Errors
     /// Returns an [`EnvironmentError`] that names a number that is not finite, a mass that is not
@@ -77,7 +79,7 @@ impl Environment for UniformGravity {
         Blocks { rr: hat(&costates.moment.cross(&self.weight_arm)) * hat(&g), ..Blocks::zero() }
     }
 
-    /// Returns `|m g ρ × G| ≤ m g |ρ|`.
+    /// Returns the bound `m g |ρ|` on the moment `|m g ρ × G|`.
     fn moment_bound(&self) -> Option<f64> {
         Some(self.weight_arm.norm())
     }

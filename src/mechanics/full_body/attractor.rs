@@ -1,34 +1,34 @@
-//! The gravity of a body.
+//! The gravity model of a body.
 
 use super::error::Checked;
 use super::{HomogeneousPolyhedron, MassPoint, PointCloud};
 use crate::mechanics::body::{Body, Inertia, InertiaError};
 use crate::{Matrix3, Vector3};
 
-/// The kind of gravity of a body.
+/// The gravity model of a body.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Attractor {
-    /// Point masses: exact among clouds, all pairs of points.
+    /// Point masses. The gravity between two clouds is exact: all pairs of points are summed.
     Cloud(PointCloud),
-    /// Mass and inertia alone, MacCullagh's formula: second order in size over distance in all its
-    /// pairs.
+    /// Mass and inertia alone, by MacCullagh's formula. All pairs with such a body are of second
+    /// order in size over distance.
     SecondOrder {
         /// Mass \[kg\].
         mass: f64,
         /// Inertia about the mass center, body axes.
         inertia: Inertia,
     },
-    /// A homogeneous polyhedron: exact on points and clouds; on another polyhedron by Gauss points
-    /// of the smaller one.
+    /// A homogeneous polyhedron. Its gravity on points and clouds is exact. Between two polyhedra
+    /// it acts on Gauss points of the smaller one.
     Polyhedron(HomogeneousPolyhedron),
 }
 
 impl Attractor {
-    /// Returns a sphere, or a point mass \[kg\].
+    /// Returns a point mass \[kg\], which has the gravity of a homogeneous sphere.
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if the mass is not a positive number.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if the mass is not a positive number.
     pub fn point(mass: f64) -> Checked<Self> {
         Ok(Self::Cloud(PointCloud::new(vec![MassPoint { mass, position: Vector3::zeros() }])?))
     }
@@ -42,8 +42,8 @@ impl Attractor {
         }
     }
 
-    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. Singular for points on a
-    /// line.
+    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. It is singular if all
+    /// points are on a line.
     pub fn inertia(&self) -> Matrix3 {
         match self {
             Self::Cloud(cloud) => cloud.inertia(),
@@ -55,7 +55,8 @@ impl Attractor {
     /// Returns the rigid body for the integrators.
     ///
     /// # Errors
-    /// An [`InertiaError`] if the inertia is singular: points on a line, or a single one.
+    /// Returns an [`InertiaError`] if the inertia is singular: all points on a line, or a single
+    /// point.
     pub fn body(&self) -> Result<Body, InertiaError> {
         Ok(Body { inertia: Inertia::new(self.inertia())?, mass: Some(self.mass()) })
     }

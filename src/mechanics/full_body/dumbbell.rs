@@ -1,13 +1,13 @@
-//! Dumbbells: two equal spheres on a massless rod, their mutual potential in closed form.
+//! Dumbbells: two equal spheres on a massless rod. Their mutual potential has a closed form.
 //!
-//! With `a = R e₁ l/2`, the four pairs of spheres of two dumbbells give,
-//! `d_pq = x_i + p a_i − x_j − q a_j`,
+//! Let `a = R e₁ l/2`. The four pairs of spheres of two dumbbells, at the distance vectors
+//! `d_pq = x_i + p a_i − x_j − q a_j`, give
 //! ```text
 //! U = −(G m_i m_j/4) Σ_{p,q = ±1} 1/|d_pq|                  g_pq = −(G m_i m_j/4) d_pq/|d_pq|³
 //! f_i = Σ g_pq     M_i = (l_i/2) e₁ × R_iᵀ Σ p g_pq        f_j = −f_i     M_j = −(l_j/2) e₁ × R_jᵀ Σ q g_pq
 //! ```
-//! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as
-//! points do.
+//! (equation 3.8 and the potential of section 3.4, with its sign). The result is exact for
+//! homogeneous spheres, which attract as points do.
 
 use super::error::{Checked, count};
 use super::{MassPoint, PointCloud, Potential};
@@ -19,11 +19,11 @@ use crate::{Matrix3, Vector3};
 /// Two equal homogeneous spheres joined by a massless rod along the first body axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dumbbell {
-    /// Mass of both spheres together \[kg\].
+    /// Total mass of both spheres \[kg\].
     pub mass: f64,
     /// Distance `l` between the centers of the spheres \[m\].
     pub length: f64,
-    /// Radius of a sphere \[m\]. Counts for the inertia alone.
+    /// Radius of a sphere \[m\]. It affects only the inertia.
     pub sphere_radius: f64,
 }
 
@@ -39,16 +39,17 @@ impl Dumbbell {
     /// Returns the rigid body for the integrators.
     ///
     /// # Errors
-    /// Returns an [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is
-    /// impossible, as for a radius of zero.
+    /// Returns an [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is invalid,
+    /// as for a radius of zero.
     pub fn body(&self) -> Result<Body, crate::mechanics::body::InertiaError> {
         Ok(Body { inertia: Inertia::new(self.inertia())?, mass: Some(self.mass) })
     }
 
-    /// Returns the two point masses.
+    /// Returns the two spheres as a cloud of two point masses.
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if mass or length is not a positive number.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if mass or length is not a positive
+    /// number.
     pub fn cloud(&self) -> Checked<PointCloud> {
         self.check()?;
         let ends = [0.5, -0.5].map(|side| MassPoint {
@@ -69,19 +70,19 @@ impl Dumbbell {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dumbbells {
     gravitational_constant: f64,
-    /// Mass of one sphere, and half the length.
+    /// For each dumbbell, the mass of one sphere \[kg\] and half the length of the rod \[m\].
     halves: Vec<(f64, f64)>,
 }
 
 impl Dumbbells {
-    /// The largest number of dumbbells; their pairs are summed one by one.
+    /// The largest number of dumbbells. Their pairs are summed one by one.
     pub const BODIES: usize = 10_000;
 
-    /// Returns the gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
+    /// Builds the mutual gravity of `dumbbells`, with the gravitational constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
-    /// Returns a [`FullBodyError`](super::FullBodyError) if the list is empty or too long, or the
-    /// constant, a mass or a length is not a positive number.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if the list is empty or too long, or if
+    /// the constant, a mass or a length is not a positive number.
     pub fn new(gravitational_constant: f64, dumbbells: &[Dumbbell]) -> Checked<Self> {
         positive("gravitational constant", gravitational_constant)?;
         count("dumbbells", dumbbells.len(), Self::BODIES)?;
@@ -118,18 +119,18 @@ struct Pair {
     rods: (Vector3, Vector3),
 }
 
-/// The ends of both rods.
+/// The signs p, q of the four pairs of spheres.
 const ENDS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
 impl Pair {
-    /// Returns `d_pq`.
+    /// Returns the vector `d_pq` between two spheres.
     fn distance(&self, (p, q): (f64, f64)) -> Vector3 {
         self.offset + p * self.rods.0 - q * self.rods.1
     }
 }
 
 impl Potential for Dumbbells {
-    /// Returns all symmetries: the energy depends on relative poses alone.
+    /// Returns full symmetry, because the energy depends only on relative poses.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }
@@ -143,7 +144,7 @@ impl Potential for Dumbbells {
 
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
         wrenches.fill(Wrench::zero());
-        // The moments hold Σ ± g, reference frame, until all pairs are summed.
+        // The moments hold Σ ± g, in the reference frame, until all pairs are summed.
         for pair in self.pairs(poses) {
             let (mut force, mut first, mut second) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
             for (p, q) in ENDS {

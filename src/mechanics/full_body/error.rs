@@ -1,13 +1,13 @@
-//! Errors of the constructors of bodies and potentials, and the checks that they share.
+//! Errors of the constructors of bodies and potentials, and the checks that the constructors share.
 
 use crate::Vector3;
 use crate::mechanics::number::NumberError;
 use thiserror::Error;
 
-/// The reason for which numbers do not describe attracting bodies.
+/// The reason why numbers do not describe attracting bodies.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FullBodyError {
-    /// A number has a wrong value.
+    /// A number is not finite, or is negative or zero where this is not allowed.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or larger than memory and time allow.
@@ -20,7 +20,7 @@ pub enum FullBodyError {
         /// The largest possible number.
         limit: usize,
     },
-    /// A body without mass does not translate, and neither attracts nor is attracted.
+    /// A body has no mass. It would not translate, and would neither attract nor be attracted.
     #[error("a body has no mass: each of several bodies needs one")]
     NoMass,
     /// The mass center is not the origin of the body axes.

@@ -3,8 +3,8 @@
 //! ```text
 //! E = Σ |γ_i|²/2m_i + ½ Π_i·J_i⁻¹Π_i + U      P = Σ γ_i      L = Σ x_i × γ_i + R_i Π_i
 //! ```
-//! `P` and `L` are conserved by every potential that depends on relative positions and attitudes
-//! alone, and to round-off by the Lie group variational integrators; `E` by the motion.
+//! Every potential that depends only on relative positions and attitudes conserves `P` and `L`; the
+//! Lie group variational integrators conserve them to round-off. The true motion conserves `E`.
 
 use super::Potential;
 use crate::Vector3;
@@ -20,7 +20,7 @@ pub struct Momentum {
     pub angular: Vector3,
 }
 
-/// Returns the kinetic energy `Σ |γ|²/2m + ½ Π·J⁻¹Π` \[J\]; of the rotation alone for a body
+/// Returns the kinetic energy `Σ |γ|²/2m + ½ Π·J⁻¹Π` \[J\]; only the rotational energy for a body
 /// without mass.
 pub fn kinetic_energy(bodies: &[Body], momenta: &[Momentum]) -> f64 {
     let of = |(body, momentum): (&Body, &Momentum)| {
@@ -49,7 +49,7 @@ pub fn angular_momentum(poses: &[Pose], momenta: &[Momentum]) -> Vector3 {
 }
 
 /// Returns the mass center `Σ m x / Σ m`, reference frame \[m\]. A body without mass does not
-/// count.
+/// contribute.
 pub fn mass_center(bodies: &[Body], poses: &[Pose]) -> Vector3 {
     let mass = |body: &Body| body.mass.unwrap_or(0.0);
     let total: f64 = bodies.iter().map(mass).sum();

@@ -1,10 +1,10 @@
-//! Four numbers side by side, which the compiler keeps in vector registers.
+//! Four numbers side by side (SIMD lanes), which the compiler keeps in vector registers.
 //!
-//! Every operation acts on each lane alone and rounds as the scalar operation does.
+//! Every operation acts on each lane separately and rounds as the scalar operation does.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// Numbers per block of a cloud and field points per pass over a polyhedron.
+/// The number of points in a block of a cloud, and of field points in a pass over a polyhedron.
 pub(super) const LANES: usize = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

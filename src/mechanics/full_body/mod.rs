@@ -4,8 +4,8 @@
 //! m_i ẍ_i = f_i = −∂U/∂x_i      Π̇_i = Π_i × Ω_i + M_i      δU = −Σ_i (f_i·δx_i + M_i·ζ_i)
 //! ```
 //!
-//! Forces `f_i` are in the reference frame, moments `M_i` in the axes of body i, as in the survey's
-//! section 3.
+//! Forces `f_i` are in the reference frame and moments `M_i` in the axes of body i, as in section 3
+//! of the survey.
 //!
 //! | potential | for | error |
 //! |---|---|---|
@@ -15,9 +15,9 @@
 //! | … of two [`Attractor::Polyhedron`] | homogeneous solids | `O((l/d)^{2n})`: Gauss points of one, exact field of the other |
 //! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
 //!
-//! Force and moment of each body come from one energy that depends on relative positions and
-//! attitudes. Total force and total moment therefore vanish to round-off for any approximation of
-//! the energy.
+//! Force and moment of each body derive from one energy that depends only on relative positions and
+//! attitudes. Total force and total moment therefore vanish to round-off, whatever approximation of
+//! the energy is used.
 //!
 //! ```
 //! use slewkit::{Matrix3, Pose, Vector3, Wrench};
@@ -62,7 +62,7 @@ use crate::mechanics::environment::{Blocks, Pose, Symmetry, Wrench};
 
 /// A potential `U(x_1, R_1, …, x_n, R_n)` with its force and moment on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
-    /// Returns `U` \[J\].
+    /// Returns the potential energy `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
     /// Writes force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body to
@@ -72,13 +72,14 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// Writes the derivative of force and moment on body i with respect to `(δx, ζ)` of body j to
     /// `gradient[n i + j]`. Returns false and writes nothing if the potential does not provide it.
     ///
-    /// The implicit methods converge quadratically with it, linearly without. Default: not offered.
+    /// The implicit methods converge quadratically with the gradient, and linearly without it.
+    /// Default: not provided.
     fn gradient(&self, _poses: &[Pose], _gradient: &mut [Blocks]) -> bool {
         false
     }
 
-    /// Returns whether force and moment depend on the poses. If they do not, as for inputs held
-    /// along their own axes, the gradient is zero and known. Default: they do.
+    /// Returns whether force and moment depend on the poses. If they do not, as for inputs that are
+    /// held in their own axes, the gradient is known to be zero. Default: true.
     fn depends_on_poses(&self) -> bool {
         true
     }

@@ -1,7 +1,7 @@
-//! The mutual gravity of n bodies of any kind, summed over their pairs.
+//! The mutual gravity of n bodies of any model, summed over their pairs.
 //!
-//! Pairs are cut into tasks of fixed size, and the results of the tasks are added in a fixed order:
-//! the result has the same bits whether one thread evaluates the tasks or many.
+//! Pairs are split into tasks of fixed size, and the results of the tasks are added in a fixed
+//! order. The result is therefore bit-identical for any number of threads.
 
 use super::error::{Checked, count};
 use super::pair::{TASK, Task};
@@ -15,7 +15,7 @@ use std::sync::Mutex;
 /// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
 pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
-/// The use of threads in an evaluation. The result is the same to the last bit.
+/// How an evaluation uses threads. The choice does not change a bit of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Threads {
     /// Uses threads if an evaluation is long enough. Default.
@@ -23,14 +23,14 @@ pub enum Threads {
     Auto,
     /// Evaluates on the calling thread, without allocation.
     One,
-    /// Evaluates on the threads of rayon, even if this takes longer. Without the feature `threads`
+    /// Evaluates on the threads of rayon, even if this takes longer. Without the feature `threads`,
     /// it evaluates on the calling thread.
     Many,
 }
 
-/// The gravity of n bodies on one another.
+/// The mutual gravity of n bodies.
 ///
-/// Values are not finite if points of two bodies meet.
+/// Values are not finite if points of two bodies coincide.
 #[derive(Debug)]
 pub struct MutualGravity {
     gravitational_constant: f64,
@@ -38,27 +38,27 @@ pub struct MutualGravity {
     moments: Vec<Moments>,
     tasks: Vec<Task>,
     threads: Threads,
-    /// Cost of one evaluation, and of a task in the mean, in interactions of point with point.
+    /// Cost of one evaluation, in point-to-point interactions.
     cost: f64,
     /// The buffer for the results of tasks, so that an evaluation does not allocate.
     results: Mutex<Vec<Exchange>>,
 }
 
 impl MutualGravity {
-    /// The largest number of bodies; their pairs are summed one by one.
+    /// The largest number of bodies. Their pairs are summed one by one.
     pub const BODIES: usize = 2_000;
-    /// The largest number of interactions of point with point in one evaluation: about half a
+    /// The largest number of point-to-point interactions in one evaluation, which take about half a
     /// minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
-    /// The least number of interactions for which threads save time.
+    /// The smallest number of interactions for which threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
-    /// Returns the gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
+    /// Builds the mutual gravity of `bodies`, with the gravitational constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
-    /// Returns a [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, an
-    /// evaluation would need more than [`Self::INTERACTIONS`], the constant or a mass is not a
-    /// positive number, or their product overflows.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if the number of bodies is zero or too
+    /// large, if an evaluation would need more than [`Self::INTERACTIONS`], if the constant or a
+    /// mass is not a positive number, or if their product overflows.
     pub fn new(gravitational_constant: f64, bodies: Vec<Attractor>) -> Checked<Self> {
         positive("gravitational constant", gravitational_constant)?;
         count("bodies", bodies.len(), Self::BODIES)?;
@@ -79,7 +79,7 @@ impl MutualGravity {
         Ok(Self { gravitational_constant, bodies, moments, tasks, threads: Threads::Auto, cost, results })
     }
 
-    /// Chooses the threads that sum the field.
+    /// Sets how an evaluation uses threads.
     #[must_use]
     pub fn with_threads(self, threads: Threads) -> Self {
         Self { threads, ..self }
@@ -90,7 +90,7 @@ impl MutualGravity {
         &self.bodies
     }
 
-    /// Returns the work of one evaluation, in interactions of point with point.
+    /// Returns the cost of one evaluation, in point-to-point interactions.
     pub fn interactions(&self) -> f64 {
         self.cost
     }
@@ -104,7 +104,7 @@ impl MutualGravity {
         }
     }
 
-    /// Returns the least number of tasks that a thread takes at once: the overhead of smaller
+    /// Returns the smallest number of tasks in a batch for a thread. The overhead of smaller
     /// batches exceeds their gain.
     fn batch(&self) -> usize {
         (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
@@ -123,7 +123,7 @@ impl MutualGravity {
 }
 
 impl Potential for MutualGravity {
-    /// Returns all symmetries: the energy depends on relative poses alone.
+    /// Returns full symmetry, because the energy depends only on relative poses.
     fn symmetry(&self) -> Symmetry {
         Symmetry::All
     }
@@ -136,8 +136,8 @@ impl Potential for MutualGravity {
         assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
         let of = |task: &Task| task.energy(&self.bodies, &self.moments, poses);
         let sum: f64 = if self.is_shared() {
-            // Summed in the order of the tasks; energies are printed, not stepped with, and may
-            // allocate.
+            // Energies are summed in the order of the tasks. They are printed and not used in
+            // steps, so that this may allocate.
             let mut energies = vec![0.0; self.tasks.len()];
             parallel::fill(&self.tasks, &mut energies, self.batch(), of);
             energies.iter().sum()
@@ -156,7 +156,7 @@ impl Potential for MutualGravity {
         assert_eq!(wrenches.len(), self.bodies.len(), "one row per body");
         wrenches.fill(Wrench::zero());
         let of = |task: &Task| task.exchange(&self.bodies, &self.moments, poses);
-        // Another thread that evaluates the same potential has the buffer: then on this thread
+        // If another thread that evaluates this potential holds the buffer, this thread evaluates
         // alone.
         let shared = if self.is_shared() { self.results.try_lock().ok() } else { None };
         if let Some(mut results) = shared {

@@ -1,4 +1,5 @@
-//! Two bodies: one is the field, the other a set of probes in it.
+//! The gravity of a pair of bodies: one body is the field, and the other a set of probes in the
+//! field.
 //!
 //! With φ the potential of the field per unit of mass and `y_q = X + Q ρ_q` the probes `(m_q, ρ_q)`
 //! in the axes of the field,
@@ -7,9 +8,9 @@
 //! f = Σ_q g_q on the probes, −f on the field
 //! M_probes = Σ_q Qρ_q × g_q      M_field = −Σ_q y_q × g_q      so that M_field + M_probes + X × f = 0
 //! ```
-//! Force and moments derive from this one `U(X, Q)`: whatever it approximates, total force and
-//! total moment vanish to round-off, and an integrator that conserves momenta and energy for a
-//! potential does so here. Everything here is for `G = 1`.
+//! Force and moments derive from the one energy `U(X, Q)`. For any approximation of it, total force
+//! and total moment therefore vanish to round-off, and an integrator that conserves momenta and
+//! energy for a potential also conserves them here. Everything in this module is for `G = 1`.
 
 use super::lanes::{LANES, Lanes};
 use super::polyhedron::side_by_side;
@@ -20,28 +21,28 @@ use crate::Vector3;
 use crate::mechanics::environment::Pose;
 use std::ops::Range;
 
-/// A part of the work of one pair: some probes in a field.
+/// A part of the computation of one pair: a range of probes in the field.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
     /// The index of the body whose field acts.
     pub field: usize,
     /// The index of the body with the probes.
     pub probe: usize,
-    /// The range of the probes.
+    /// The range of the probes; empty for a pair of second order.
     range: Range<usize>,
 }
 
-/// Interactions of point with point in one task, about 50 µs: long against handing it to a thread,
-/// short against an evaluation that pays for threads.
+/// Point-to-point interactions in one task, about 50 µs. This is long compared with the handover to
+/// a thread, and short compared with an evaluation for which threads save time.
 pub(super) const TASK: usize = 1 << 14;
-/// The cost of a face acting on a point, in interactions of point with point.
+/// The cost of a face that acts on a point, in point-to-point interactions.
 const FACE: usize = 8;
-/// The cost of a rotation of a probe into the axes of the field, and of a pair of second order,
-/// in interactions of point with point.
+/// The costs, in point-to-point interactions, of the rotation of a probe into the axes of the
+/// field, and of a pair of second order.
 const TURN: usize = 4;
 const SECOND_ORDER: usize = 8;
 
-/// Returns the points of a body on which the field of another acts; empty for a body of second
+/// Returns the points of a body on which the field of another body acts; empty for a body of second
 /// order.
 fn probes(body: &Attractor) -> &[MassPoint] {
     match body {
@@ -51,18 +52,18 @@ fn probes(body: &Attractor) -> &[MassPoint] {
     }
 }
 
-/// Returns the index of the field body of a pair, and its cost on one probe; `None` for a pair of
-/// second order.
+/// Returns the indices of the field body and of the probe body of a pair, and the cost of the field
+/// on one probe; `None` for a pair of second order.
 fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, usize, usize)> {
     use Attractor::{Cloud, Polyhedron, SecondOrder};
     let first_is_field = match (&bodies[first], &bodies[second]) {
         (SecondOrder { .. }, _) | (_, SecondOrder { .. }) => return None,
-        // The inner loop runs over the longer one.
+        // The inner loop runs over the cloud with more points.
         (Cloud(a), Cloud(b)) => a.points().len() >= b.points().len(),
         // The exact field of the polyhedron acts on the points.
         (Polyhedron(_), Cloud(_)) => true,
         (Cloud(_), Polyhedron(_)) => false,
-        // The Gauss points are in the smaller body, whose tetrahedra are smaller.
+        // The Gauss points are in the smaller body, which has the smaller tetrahedra.
         (Polyhedron(a), Polyhedron(b)) => a.shape().radius() >= b.shape().radius(),
     };
     let (field, probe) = if first_is_field { (first, second) } else { (second, first) };
@@ -74,7 +75,7 @@ fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, us
 }
 
 impl Task {
-    /// Returns the cost of a pair, in interactions of point with point.
+    /// Returns the cost of a pair, in point-to-point interactions.
     pub fn cost(bodies: &[Attractor], first: usize, second: usize) -> f64 {
         match roles(bodies, first, second) {
             Some((_, probe, cost)) => cost as f64 * probes(&bodies[probe]).len() as f64,
@@ -82,7 +83,7 @@ impl Task {
         }
     }
 
-    /// Cuts a pair into tasks.
+    /// Splits a pair into tasks.
     pub fn split(bodies: &[Attractor], first: usize, second: usize, tasks: &mut Vec<Self>) {
         let Some((field, probe, cost)) = roles(bodies, first, second) else {
             return tasks.push(Self { field: first, probe: second, range: 0..0 });
@@ -93,7 +94,7 @@ impl Task {
         tasks.extend(starts.map(|start| Self { field, probe, range: start..(start + step).min(count) }));
     }
 
-    /// Returns the force and moments.
+    /// Returns the force and the moments of the task, divided by `G`.
     pub fn exchange(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> Exchange {
         let seen = seen_from(&poses[self.field], &poses[self.probe]);
         let probes = || &probes(&bodies[self.probe])[self.range.clone()];
@@ -107,7 +108,7 @@ impl Task {
         }
     }
 
-    /// Energy.
+    /// Returns the energy of the task, divided by `G`.
     pub fn energy(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> f64 {
         let seen = seen_from(&poses[self.field], &poses[self.probe]);
         let probes = || &probes(&bodies[self.probe])[self.range.clone()];
@@ -121,7 +122,8 @@ impl Task {
         }
     }
 
-    /// Returns whether the pair has no probes: mass and inertia act on mass and inertia.
+    /// Returns whether the pair is of second order. It has no probes: the mass and inertia of each
+    /// body act on the mass and inertia of the other.
     fn is_second_order(&self) -> bool {
         self.range.is_empty()
     }
@@ -148,7 +150,7 @@ fn cloud_exchange(field: &PointCloud, probes: &[MassPoint], seen: &Pose) -> Exch
     sum
 }
 
-/// Returns the masses of up to four probes, and their arms in the axes of the field.
+/// Returns the masses of up to four probes, and their arms and positions in the axes of the field.
 fn four(probes: &[MassPoint], seen: &Pose) -> (Lanes, [Lanes; 3], [Lanes; 3]) {
     let mass = Lanes::from_fn(|lane| probes.get(lane).map_or(0.0, |probe| probe.mass));
     // Lanes without a probe have no mass and the position of the first probe.

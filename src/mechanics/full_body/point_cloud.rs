@@ -1,13 +1,13 @@
-//! A rigid cloud of point masses: any shape, approximated or, for a dumbbell, exact.
+//! A rigid cloud of point masses. It approximates any shape, and represents a dumbbell exactly.
 //!
-//! At a point `y` in body axes, per unit of mass there and with G = 1,
+//! At a point `y` in body axes, per unit of mass at this point and with G = 1,
 //! ```text
 //! s = Σ_p m_p/|d_p|³     v = Σ_p m_p ρ_p/|d_p|³     d_p = y − ρ_p
 //! g = v − s y            moment on the cloud: −Σ_p ρ_p × g_p = v × y
 //! ```
-//! Four running sums give force and reaction; `v × y + y × g = 0` then holds exactly. Because `v`
-//! has the arms `ρ` as factors, the moment has an error of `|y|/|ρ|` ulps (`−y × g` would have
-//! `(|y|/|ρ|)²`).
+//! Four running sums give force and reaction, and `v × y + y × g = 0` then holds exactly. Because
+//! `v` has the arms `ρ` as factors, the moment has an error of `|y|/|ρ|` ulps (`−y × g` would have
+//! an error of `(|y|/|ρ|)²` ulps).
 
 use super::error::{Checked, centered, count};
 use super::lanes::{LANES, Lanes};
@@ -32,7 +32,7 @@ pub struct PointCloud {
     radius: f64,
 }
 
-/// Points side by side, for the lanes of a vector register.
+/// Up to four points side by side, for the lanes of a vector register.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Block {
     mass: Lanes,
@@ -43,11 +43,12 @@ impl PointCloud {
     /// The largest number of points of a cloud.
     pub const POINTS: usize = 10_000_000;
 
-    /// Returns a cloud of these points, their mass center at the origin.
+    /// Builds a cloud of these points, whose mass center must be the origin.
     ///
     /// # Errors
-    /// Returns a [`FullBodyError`] if the list is empty or has more than [`Self::POINTS`], a mass
-    /// is not a positive number, a position is not finite, or the mass center is not the origin.
+    /// Returns a [`FullBodyError`] if the list is empty or has more than [`Self::POINTS`] points, a
+    /// mass is not a positive number, a position is not finite, or the mass center is not the
+    /// origin.
     pub fn new(points: Vec<MassPoint>) -> Checked<Self> {
         check(&points)?;
         let (mass, center) = mass_center(&points);
@@ -56,11 +57,11 @@ impl PointCloud {
         Ok(Self::weighted(points))
     }
 
-    /// Builds a cloud of points given in any axes. It moves the origin to their mass center, and
-    /// also returns the position of that center in the given axes \[m\].
+    /// Builds a cloud of points that are given in any axes. It moves the origin to their mass
+    /// center, and also returns the position of the mass center in the given axes \[m\].
     ///
     /// # Errors
-    /// Returns the errors of [`PointCloud::new`], except for the mass center.
+    /// Returns the errors of [`PointCloud::new`], except the error for the mass center.
     pub fn centered(mut points: Vec<MassPoint>) -> Checked<(Self, Vector3)> {
         check(&points)?;
         let (mass, center) = mass_center(&points);
@@ -70,7 +71,7 @@ impl PointCloud {
         Ok((Self::weighted(points), center))
     }
 
-    /// Builds a cloud that represents a quadrature, whose weights may be negative.
+    /// Builds a cloud that represents a quadrature rule, whose weights may be negative.
     pub(super) fn weighted(points: Vec<MassPoint>) -> Self {
         let blocks = points.chunks(LANES).map(Block::new).collect();
         let mass = points.iter().map(|point| point.mass).sum();
@@ -78,12 +79,12 @@ impl PointCloud {
         Self { points, blocks, mass, radius }
     }
 
-    /// Returns the points.
+    /// Returns the points of the cloud.
     pub fn points(&self) -> &[MassPoint] {
         &self.points
     }
 
-    /// Returns the mass \[kg\].
+    /// Returns the total mass \[kg\].
     pub fn mass(&self) -> f64 {
         self.mass
     }
@@ -93,8 +94,8 @@ impl PointCloud {
         self.radius
     }
 
-    /// Returns the inertia `J = Σ m (|ρ|² I − ρ ρᵀ)` [kg·m²], 3×3, body axes. Singular if all
-    /// points lie on a line.
+    /// Returns the inertia `J = Σ m (|ρ|² I − ρ ρᵀ)` [kg·m²], 3×3, body axes. It is singular if all
+    /// points are on a line.
     pub fn inertia(&self) -> Matrix3 {
         let second = self.points.iter().fold(Matrix3::zeros(), |sum, point| {
             sum + point.mass * point.position * point.position.transpose()
@@ -102,7 +103,7 @@ impl PointCloud {
         second.trace() * Matrix3::identity() - second
     }
 
-    /// Returns `s = Σ m/|d|³` and `v = Σ m ρ/|d|³` at `y`.
+    /// Returns the sums `s = Σ m/|d|³` and `v = Σ m ρ/|d|³` at the field point `y`.
     #[inline]
     pub(super) fn pull(&self, y: &Vector3) -> (f64, Vector3) {
         let y = [0, 1, 2].map(|axis| Lanes::splat(y[axis]));
@@ -118,7 +119,7 @@ impl PointCloud {
         (s.sum(), Vector3::from(v.map(Lanes::sum)))
     }
 
-    /// Returns `Σ m/|d|` at `y`.
+    /// Returns the sum `Σ m/|d|` at the field point `y`.
     #[inline]
     pub(super) fn inverse_distances(&self, y: &Vector3) -> f64 {
         let y = [0, 1, 2].map(|axis| Lanes::splat(y[axis]));
@@ -131,7 +132,7 @@ impl PointCloud {
 }
 
 impl Block {
-    /// Builds the lanes of up to four points; a massless copy of the first point fills an empty
+    /// Builds the lanes of up to four points. A massless copy of the first point fills each empty
     /// lane.
     fn new(points: &[MassPoint]) -> Self {
         let of = |index: usize| points.get(index);

@@ -1,4 +1,4 @@
-//! Two bodies in the axes of the second: the reduced equations of the full two-body problem.
+//! The reduced equations of the full two-body problem: two bodies in the axes of the second body.
 //!
 //! The potential depends on `X = R₂ᵀ(x₁ − x₂)` and `R = R₂ᵀR₁` alone. With `m = m₁m₂/(m₁ + m₂)` and
 //! everything in the axes of body 2,
@@ -8,9 +8,9 @@
 //! Ṙ = S(Ω − Ω₂) R             Π̇ = Π × Ω₂ + M         M the moment on body 1
 //!                             Π̇₂ = Π₂ × Ω₂ − M − X × f
 //! ```
-//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) These are nine momenta and six coordinates
-//! instead of twelve and twelve. The remaining ones are the mass center, which moves uniformly, and
-//! `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass center
+//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) These equations have nine momenta and six
+//! coordinates instead of twelve and twelve. The other unknowns are the mass center, which moves
+//! uniformly, and the attitude of body 2, `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass center
 //! ```text
 //! E = |Γ|²/2m + ½ Ω·Π + ½ Ω₂·Π₂ + U(X, R)         R₂ (X × Γ + Π + Π₂) = L
 //! ```
@@ -32,7 +32,7 @@ pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
     }
 }
 
-/// Two bodies relative to each other, in the axes of the second.
+/// The relative state of two bodies, in the axes of the second body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
     /// The position `X` of the mass center of body 1 relative to the mass center of body 2 \[m\].
@@ -47,32 +47,32 @@ pub struct Relative {
     pub second: Vector3,
 }
 
-/// The state of two bodies apart from their relative state.
+/// The part of the state of two bodies that [`Relative`] does not contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
-    /// Attitude `R₂` of body 2.
+    /// Attitude `R₂` of body 2, body → reference.
     pub attitude: Matrix3,
     /// The common mass center of both bodies, reference frame \[m\].
     pub mass_center: Vector3,
-    /// Their total linear momentum, reference frame [kg·m/s].
+    /// The total linear momentum of both bodies, reference frame [kg·m/s].
     pub momentum: Vector3,
 }
 
-/// Time derivative of a [`Relative`] state, and the angular velocity that turns the axes it is
-/// given in.
+/// Time derivative of a [`Relative`] state, and the angular velocity of the axes of body 2, in
+/// which it is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeRate {
-    /// `Ẋ` [m/s].
+    /// Rate of the position, `Ẋ` [m/s].
     pub position: Vector3,
-    /// `Ω − Ω₂` [rad/s]: `Ṙ = S(Ω − Ω₂) R`.
+    /// Relative angular velocity `Ω − Ω₂` [rad/s], with `Ṙ = S(Ω − Ω₂) R`.
     pub attitude: Vector3,
-    /// `Γ̇` \[N\].
+    /// Rate of the linear momentum, `Γ̇` \[N\].
     pub momentum: Vector3,
-    /// `Π̇` [N·m].
+    /// Rate of the angular momentum of body 1, `Π̇` [N·m].
     pub first: Vector3,
-    /// `Π̇₂` [N·m].
+    /// Rate of the angular momentum of body 2, `Π̇₂` [N·m].
     pub second: Vector3,
-    /// `Ω₂` [rad/s]: `Ṙ₂ = R₂ S(Ω₂)`.
+    /// Angular velocity `Ω₂` of body 2 [rad/s], with `Ṙ₂ = R₂ S(Ω₂)`.
     pub axes: Vector3,
 }
 
@@ -85,10 +85,10 @@ pub struct TwoBodies<P> {
 }
 
 impl<P: Potential> TwoBodies<P> {
-    /// Builds the system of two bodies under `potential`, which is a potential of two bodies.
+    /// Builds the system of two bodies under `potential`, which must be a potential of two bodies.
     ///
     /// # Errors
-    /// A [`FullBodyError`] if the mass of a body is absent or not a positive number.
+    /// Returns a [`FullBodyError`] if the mass of a body is absent or not a positive number.
     pub fn new(bodies: [Body; 2], potential: P) -> Checked<Self> {
         let mass = |body: &Body| -> Checked<f64> {
             let mass = body.mass.ok_or(FullBodyError::NoMass)?;
@@ -104,7 +104,7 @@ impl<P: Potential> TwoBodies<P> {
         first / (first + second) * second
     }
 
-    /// Returns the relative state of two bodies, and the data for the inverse conversion.
+    /// Returns the relative state of two bodies, and the data that the inverse conversion needs.
     pub fn reduce(&self, poses: &[Pose; 2], momenta: &[Momentum; 2]) -> (Relative, Anchor) {
         let [m1, m2] = self.masses;
         let turn = poses[1].attitude;
@@ -126,7 +126,7 @@ impl<P: Potential> TwoBodies<P> {
         (relative, anchor)
     }
 
-    /// Returns the poses and momenta of both bodies.
+    /// Returns the poses and momenta of both bodies, the inverse of [`TwoBodies::reduce`].
     pub fn restore(&self, relative: &Relative, anchor: &Anchor) -> ([Pose; 2], [Momentum; 2]) {
         let [m1, m2] = self.masses;
         let (first, second) = (m1 / (m1 + m2), m2 / (m1 + m2));
@@ -182,20 +182,20 @@ impl<P: Potential> TwoBodies<P> {
         0.5 * kinetic + self.potential(&state.position, &state.attitude)
     }
 
-    /// Returns the total angular momentum about the mass center, in the axes of body 2 [kg·m²/s]:
-    /// fixed only in the reference frame, but its length is.
+    /// Returns the total angular momentum about the mass center, in the axes of body 2 [kg·m²/s].
+    /// Its direction is constant only in the reference frame; its length is constant in both.
     pub fn angular_momentum(&self, state: &Relative) -> Vector3 {
         state.position.cross(&state.momentum) + state.first + state.second
     }
 
-    /// Returns `Ω` and `Ω₂`.
+    /// Returns the angular velocities `Ω` and `Ω₂`, in the axes of body 2.
     fn angular_velocities(&self, state: &Relative) -> [Vector3; 2] {
         let first = self.bodies[0].inertia.j_inverse() * state.attitude.tr_mul(&state.first);
         [state.attitude * first, self.bodies[1].inertia.j_inverse() * state.second]
     }
 }
 
-/// Returns the poses with body 2 at the origin, and its axes along the reference frame.
+/// Returns poses with body 2 at the origin, and its axes along the reference frame.
 fn placed(position: &Vector3, attitude: &Matrix3) -> [Pose; 2] {
     [
         Pose { position: *position, attitude: *attitude },

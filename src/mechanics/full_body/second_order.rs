@@ -1,5 +1,5 @@
-//! MacCullagh's formula for two extended bodies: each attracts the other to second order in size
-//! over distance.
+//! MacCullagh's formula for two extended bodies: mutual gravity to second order in size over
+//! distance.
 //!
 //! In the axes of body A, with B at `X = r e`, inertias `J_A`, `J_B` and `K = m_B J_A + m_A J_B`:
 //! ```text
@@ -7,16 +7,17 @@
 //! f_B = −G m_A m_B e/r² − (3G/2r⁴) [(tr K − 5 e·Ke) e + 2 Ke]      f_A = −f_B
 //! M_A = (3G m_B/r³) e × J_A e      M_B = (3G m_A/r³) e × J_B e
 //! ```
-//! `M_A + M_B + X × f_B = 0`. The approximation omits the third moments, which vanish for bodies
-//! symmetric under `ρ → −ρ`, and the product of the two second moments. The force has a relative
-//! error of O((l/r)³) and the moment of O(l/r); one order better for such symmetric bodies.
+//! These satisfy `M_A + M_B + X × f_B = 0`. The approximation omits the third moments, which vanish
+//! for bodies symmetric under `ρ → −ρ`, and the product of the two second moments. The relative
+//! error is O((l/r)³) in the force and O(l/r) in the moment; for such symmetric bodies it is one
+//! order smaller.
 
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
 
-/// The force on the second body of a pair and the moments on both, in the axes of the first body,
-/// divided by `G`. If one of them has a field of its own, it is the first, and the second has the
-/// probes.
+/// The force on the second body of a pair and the moments on both bodies, in the axes of the first
+/// body, divided by `G`. Unless the pair is of second order, the first body has the field, and the
+/// second the probes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
     pub force: Vector3,
@@ -32,7 +33,7 @@ impl Exchange {
     };
 }
 
-/// The mass and the moments of a body to second order.
+/// The mass and the inertia of a body, which determine its gravity to second order.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moments {
     /// Mass \[kg\].
@@ -41,14 +42,14 @@ pub(super) struct Moments {
     pub inertia: Matrix3,
 }
 
-/// Two bodies, all in the axes of the first.
+/// The quantities of a pair of bodies, in the axes of the first body.
 struct Pair {
     r: f64,
     e: Vector3,
     masses: (f64, f64),
-    /// `J_A e` and `J_B e`.
+    /// The vectors `J_A e` and `J_B e`.
     je: (Vector3, Vector3),
-    /// `tr K`.
+    /// The trace `tr K`.
     trace: f64,
 }
 
@@ -63,20 +64,20 @@ impl Pair {
         Self { r, e, masses: (first.mass, second.mass), je, trace }
     }
 
-    /// Returns `Ke`.
+    /// Returns the vector `Ke`.
     fn ke(&self) -> Vector3 {
         self.masses.1 * self.je.0 + self.masses.0 * self.je.1
     }
 }
 
-/// Returns `U/G`.
+/// Returns the potential energy divided by the gravitational constant, `U/G`.
 pub(super) fn energy(first: &Moments, second: &Moments, seen: &Pose) -> f64 {
     let pair = Pair::new(first, second, seen);
     let eke = pair.e.dot(&pair.ke());
     -first.mass * second.mass / pair.r - (pair.trace - 3.0 * eke) / (2.0 * pair.r.powi(3))
 }
 
-/// Returns the force and moments over `G`.
+/// Returns the force and the moments, divided by `G`.
 pub(super) fn exchange(first: &Moments, second: &Moments, seen: &Pose) -> Exchange {
     let pair = Pair::new(first, second, seen);
     let Pair { r, ref e, ref je, .. } = pair;

@@ -1,4 +1,4 @@
-//! First iterates: a path of poses, and the momenta and inputs that it asks for.
+//! Initial iterates: a path of poses with the momenta and inputs that follow it.
 
 use super::iterate::Iterate;
 use super::model::{ChainState, Model};
@@ -10,9 +10,9 @@ use crate::optimize::chain::model::{state, step};
 use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 
-/// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration,
-/// as far as inputs within their limits allow: what they cannot give is left as defects of the
-/// momenta. Once somebody asks to stop the inputs that are left are zero.
+/// Returns the iterate that follows `poses` (one per node, scaled) in `stretch` times the stated
+/// duration, as far as the input limits allow: the missing impulse remains as defects of the
+/// momenta. After a stop request the remaining inputs are zero.
 pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64, watch: &Watch) -> Iterate {
     let states = states_along(model, poses, stretch);
     let mut stopped = false;
@@ -24,8 +24,9 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f6
     Iterate { states, inputs }
 }
 
-/// The states of a body that follows `poses` (one per node, scaled) in `stretch` times the stated
-/// duration; wheels, where there are any, take up what its momentum lacks.
+/// Returns the states of a body that follows `poses` (one per node, scaled) in `stretch` times the
+/// stated duration. With wheels, the total momentum is conserved, and the wheels store its
+/// difference from the body's momentum.
 pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<ChainState> {
     let j_d = &model.dynamics.j_d;
     let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());
@@ -38,7 +39,7 @@ pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<C
         let mut state = target.clone();
         (state.position, state.attitude) = (pose.position, pose.attitude);
         if let Some(next) = poses.get(stage + 1) {
-            // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F without an equation to solve.
+            // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F explicitly.
             let h = model.dynamics.grid.step(stage);
             let f = pose.attitude.tr_mul(&step::unturned(model, stage, &next.attitude, stretch));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
@@ -55,7 +56,8 @@ pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<C
     states
 }
 
-/// The cheapest inputs that make up for what the step into `stage` lacks, cut to their limits.
+/// Returns the minimum-effort inputs that remove the defect of the step into `stage`, clipped to
+/// their limits.
 fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) -> Vec<f64> {
     let zero = vec![0.0; model.m];
     if stage < model.first_input() {
@@ -70,7 +72,7 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
     };
     let slope = step::by_inputs(model, stage, &end);
     let lack = state::difference(model, &states[stage], &end);
-    // Where effort costs nothing the least inputs are as good as any.
+    // If effort has no weight, the inputs of least norm are used.
     let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));
     let price = price.unwrap_or_else(|| slope.transpose());
     let authority = &slope * &price;

@@ -1,11 +1,11 @@
-//! An iterate of a chain: states and inputs of all stages.
+//! An iterate of a chain: the states and inputs of all stages.
 
 use super::model::{ChainState, Model};
 use crate::maneuver::objective;
 use crate::optimize::chain::model::{goal, step};
 use crate::optimize::discrete::step::StepError;
 
-/// States `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).
+/// Iterate with states `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).
 #[derive(Clone, Debug)]
 pub(crate) struct Iterate {
     pub states: Vec<ChainState>,
@@ -13,20 +13,20 @@ pub(crate) struct Iterate {
 }
 
 impl Iterate {
-    /// `Σ κ ½ uᵀ W u`, and what fuel and time cost.
+    /// Returns the cost of the iterate: effort `Σ κ ½ uᵀ W u`, plus the cost of fuel and time.
     pub fn cost(&self, model: &Model) -> f64 {
         let effort = |stage: usize| self.effort(model, stage);
         let effort: f64 = (model.first_input()..=model.steps).map(effort).sum();
         effort + self.price(model)
     }
 
-    /// What the inputs of a stage cost as effort.
+    /// Returns the cost of effort of one stage.
     pub fn effort(&self, model: &Model, stage: usize) -> f64 {
         model.effort_weight(stage, self.states[stage].stretch)
             * objective::effort(&model.weight, &self.inputs[stage])
     }
 
-    /// What fuel and time cost.
+    /// Returns the cost of fuel and time, without effort.
     pub fn price(&self, model: &Model) -> f64 {
         let fuel = |stage: usize| {
             model.kick_weight(stage) * goal::fuel_rate(model, &self.inputs[stage])
@@ -36,12 +36,12 @@ impl Iterate {
         fuel + model.time_price * self.stretch()
     }
 
-    /// Duration in the unit of time.
+    /// Returns the duration in the unit of time.
     pub fn stretch(&self) -> f64 {
         self.states[0].stretch
     }
 
-    /// The trajectory that these inputs make from the start, node after node.
+    /// Simulates the inputs from the start and returns the resulting trajectory.
     pub fn replayed(&self, model: &Model) -> Result<Self, StepError> {
         let mut states = Vec::with_capacity(model.steps + 1);
         states.push(step::opening(model, self.stretch(), &self.inputs[0]));

@@ -1,7 +1,8 @@
-//! A maneuver as a chain of stages, with its limits as rows: what the interior point and SCP plan.
+//! A maneuver as a chain of stages with rows of inequality constraints: the problem of the interior
+//! point method and of SCP.
 //!
-//! [`model`] is the chain and [`rows`] its limits. An [`iterate`] has the states and inputs of all
-//! stages; the first one follows a path ([`first_iterate`]).
+//! [`model`] is the chain and [`rows`] its limits. An [`iterate`] consists of the states and inputs
+//! of all stages; the first iterate follows a given path ([`first_iterate`]).
 
 pub(crate) mod first_iterate;
 pub(crate) mod iterate;
@@ -25,58 +26,60 @@ use model::{ChainState, Goal, Model, goal, step};
 use nalgebra::DVector;
 use rows::LimitRows;
 
-/// Multipliers of everything.
+/// Lagrange multipliers of the dynamics, of the terminal condition and of the limits.
 #[derive(Clone, Debug)]
 pub(crate) struct Multipliers {
-    /// `λ_{−1} … λ_{N−1}`: of the opening and of every step.
+    /// Costates `λ_{−1} … λ_{N−1}`: multipliers of the opening kick and of every step.
     pub costates: Vec<DVector<f64>>,
-    /// `η` of the terminal conditions.
+    /// Multipliers `η` of the terminal conditions.
     pub terminal: DVector<f64>,
-    /// `ν ≥ 0` of the rows.
+    /// Multipliers `ν ≥ 0` of the limit rows.
     pub rows: Vec<f64>,
 }
 
-/// The chain of a maneuver on one grid, with the rows of its limits.
+/// Chain of a maneuver on one grid, with the rows of its limits.
 pub(crate) struct Chain {
     pub model: Model,
     pub rows: LimitRows,
 }
 
 impl Chain {
-    /// The chain of `problem` on `steps` steps.
+    /// Builds the chain of a minimum-effort maneuver on a uniform grid of `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let model = Model::new(problem, steps);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
 
-    /// The chain of a maneuver of least time or fuel.
+    /// Builds the chain with another objective, such as time or fuel, on a uniform grid of `steps`
+    /// steps.
     pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
         Self::with_goal_on(problem, Grid::uniform(problem.scheme, 1.0, steps), goal)
     }
 
-    /// The same on a grid of its own.
+    /// Builds the chain with another objective on a given grid.
     pub fn with_goal_on(problem: &Problem, grid: Grid, goal: &Goal) -> Self {
         let model = goal::with_goal(problem, Dynamics::on(problem, grid), goal);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
 
-    /// The cost of a candidate in the user's unit, without the effort where that is a share beside
-    /// another.
+    /// Returns the cost of a candidate in the user's unit. If effort is only a regularisation term
+    /// beside time or fuel, it is left out.
     pub fn price(&self, candidate: &Candidate) -> f64 {
         let (iterate, model) = (iterate(candidate), &self.model);
         let cost = if model.effort_power == 0 { iterate.price(model) } else { iterate.cost(model) };
         cost / model.cost_scale
     }
 
-    /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that
-    /// states the duration found. Multipliers are derivatives of the user's cost.
+    /// Converts a result of this chain, whose duration may be free, to a candidate of `planned`,
+    /// the maneuver with the duration that was found. The multipliers become derivatives of the
+    /// user's cost.
     pub fn of_given_duration(&self, found: Attempt, planned: &Problem) -> Attempt {
         let Attempt { mut candidate, .. } = found;
         let model = &self.model;
         let (units, stretch) = (Units::of(planned), candidate.grid.duration());
-        // Where the body moves fast at an end the unit of length goes with the duration.
+        // The unit of length depends on the duration if a velocity at an end determines it.
         let length = model.dynamics.units.length / units.length;
         let in_lengths = |z: &DVector<f64>, by: f64| {
             DVector::from_fn(z.len(), |row, _| if row < model.zeta() { z[row] * by } else { z[row] })
@@ -97,14 +100,16 @@ impl Chain {
         let (terminal, rows) = &mut candidate.multipliers;
         *terminal = in_lengths(terminal, 1.0 / length) * scale;
         for (row, multiplier) in self.rows.rows.iter().zip(rows) {
-            // A row in the limit of the stated duration, or in the one that goes with its own.
+            // A row is scaled either by the limit for the stated duration or by the limit for its
+            // own duration.
             let grown = if row.what.is_ball() { 1.0 } else { stretch.powi(row.what.growth()) };
             *multiplier *= grown * scale;
         }
         Attempt { candidate, ..found }
     }
 
-    /// The iterate of a candidate: as it is, or the first one along its path.
+    /// Returns the iterate of a candidate: its states and inputs, or the first iterate along its
+    /// path if it has no inputs.
     pub fn iterate(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         if candidate.inputs.is_empty() {
             let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
@@ -114,7 +119,7 @@ impl Chain {
         iterate(candidate)
     }
 
-    /// A path with the momenta and inputs that it asks for, whatever the limits; without wheels.
+    /// Adds to a path the momenta and inputs that follow it, without limits and without wheels.
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
         let Iterate { states, inputs } =
@@ -123,7 +128,7 @@ impl Chain {
     }
 }
 
-/// States and inputs of a candidate that has both.
+/// Returns the iterate of a candidate that has states and inputs.
 pub(crate) fn iterate(candidate: &Candidate) -> Iterate {
     let wheels = |node: usize| candidate.wheels.get(node).cloned().unwrap_or_else(|| DVector::zeros(0));
     let stretch = candidate.grid.duration();
@@ -132,13 +137,13 @@ pub(crate) fn iterate(candidate: &Candidate) -> Iterate {
     Iterate { states: states.collect(), inputs: candidate.inputs.clone() }
 }
 
-/// Costates and multipliers of a candidate that has them.
+/// Returns the multipliers of a candidate that has costates and multipliers.
 pub(crate) fn multipliers(candidate: &Candidate) -> Multipliers {
     let (terminal, rows) = candidate.multipliers.clone();
     Multipliers { costates: candidate.costates.clone(), terminal, rows }
 }
 
-/// `candidate` with an iterate and its multipliers.
+/// Returns `candidate` with the states and inputs of an iterate and with its multipliers.
 pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: Multipliers) -> Candidate {
     let wheels = iterate.states.iter().filter(|state| !state.wheels.is_empty());
     Candidate {
@@ -152,7 +157,8 @@ pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: 
     }
 }
 
-/// Attitude and angular velocity of the body (its axes, scaled) at every node of a candidate.
+/// Returns attitude and angular velocity of the body (its axes, scaled) at every node of a
+/// candidate.
 pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<Item = (Matrix3, Vector3)> {
     let Iterate { states, inputs } = iterate(candidate);
     states.into_iter().zip(inputs).enumerate().map(|(stage, (state, inputs))| {
@@ -162,7 +168,7 @@ pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<
     })
 }
 
-/// A path to begin from: poses, one per node, scaled.
+/// Builds a candidate from an initial path of poses, one per node, scaled.
 pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) -> Candidate {
     let zero = Sum::new(Vector3::zeros());
     let point = |pose: Pose| Point {

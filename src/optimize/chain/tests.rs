@@ -1,4 +1,4 @@
-//! The chain against finite differences.
+//! The chain's derivatives compared with finite differences.
 
 use self::reference::rows::{Place, RowValue};
 use self::reference::step;
@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 
 pub(crate) mod reference;
 
-/// Step of the central differences, and what they may be off by: truncation and round-off.
+/// Step of the central differences, and tolerance of their truncation and round-off errors.
 const STEP: f64 = 1e-5;
 const CLOSE: f64 = 1e-8;
 
@@ -40,7 +40,7 @@ pub(crate) fn wheeled(random: &mut Random) -> Problem {
     problem
 }
 
-/// By thrusters, one of them through the mass center.
+/// Returns a maneuver by thrusters, one of which acts through the mass centre.
 fn pushed(random: &mut Random, limits: Limits) -> Problem {
     let mut problem = moving_ends(random, AxisFrame::Body);
     let mut draw = || Vector3::from_fn(|_, _| random.uniform());
@@ -63,7 +63,7 @@ fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
     channel.clone().with_limits(limits).unwrap()
 }
 
-/// A disc that recedes while it turns at one rate about an axis across.
+/// Returns a receding disc whose direction turns at a constant rate about a perpendicular axis.
 fn receding(from: Vector3) -> Direction {
     let turn = from.cross(&Vector3::x()) * 0.02;
     let centre = Track::fitted(-1.0, 60.0, 4.0, 16, |time| {
@@ -72,7 +72,7 @@ fn receding(from: Vector3) -> Direction {
     Direction::Disc { centre: centre.unwrap(), radius: 0.5 }
 }
 
-/// Every kind of row, with limits that need not hold.
+/// Adds every kind of row to a problem; the motion need not satisfy the limits.
 fn limited(mut problem: Problem) -> Problem {
     problem.actuation.torque = limited_channel(&problem.actuation.torque);
     problem.actuation.force = problem.actuation.force.as_ref().map(limited_channel);
@@ -89,7 +89,7 @@ fn limited(mut problem: Problem) -> Problem {
         }),
     };
     let cone = |side, kind| acting(side, kind, During::default());
-    // Arcs on which it begins and ends to act.
+    // Intervals whose ends lie inside arcs, so that the cone becomes active or inactive on an arc.
     let intervals: Vec<[f64; 2]> = (0..3 * problem.steps)
         .map(|k| 0.93 * step * k as f64)
         .map(|from| [from, from + 0.6 * step])
@@ -129,8 +129,8 @@ fn problems() -> Vec<Problem> {
     all.into_iter().map(limited).collect()
 }
 
-/// Their chains on steps of equal length, on steps of which the longest is five times the shortest,
-/// and those that seek the duration.
+/// Returns the chains of these problems on a uniform grid, on a grid whose longest step is five
+/// times the shortest, and with a free duration.
 pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
     problems().into_iter().flat_map(|problem| {
         let grid = graded(problem.scheme, problem.steps);
@@ -143,7 +143,7 @@ pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
     })
 }
 
-/// Chains of thrusters that push to one side only.
+/// Returns chains of one-sided thrusters.
 fn pushing() -> impl Iterator<Item = (Problem, Model)> {
     let limits = Limits { size: Some(vec![1.1; 8]), one_sided: true, ..Limits::default() };
     let problem = pushed(&mut Random(12), limits);
@@ -170,7 +170,7 @@ fn shifted(inputs: &[f64], index: usize, by: f64) -> Vec<f64> {
     inputs
 }
 
-/// A state of the chain some way along: a few steps from the start under random inputs.
+/// Returns a state of the chain a few steps from the start, under random inputs.
 fn somewhere(random: &mut Random, model: &Model) -> Node {
     let mut state = step::opening(model, stretch(model), &random_inputs(random, model.m)).end;
     for stage in 0..3 {
@@ -214,7 +214,8 @@ fn the_matrices_of_a_step_are_its_derivatives() {
     }
 }
 
-/// Another duration than the stated one, where it is sought.
+/// Returns a duration other than the stated one if the duration is free, as a multiple of the
+/// stated one.
 pub(crate) fn stretch(model: &Model) -> f64 {
     if model.duration.is_some() { 1.3 } else { 1.0 }
 }
@@ -291,7 +292,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
             }
         }
     }
-    // Rows of arcs with an extremum inside must have been among them.
+    // Rows of arcs with an extremum inside must be among those tested.
     assert!(met[0] > 200 && met[1] > 3 && met[2] > 10, "{met:?}");
 }
 
@@ -308,7 +309,8 @@ fn wheels_keep_the_total_momentum_in_space() {
     assert!((state.attitude * state.momentum - before).amax() < 1e-13 * before.norm());
 }
 
-/// The slew of reference: from rest to rest by 120°, with a full inertia and W = diag(1, 2, 0.5).
+/// Returns the reference slew: rest to rest by 120°, with a full inertia matrix and W = diag(1, 2,
+/// 0.5).
 pub(crate) fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
@@ -342,8 +344,7 @@ pub(crate) fn straight(model: &Model) -> Vec<Pose> {
     (0..=model.steps).map(pose).collect()
 }
 
-/// Once somebody asks to stop, the states of a first iterate stay and its inputs are not sought any
-/// more.
+/// After a stop request the initial iterate keeps its states, and its inputs are not computed.
 #[test]
 fn a_stop_leaves_a_first_iterate_without_inputs() {
     let problem = reference_slew(None);

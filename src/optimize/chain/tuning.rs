@@ -1,20 +1,22 @@
-//! Every number of the chain that the theory does not give: what goals cost, and the matrix of the
-//! second order.
+//! Constants of the chain that the theory does not determine: scales of the objectives, and
+//! thresholds of the second-order test.
 
-/// What the stated duration costs where time is all that counts.
+/// Scaled cost of the stated duration in a minimum-time problem.
 pub(super) const TIME_PRICE: f64 = 100.0;
-/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian
-/// takes a few units.
+/// Scaled cost of a unit of impulse of the most expensive input in a minimum-fuel problem: a turn
+/// by about a radian takes a few units.
 pub(super) const FUEL_PRICE: f64 = 10.0;
 
-/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a
-/// symmetry makes a terminal condition follow from the others, and vanishes from the solution.
+/// Proximal term on the multipliers. It keeps the matrix nonsingular if rows are linearly
+/// dependent, or if a symmetry makes a terminal condition redundant, and it does not change the
+/// solution.
 pub(crate) const PROXIMAL: f64 = 1e-11;
 
-/// Least curvature that counts, as a part of the curvature of the effort: far above round-off.
+/// Smallest curvature that counts as nonzero, relative to the curvature of the effort: far above
+/// round-off.
 pub(crate) const CURVATURE: f64 = 1e-6;
-/// A row nearer to its bound than this is met.
+/// Distance from its bound below which a row counts as active.
 pub(crate) const MET: f64 = 1e-9;
-/// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left
-/// out.
+/// Largest number of operations of the second-order test, which takes the cube of the unknowns of
+/// each stage; above it the test is omitted.
 pub(crate) const MOST_WORK: f64 = 1e11;

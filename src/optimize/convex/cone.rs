@@ -1,4 +1,4 @@
-//! Cone programs, and the only module that knows the solver of them, clarabel.
+//! Cone programs, and the interface to their solver, clarabel; no other module uses it.
 //!
 //! ```text
 //! minimise    ½ xᵀ P x + qᵀ x
@@ -9,9 +9,10 @@
 //! `Px + q + Aᵀz = 0`, `z ∈ K*`, and `∂cost/∂b = −z`. A row `x = 3` under cost `½x²` has `z = −3`.
 //! A costate of dynamics written as a row of `A x = b` is `−z`; the dual of an inequality is ≥ 0.
 //!
-//! The solver takes any numbers: a NaN in `b` comes back as "solved", an index outside `A` as a
-//! panic, a non-convex `P` as a solution that is none. So every number, pattern and pivot is
-//! checked here before it is handed over, and no `x` leaves without a status that says what it is.
+//! The solver accepts any numbers: it reports a NaN in `b` as "solved", panics at an index outside
+//! `A`, and returns a wrong solution for a non-convex `P`. So every number, pattern and pivot is
+//! checked here before it is passed on, and every returned `x` has a status that states its
+//! accuracy.
 
 use super::sparse::{Sparse, SparseParts};
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
@@ -20,14 +21,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
-/// One factor of the cone `K`, with the number of rows it takes (except as noted).
+/// One factor of the cone `K`, with its number of rows (except as noted).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cone {
-    /// `s = 0`: equations.
+    /// Equations, `s = 0`.
     Zero(usize),
-    /// `s ≥ 0`.
+    /// Inequalities, `s ≥ 0`.
     Nonnegative(usize),
-    /// `s_0 ≥ |(s_1, …)|`: the bound comes first; at least two rows.
+    /// Second-order cone `s_0 ≥ |(s_1, …)|`: the bound comes first; at least two rows.
     SecondOrder(usize),
     /// A positive semidefinite `n×n` matrix: `n(n+1)/2` rows, the upper triangle column by column
     /// with its off-diagonal entries times √2.
@@ -36,7 +37,7 @@ pub(crate) enum Cone {
 }
 
 impl Cone {
-    /// Number of rows.
+    /// Returns the number of rows of the cone.
     pub fn rows(self) -> usize {
         match self {
             Self::Zero(rows) | Self::Nonnegative(rows) | Self::SecondOrder(rows) => rows,
@@ -56,34 +57,34 @@ impl Cone {
     }
 }
 
-/// The data of a cone program.
+/// Data of a cone program.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
-    /// Upper triangle of `P`, n×n, positive semidefinite.
+    /// Quadratic cost: the upper triangle of `P`, n×n, positive semidefinite.
     pub quadratic: Sparse,
-    /// `q`, length n.
+    /// Linear cost `q`, length n.
     pub linear: Vec<f64>,
-    /// `A`, m×n.
+    /// Constraint matrix `A`, m×n.
     pub matrix: Sparse,
-    /// `b`, length m.
+    /// Right-hand side `b` of the constraints, length m.
     pub bound: Vec<f64>,
     /// The factors of `K`; their rows add up to m.
     pub cones: Vec<Cone>,
 }
 
-/// What the solver may spend and when it may stop.
+/// Limits and tolerances of the solver.
 #[derive(Clone, Debug)]
 pub(crate) struct ConeSettings {
-    /// Tolerance of gap and residuals, relative. Default 1e-9. Below about 1e-12 the answer is
-    /// [`Answer::AlmostSolved`] more often than not: round-off.
+    /// Relative tolerance of gap and residuals. Default 1e-9. Below about 1e-12 round-off usually
+    /// limits the result to [`Answer::AlmostSolved`].
     pub tolerance: f64,
-    /// Default 200.
+    /// Largest number of iterations. Default 200.
     pub max_iterations: u32,
-    /// Wall clock of one solve \[s\]. Default: none.
+    /// Wall-clock limit of one solve \[s\]. Default: unlimited.
     pub time_limit: f64,
-    /// Static regularisation of the linear systems, mended by iterative refinement. Default 1e-8,
-    /// the solver's own; a larger one carries semidefinite programs with solutions of rank one to
-    /// the end, a smaller one does not.
+    /// Static regularisation of the linear systems, corrected by iterative refinement. The default
+    /// 1e-8 is the solver's own. Semidefinite programs with solutions of rank one converge with a
+    /// larger value, and not with a smaller one.
     pub regularization: f64,
 }
 
@@ -93,14 +94,14 @@ impl Default for ConeSettings {
     }
 }
 
-/// Data that the solver must not see.
+/// Invalid data, which are not passed to the solver.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(crate) enum ConeError {
-    /// A number is NaN or infinite, or an entry of `b` so large that the solver takes it for
-    /// infinity.
+    /// A number is NaN or infinite, or an entry of `b` is so large that the solver would treat it
+    /// as infinite.
     #[error("entry {index} of {part} is {value}: must be finite{}", if *.part == "b" { " and below 1e20" } else { "" })]
     Value { part: &'static str, index: usize, value: f64 },
-    /// Sizes or patterns do not agree.
+    /// Sizes or sparsity patterns do not agree.
     #[error("{0}")]
     Shape(&'static str),
     /// `P` has a negative eigenvalue.
@@ -109,7 +110,7 @@ pub(crate) enum ConeError {
     /// A setting is out of range.
     #[error("setting {name} is {value}: out of range")]
     Setting { name: &'static str, value: f64 },
-    /// The solver refused the data for a reason of its own.
+    /// The solver rejected the data for a reason of its own.
     #[error("cone solver: {0}")]
     Solver(String),
 }
@@ -119,60 +120,61 @@ pub(crate) enum ConeError {
 pub(crate) struct Optimum {
     /// Variables, length n.
     pub x: Vec<f64>,
-    /// Duals of the rows, length m; the sign is that of the module's header.
+    /// Duals of the rows, length m; the module's header defines their sign.
     pub z: Vec<f64>,
-    /// Slacks `b − A x` as the solver keeps them, in `K`, length m.
+    /// Slacks `b − A x` as computed by the solver, in `K`, length m.
     pub s: Vec<f64>,
 }
 
-/// What a solve took.
+/// Effort of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Work {
     /// Interior-point iterations.
     pub iterations: u32,
-    /// Wall clock inside the solver \[s\].
+    /// Wall-clock time in the solver \[s\].
     pub seconds: f64,
 }
 
-/// Why a solve has nothing to show.
+/// Why a solve returned no solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
-    /// The cost has no lower bound: the program was built wrongly.
+    /// The cost has no lower bound: the program was built incorrectly.
     Unbounded,
-    /// Infeasible or unbounded to low accuracy only: no certificate.
+    /// Infeasible or unbounded, but only to low accuracy: no certificate exists.
     Undecided,
-    /// Iteration limit.
+    /// The iteration limit was reached.
     Iterations,
-    /// Time limit.
+    /// The time limit was reached.
     Time,
-    /// Somebody asked to stop.
+    /// The caller requested a stop.
     Stopped,
     /// The steps became too short, or the linear algebra broke down.
     Numerical,
 }
 
-/// How a solve ended.
+/// Result of a solve.
 #[derive(Clone, Debug)]
 pub(crate) enum Answer {
-    /// To the tolerance asked for.
+    /// Solved to the requested tolerance.
     Solved(Optimum),
-    /// To a reduced accuracy (5e-5): good for a step, never for a proof.
+    /// Solved to a reduced accuracy (5e-5): sufficient for a step, but not for a proof.
     AlmostSolved(Optimum),
-    /// No `x` of sensible size meets the constraints: a dual direction `z ∈ K*`, length m, with
-    /// `Aᵀz ≈ 0` and `bᵀz < 0`. Its large entries are the rows that contradict each other.
+    /// Infeasible: no `x` of moderate size meets the constraints. The certificate is a dual
+    /// direction `z ∈ K*`, length m, with `Aᵀz ≈ 0` and `bᵀz < 0`. Its large entries belong to the
+    /// rows that contradict each other.
     Infeasible(Vec<f64>),
-    /// No answer.
+    /// The solver failed.
     Failed {
-        /// Why.
+        /// Reason of the failure.
         reason: Reason,
-        /// The last dual iterate where there is a finite one. Good for a bound that corrects it,
-        /// and for nothing else.
+        /// Last dual iterate; `None` if it is not finite. It is only useful for a bound that is
+        /// corrected by its residuals.
         z: Option<Vec<f64>>,
     },
 }
 
 impl Answer {
-    /// The point, where it may serve as a step.
+    /// Returns the solution if its accuracy is sufficient for a step.
     pub fn step(&self) -> Option<&Optimum> {
         match self {
             Self::Solved(optimum) | Self::AlmostSolved(optimum) => Some(optimum),
@@ -181,12 +183,12 @@ impl Answer {
     }
 }
 
-/// A cone program in the solver, to be solved again and again with other numbers in the same
-/// places.
+/// A cone program in the solver, to be solved repeatedly with other numbers in the same sparsity
+/// pattern.
 ///
-/// No warm start: each solve is cold. What an update saves is the symbolic factorisation. The
-/// scaling of the first data is kept, so after a change of the data by orders of magnitude make a
-/// new one.
+/// The solver has no warm start: each solve is cold. An update saves only the symbolic
+/// factorisation. The scaling of the first data is kept, so a change of the data by orders of
+/// magnitude requires a new solver.
 pub(crate) struct ConeSolver {
     solver: DefaultSolver<f64>,
     program: Program,
@@ -197,7 +199,7 @@ impl ConeSolver {
     /// Checks `program` and prepares the solver.
     ///
     /// # Errors
-    /// A [`ConeError`] that says what is wrong with the data.
+    /// A [`ConeError`] that states what is wrong with the data.
     pub fn new(program: Program, settings: &ConeSettings) -> Result<Self, ConeError> {
         let solver_settings = settings.checked()?;
         let (n, m) = (program.linear.len(), program.bound.len());
@@ -230,13 +232,13 @@ impl ConeSolver {
         Ok(Self { solver, program, convexity })
     }
 
-    /// The program as it stands.
+    /// Returns the current program.
     #[cfg(test)]
     pub fn program(&self) -> &Program {
         &self.program
     }
 
-    /// Whether a program differs from the present one in its numbers alone.
+    /// Returns whether a program has the sparsity pattern, sizes and cones of the current one.
     pub fn fits(&self, program: &Program) -> bool {
         let old = &self.program;
         old.matrix.is_equal_sparsity(&program.matrix)
@@ -246,10 +248,10 @@ impl ConeSolver {
             && old.cones == program.cones
     }
 
-    /// Puts other numbers into the same places.
+    /// Replaces the numbers of the program; the sparsity pattern must stay the same.
     ///
     /// # Errors
-    /// As [`ConeSolver::new`]; the old program then stays.
+    /// The errors of [`ConeSolver::new`]; the old program is then kept.
     pub fn update(&mut self, program: Program) -> Result<(), ConeError> {
         if !self.fits(&program) {
             return Err(ConeError::Shape("an update keeps pattern and length"));
@@ -264,21 +266,21 @@ impl ConeSolver {
         Ok(())
     }
 
-    /// Replaces the settings of the solves to come.
+    /// Replaces the settings of subsequent solves.
     ///
     /// # Errors
-    /// A setting out of its range.
+    /// A [`ConeError::Setting`] if a setting is out of its range.
     pub fn set(&mut self, settings: &ConeSettings) -> Result<(), ConeError> {
         self.solver.update_settings(settings.checked()?).map_err(solver_error)
     }
 
-    /// Ends the solves to come after the iteration in which one of `flags` is set.
+    /// Makes subsequent solves end after the iteration in which one of `flags` is set.
     pub fn heed(&mut self, flags: Vec<Arc<AtomicBool>>) {
         let any = move || flags.iter().any(|flag| flag.load(Ordering::Relaxed));
         self.solver.set_termination_callback(move |_: &DefaultInfo<f64>| any());
     }
 
-    /// Solves the program as it stands.
+    /// Solves the current program.
     pub fn solve(&mut self) -> Answer {
         self.solver.solve();
         let solution = &self.solver.solution;
@@ -298,13 +300,13 @@ impl ConeSolver {
             SolverStatus::MaxIterations => failed(Reason::Iterations, finite(&solution.z)),
             SolverStatus::MaxTime => failed(Reason::Time, finite(&solution.z)),
             SolverStatus::InsufficientProgress => failed(Reason::Numerical, finite(&solution.z)),
-            // After a numerical error the arrays may hold the solution of an earlier solve.
+            // After a numerical error the arrays may contain the solution of an earlier solve.
             SolverStatus::NumericalError | SolverStatus::Unsolved => numerical,
             SolverStatus::CallbackTerminated => failed(Reason::Stopped, None),
         }
     }
 
-    /// What the last solve took.
+    /// Returns the effort of the last solve.
     pub fn work(&self) -> Work {
         let solution = &self.solver.solution;
         Work { iterations: solution.iterations, seconds: solution.solve_time }
@@ -312,7 +314,7 @@ impl ConeSolver {
 }
 
 impl Program {
-    /// Each cone with its part of as many numbers as there are rows.
+    /// Splits a vector of row values into the parts of the cones.
     pub fn parts<'a>(&'a self, mut rows: &'a [f64]) -> impl Iterator<Item = (Cone, &'a [f64])> {
         self.cones.iter().map(move |cone| {
             let (part, rest) = rows.split_at(cone.rows());
@@ -321,13 +323,13 @@ impl Program {
         })
     }
 
-    /// Whether every number is one that the solver may see.
+    /// Checks that the solver accepts every number.
     fn check_numbers(&self) -> Result<(), ConeError> {
         finite("P", &self.quadratic.nzval)?;
         finite("q", &self.linear)?;
         finite("A", &self.matrix.nzval)?;
         finite("b", &self.bound)?;
-        // The solver cuts larger entries of `b` off without a word.
+        // The solver silently truncates larger entries of `b`.
         first_bad("b", &self.bound, |value| value.abs() < clarabel::get_infinity())
     }
 }
@@ -361,7 +363,7 @@ impl ConeSettings {
             tol_gap_rel: self.tolerance,
             tol_feas: self.tolerance,
             static_regularization_constant: self.regularization,
-            // Digits beyond the tolerance cost a tenth of the time and change nothing.
+            // More digits than this would add a tenth to the solve time and not change the result.
             iterative_refinement_reltol: (1e-3 * self.tolerance).max(1e-13),
             iterative_refinement_abstol: (1e-3 * self.tolerance).max(1e-12),
             ..DefaultSettings::default()
@@ -369,21 +371,21 @@ impl ConeSettings {
     }
 }
 
-/// Whether `P` is positive semidefinite: `P + ε max|P| I` has a factorisation `L D Lᵀ` with
-/// `D > 0`.
+/// Convexity test: `P` counts as positive semidefinite if `P + ε max|P| I` has a factorisation
+/// `L D Lᵀ` with `D > 0`.
 struct Convexity {
-    /// `None` while no entry exists.
+    /// Factorisation of the shifted matrix; `None` if `P` has no entries.
     factor: Option<QDLDLFactorisation<f64>>,
-    /// Slots of the entries of `P` in the shifted matrix.
+    /// Positions of the entries of `P` in the values of the shifted matrix.
     slots: Vec<usize>,
-    /// Slots of the diagonal in the shifted matrix.
+    /// Positions of the diagonal entries in the values of the shifted matrix.
     diagonal: Vec<usize>,
-    /// Which entry of `P`, if any, is on the diagonal.
+    /// For each diagonal entry its position in the values of `P`; `None` if `P` does not store it.
     on_diagonal: Vec<Option<usize>>,
 }
 
 impl Convexity {
-    /// Negative eigenvalues up to this share of the largest entry count as round-off.
+    /// Negative eigenvalues up to this fraction of the largest entry count as round-off.
     const SHIFT: f64 = 1e-10;
 
     fn new(quadratic: &Sparse) -> Result<Self, ConeError> {
@@ -437,7 +439,7 @@ fn solver_error(error: impl std::fmt::Display) -> ConeError {
     ConeError::Solver(error.to_string())
 }
 
-/// Largest magnitude; NaN where one entry is.
+/// Returns the largest magnitude; NaN if an entry is NaN.
 fn largest(values: &[f64]) -> f64 {
     let larger = |most: f64, value: &f64| {
         if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value.abs()) }

@@ -1,29 +1,30 @@
-//! Sparse matrices with a fixed pattern, whose values change in place: those of the cone solver,
-//! with what it keeps to itself.
+//! Sparse matrices with a fixed sparsity pattern and variable values: the type of the cone solver,
+//! with operations that the solver does not make public.
 //!
-//! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros, and
-//! so does the solver where `input_sparse_dropzeros` is off: an entry that is zero today has its
-//! place in the pattern tomorrow.
+//! `CscMatrix::new_from_triplets` sums duplicates in the order given and keeps explicit zeros. The
+//! solver keeps them too if `input_sparse_dropzeros` is off, so an entry that is zero now keeps its
+//! place in the pattern for later values.
 //!
-//! # Why no sparse matrix of our own?
+//! # Why no sparse matrix type of our own?
 //!
-//! The cone solver's keeps explicit zeros and sums duplicates in the order given, which is all that
-//! a fixed pattern needs. Its products and the place of an entry are not public; those few lines
-//! are ours (`convex/sparse.rs`).
+//! The type of the cone solver keeps explicit zeros and sums duplicates in the order given, which
+//! is all that a fixed pattern needs. Its products and the position of an entry are not public;
+//! these few lines are implemented here (`convex/sparse.rs`).
 
 /// A matrix in compressed sparse columns: sorted rows, no duplicates.
 pub(crate) type Sparse = clarabel::algebra::CscMatrix<f64>;
 
-/// What [`Sparse`] lacks in public.
+/// Operations on [`Sparse`] that the solver does not make public.
 pub(crate) trait SparseParts {
-    /// The sum of `entries` = (row, column, value).
+    /// Builds a matrix from `entries` = (row, column, value), summing duplicates.
     fn of_entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> Self;
-    /// The entries as (row, column, value), column by column.
+    /// Returns the entries as (row, column, value), column by column.
     fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_;
-    /// Index into the values of the entry (row, column); `None` outside the pattern.
+    /// Returns the position of the entry (row, column) among the values; `None` outside the
+    /// pattern.
     fn slot(&self, row: usize, column: usize) -> Option<usize>;
 
-    /// `out += Aᵀ z`.
+    /// Adds a product with the transpose: `out += Aᵀ z`.
     fn add_transposed_product(&self, z: &[f64], out: &mut [f64]) {
         self.entries().for_each(|(row, column, value)| out[column] += value * z[row]);
     }

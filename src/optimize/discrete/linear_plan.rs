@@ -1,5 +1,5 @@
-//! The motion beside a plan, to first order: `A_k`, `B_k`, the curvature `H_k` of the Lagrangian,
-//! and what the inputs can still give.
+//! The motion near a plan, linearised: `A_k`, `B_k`, the curvature `H_k` of the Lagrangian, and the
+//! authority that the inputs still have.
 //!
 //! ```text
 //! z_k = [log(R*_kᵀ R_k); Π_k − Π*_k]          z_{k+1} = A_k z_k + B_k δτ_k + E_k p          δλ_{k−1} = A_kᵀ δλ_k + H_k z_k
@@ -12,20 +12,20 @@
 //! A = K₁ D K₀ ,     B = K₁ D [0; w₀ I] + [0; w₁ I] ,     H = w₀ K_qq + K₀ᵀ (H_free + Dᵀ w₁ K_qq D) K₀
 //! ```
 //!
-//! What a torque in the first kick adds to the costates, and what the state adds to its optimum,
-//! stands in `linear_plan::stage`; bodies that translate and torques fixed in the reference frame
-//! in `linear_plan::posed`.
+//! The effect of a torque in the first kick on the costates, and of the state on the optimal
+//! torque, is derived in `linear_plan::stage`. Bodies that translate and torques fixed in the
+//! reference frame are treated in `linear_plan::posed`.
 //!
-//! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet
-//! flow of the motion that is flown, of second order in the step, and its `z` has the physical
-//! momenta at the nodes.
-//! [`Timing::AtNodes`]: `w₀ = 0`, and `w₁` the full kick at the node that the step leads to. It is
-//! the discrete problem itself, exactly; its momenta are those after a full kick, and half a kick
-//! leads there from the physical start, and back at the end.
+//! - [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. This is the linearised
+//!   Lie–Verlet flow of the flown motion, of second order in the step, and its `z` has the physical
+//!   momenta at the nodes.
+//! - [`Timing::AtNodes`]: `w₀ = 0`, and `w₁` is the full kick at the node at the end of the step.
+//!   This is exactly the discrete problem. Its momenta are those after a full kick; half a kick
+//!   leads to them from the physical start, and half a kick back from them at the end.
 
 //!
-//! Reaction wheels store the reaction of what they give. Their momentum `μ`, body axes, is then a
-//! state of its own beside `z`:
+//! Reaction wheels store the reaction to the torques that they exert. Their momentum `μ`, body
+//! axes, is then an additional state besides `z`:
 //!
 //! ```text
 //! z_{k+1} = A_k z_k + B_k δτ_k + M_k δμ_k ,     δμ_{k+1} = δμ_k − h δτ_k
@@ -54,39 +54,40 @@ pub(crate) use posed::Stages;
 pub(crate) use stage::{Parts, Stage};
 use thiserror::Error;
 
-/// Six by six: tangent vectors `[ζ, δΠ]`.
+/// 6×6 matrix that acts on tangent vectors `[ζ, δΠ]`.
 pub type Matrix6 = SMatrix<f64, 6, 6>;
-/// Nine by nine: with what wheels store, `[ζ, δΠ, δμ]`.
+/// 9×9 matrix that acts on tangent vectors with wheel momentum, `[ζ, δΠ, δμ]`.
 pub type Matrix9 = SMatrix<f64, 9, 9>;
-/// Six by three: the answer of the state to torques.
+/// 6×3 matrix: derivative of the state with respect to torques.
 pub type Matrix6x3 = SMatrix<f64, 6, 3>;
-/// A tangent vector `[ζ, δΠ]`.
+/// Tangent vector `[ζ, δΠ]`.
 pub type Vector6 = SVector<f64, 6>;
 
-/// When a correction of the torque acts.
+/// Time at which a correction of the torque acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// Held over the step that begins with the measurement: what is flown.
+    /// The correction is held over the step that begins with the measurement, as in flight.
     Held,
-    /// A full kick at the node that the step leads to: the discrete problem of the planner.
+    /// The correction is a full kick at the node at the end of the step, as in the discrete problem
+    /// of the planner.
     AtNodes,
 }
 
-/// Why the motion beside a plan is not linearised.
+/// Why the motion near a plan cannot be linearised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unlinearised {
     /// The body translates.
     #[error("the body translates: covariances are those of attitude and rate")]
     Translation,
-    /// Wheels drive it, and torques act at nodes.
+    /// Reaction wheels drive the body, and torques act at nodes.
     #[error(
         "reaction wheels drive the body: the discrete problem of torques at nodes has no costates of them"
     )]
     Wheels,
-    /// Torques are fixed in the reference frame.
+    /// The torques are fixed in the reference frame.
     #[error("the torques are fixed in the reference frame")]
     Frame,
-    /// Thrusters give force and torque at once.
+    /// Thrusters exert force and torque at once.
     #[error(
         "its thrusters give force and torque at once: forces and torques are corrected by inputs of their own"
     )]
@@ -94,19 +95,19 @@ pub enum Unlinearised {
     /// The plan has no trajectory, or one that does not fit the maneuver.
     #[error("the plan has no trajectory on the grid of the maneuver")]
     Trajectory,
-    /// A step of it has no drift.
+    /// The implicit equation of a step has no solution.
     #[error("a step of the plan is too long for its momentum, or a number is not finite")]
     Step,
     /// The plan has more than 100,000 steps.
     #[error("the plan has more than {MOST_STEPS} steps: each has matrices of some kilobytes")]
     Fine,
-    /// Inputs switch on a grid of the discrete problem.
+    /// The inputs are bang-bang, but the discrete problem with torques at nodes was requested.
     #[error("inputs that switch are held over steps, and have no values at nodes")]
     Switching,
 }
 
-/// Steps of a plan beside which matrices are held, at most.
-const MOST_STEPS: usize = 100_000;
+/// Largest number of steps of a plan for which matrices are stored.
+pub(crate) const MOST_STEPS: usize = 100_000;
 
 impl From<StepError> for Unlinearised {
     fn from(_: StepError) -> Self {
@@ -114,98 +115,105 @@ impl From<StepError> for Unlinearised {
     }
 }
 
-/// One step beside a plan, in the solver's units.
+/// One linearised step of a plan, in the solver's units.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearStep {
-    /// Its matrices, for torques about the body axes; the authority is that of the inputs that are
-    /// not at their limits.
+    /// Matrices of the step for torques about the body axes; the authority counts only inputs that
+    /// are not at their limits.
     pub stage: Stage<6, 3>,
-    /// `W⁻¹Bᵀ` of these, m×3: of a scaled dual torque, in SI.
+    /// `W⁻¹Bᵀ` of the inputs that are not at their limits, m×3: it maps a scaled dual torque to
+    /// inputs in SI units.
     pub to_inputs: DMatrix<f64>,
-    /// What the plan gives in its kicks.
+    /// Inputs and torque of the plan in the kicks of the step.
     applied: Applied,
     /// Weights of the kicks before and after the drift.
     kicks: [f64; 2],
-    /// Length, relative attitude `F`, `B` and momentum `Π'` of the drift.
+    /// Length, relative attitude `F` and momentum `Π'` of the drift.
     drift: Drift,
     drift_b: Matrix3,
-    /// `K₁ D`, what follows the first kick.
+    /// `K₁ D`, the part of the step after the first kick.
     after: Matrix6,
-    /// `M_k`, the answer to the momentum of wheels; zero where there are none.
+    /// `M_k`, the derivative with respect to the wheel momentum; zero without wheels.
     pub wheels: Matrix6x3,
-    /// Its matrices with what wheels store as states beside, where there are some:
-    /// `δμ' = δμ − h δτ`.
+    /// Matrices of the step with the wheel momentum as additional states, `δμ' = δμ − h δτ`; `None`
+    /// without wheels.
     pub with_wheels: Option<Box<Stage<9, 3>>>,
-    /// `∂M/∂R` in the second kick.
+    /// Gradient `∂M/∂R` of the environment's moment in the second kick.
     gradient: Matrix3,
 }
 
-/// Inputs of the torques, SI, and the torque that they give, body axes, scaled.
+/// Inputs of the torques, SI, and the resulting torque, body axes, scaled.
 #[derive(Clone, Debug)]
 struct Applied {
     inputs: Vec<f64>,
     torque: Vector3,
 }
 
-/// Half a kick between a physical state and the `z` beside it.
+/// Half kick between the physical state at an end of the plan and the adjacent `z`.
 #[derive(Clone, Debug)]
 struct HalfKick {
-    /// Its weight, 0 where torques are held.
+    /// Weight of the kick; 0 if torques are held.
     weight: f64,
     applied: Applied,
-    /// `∂M/∂R` there.
+    /// Gradient `∂M/∂R` of the environment's moment at this end.
     gradient: Matrix3,
 }
 
-/// The motion beside a plan, to first order.
+/// Linearised motion near a plan of a body that only rotates.
 #[derive(Clone, Debug)]
 pub struct LinearPlan {
     timing: Timing,
     units: Units,
-    /// `J`, scaled.
+    /// Inertia `J`, scaled.
     j: Matrix3,
     steps: Vec<LinearStep>,
-    /// Between the physical start and the first `z`, and between the last `z` and the physical end.
+    /// Half kicks between the physical start and the first `z`, and between the last `z` and the
+    /// physical end.
     outer: [HalfKick; 2],
     times: Vec<f64>,
     /// Attitude and angular velocity of the plan at its nodes, SI.
     nodes: Vec<(Matrix3, Vector3)>,
-    /// Axes of the inputs, 3×m, SI.
+    /// Axes `B` of the inputs, 3×m, SI.
     axes: Matrix3xX<f64>,
-    /// What wheels store at the nodes, body axes, scaled; none without any.
+    /// Wheel momentum at the nodes, body axes, scaled; empty without wheels.
     stored: Vec<Vector3>,
+    /// Nodes before the last one at which the craft has to meet the motion, in ascending order.
+    stops: Vec<usize>,
 }
 
-/// What an uncertain number of a maneuver multiplies.
+/// Uncertain parameter of a maneuver, with the effect of one unit of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
-    /// The symmetric `δJ` per unit, body axes; the moments of a field are taken to be those of the
-    /// nominal body.
+    /// Change of inertia: the symmetric `δJ` per unit, body axes. The moments of a force field are
+    /// taken to be those of the nominal body.
     Inertia(Matrix3),
-    /// Part by which input `i` gives more than it should.
+    /// Relative excess of the output of input `i`.
     InputScale(usize),
-    /// Turn of all actuators about a body axis \[rad\]: `τ = exp S(α) B u`.
+    /// Misalignment of all actuators by a rotation about a body axis \[rad\]: `τ = exp S(α) B u`.
     ActuatorTurn(Vector3),
     /// A constant torque, body axes [N·m].
     ConstantTorque(Vector3),
-    /// Turn of the attitude sensor about a body axis \[rad\]: `R exp S(β)` is measured.
+    /// Misalignment of the attitude sensor by a rotation about a body axis \[rad\]: `R exp S(β)` is
+    /// measured.
     SensorTurn(Vector3),
-    /// Part by which the rate about an axis is measured too large.
+    /// Relative error of the measured rate about body axis `i`: positive if the measurement is too
+    /// large.
     RateScale(usize),
     /// A constant error of the measured rate [rad/s].
     RateBias(Vector3),
 }
 
 impl LinearPlan {
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid
-    /// ([`Solution::on_grid`]). Where torques are held ([`Timing::Held`]) its costates are taken
-    /// for those at its nodes.
+    /// Linearises the motion about `plan`, a trajectory of `problem` on its own grid
+    /// ([`Solution::on_grid`]). If torques are held ([`Timing::Held`]), the costates of the plan
+    /// are used as the costates at its nodes.
     ///
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
     /// # Errors
-    /// [`Unlinearised`]: of bodies that translate, wheels, torques fixed in the reference frame, or
-    /// a trajectory that does not fit.
+    /// [`Unlinearised`] if the body translates, if the torques are fixed in the reference frame, if
+    /// wheels or bang-bang inputs are combined with [`Timing::AtNodes`], or if the trajectory does
+    /// not fit the problem.
     pub fn new(problem: &Problem, plan: &Trajectory, timing: Timing) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         if problem.switches() && timing == Timing::AtNodes {
@@ -217,7 +225,7 @@ impl LinearPlan {
         Beside { problem, plan, timing, count: plan.time.len() - 1, beyond: false }.linearise()
     }
 
-    /// Whether a plan can be linearised beside.
+    /// Checks whether the motion about a plan can be linearised.
     fn fits(problem: &Problem, plan: &Trajectory) -> Result<(), Unlinearised> {
         if problem.motion == Motion::RigidBody {
             return Err(Unlinearised::Translation);
@@ -241,11 +249,11 @@ impl LinearPlan {
         if fits { Ok(()) } else { Err(Unlinearised::Trajectory) }
     }
 
-    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over
-    /// the steps.
+    /// Linearises the motion about the flown motion: the true motion under the plan's inputs, held
+    /// over the steps.
     ///
     /// # Errors
-    /// As [`LinearPlan::new`].
+    /// The errors of [`LinearPlan::new`].
     pub fn flown(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         let recorded = Flight::recorded(problem, plan).ok_or(Unlinearised::Step)?;
@@ -254,61 +262,83 @@ impl LinearPlan {
             .linearise()
     }
 
-    /// Number of steps.
+    /// Linearises the motion about a recorded motion of `problem`, which holds one row of inputs
+    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
+    /// `stops`, nodes in ascending order.
+    ///
+    /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
+    ///
+    /// # Errors
+    /// As [`LinearPlan::new`].
+    pub fn recorded(problem: &Problem, motion: &Trajectory, stops: Vec<usize>) -> Result<Self, Unlinearised> {
+        Self::fits(problem, motion)?;
+        let count = motion.time.len() - 1;
+        let beside = Beside { problem, plan: motion, timing: Timing::Held, count, beyond: false };
+        Ok(Self { stops, ..beside.linearise()? })
+    }
+
+    /// Returns the nodes before the last one at which the craft has to meet the motion, in ascending
+    /// order; none along the plan of one maneuver.
+    pub fn stops(&self) -> &[usize] {
+        &self.stops
+    }
+
+    /// Returns the number of steps.
     pub fn count(&self) -> usize {
         self.steps.len()
     }
 
-    /// When corrections act.
+    /// Returns when corrections act.
     pub fn timing(&self) -> Timing {
         self.timing
     }
 
-    /// Times of the nodes \[s\].
+    /// Returns the times of the nodes \[s\].
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// Whether reaction wheels give the torques.
+    /// Returns whether reaction wheels exert the torques.
     pub fn has_wheels(&self) -> bool {
         !self.stored.is_empty()
     }
 
-    /// What the wheels store at a node, body axes [N·m·s]; zero without any.
+    /// Returns the wheel momentum at a node, body axes [N·m·s]; zero without wheels.
     pub fn wheel_momentum(&self, node: usize) -> Vector3 {
         self.stored.get(node).map_or_else(Vector3::zeros, |stored| stored * self.units.momentum())
     }
 
-    /// Attitude and angular velocity [rad/s] of the plan at a node.
+    /// Returns attitude and angular velocity [rad/s] of the plan at a node.
     pub fn node(&self, index: usize) -> (&Matrix3, &Vector3) {
         let (attitude, rate) = &self.nodes[index];
         (attitude, rate)
     }
 
-    /// Inputs of the plan in a step, those of the torques, SI.
+    /// Returns the torque inputs of the plan in a step, SI.
     pub fn inputs(&self, step: usize) -> &[f64] {
         &self.steps[step].applied.inputs
     }
 
-    /// The axes of the inputs, `B`, 3×m, SI.
+    /// Returns the axes of the inputs, `B`, 3×m, SI.
     pub fn axes(&self) -> &Matrix3xX<f64> {
         &self.axes
     }
 
-    /// `A_k`, in rad and N·m·s.
+    /// Returns `A_k`, the derivative of the next state with respect to the state, in rad and N·m·s.
     pub fn a(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].stage.a;
         Matrix6::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.unit(column))
     }
 
-    /// `B_k`, in rad and N·m·s for each N·m.
+    /// Returns `B_k`, the derivative of the next state with respect to the torque, in rad and N·m·s
+    /// per N·m.
     pub fn b(&self, step: usize) -> Matrix6x3 {
         let scaled = &self.steps[step].stage.b;
         Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
     }
 
-    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and
-    /// N·m·s.
+    /// Returns `H_k`, the curvature of the Lagrangian with respect to the state, in the unit of the
+    /// cost per product of rad and N·m·s.
     pub fn h(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].stage.h;
         Matrix6::from_fn(|row, column| {
@@ -324,47 +354,50 @@ impl LinearPlan {
         &self.steps
     }
 
-    /// `K₊`, from the physical start to the first `z`, scaled.
+    /// Returns `K₊`, which maps a deviation of the physical start to the first state `z` of the
+    /// linearised motion, scaled.
     pub(crate) fn first(&self) -> Matrix6 {
         kick(&(self.outer[0].weight * self.outer[0].gradient))
     }
 
-    /// `K₋`, from the last `z` to the physical end, scaled.
+    /// Returns `K₋`, which maps the last state `z` of the linearised motion to the deviation of the
+    /// physical end, scaled.
     pub(crate) fn last(&self) -> Matrix6 {
         kick(&(-self.outer[1].weight * self.outer[1].gradient))
     }
 
-    /// What of a torque in the first half kick comes before the first `z` (0), or in the last kick
-    /// after the end (1), scaled.
+    /// Returns the weight of the outer half kick, scaled: of the kick before the first `z`
+    /// (`end = 0`), or of the part of the last kick after the physical end (`end = 1`).
     pub(crate) fn half_kick(&self, end: usize) -> f64 {
         self.outer[end].weight
     }
 
-    /// `∂M/∂R` at a node, scaled.
+    /// Returns `∂M/∂R`, the gradient of the environment's moment at a node, scaled.
     pub(crate) fn field_gradient(&self, node: usize) -> &Matrix3 {
         node.checked_sub(1).map_or(&self.outer[0].gradient, |before| &self.steps[before].gradient)
     }
 
-    /// Unit of component `row` of `z`.
+    /// Returns the SI unit of component `row` of the state `z = [ζ, δΠ]`.
     pub(crate) fn unit(&self, row: usize) -> f64 {
         if row < 3 { 1.0 } else { self.units.momentum() }
     }
 
-    /// `J`, scaled, for rates in rad/s: a controller knows rates.
+    /// Returns `J`, which maps rates in rad/s, as a controller measures them, to scaled momenta.
     pub(crate) fn momentum_of_rate(&self) -> Matrix3 {
         self.j * self.units.time
     }
 
-    /// `δJ`, scaled, for rates in rad/s.
+    /// Converts `δJ` so that it maps rates in rad/s to scaled momenta.
     pub(crate) fn scaled_inertia(&self, delta: &Matrix3) -> Matrix3 {
         delta * (self.units.time / self.units.inertia)
     }
 
-    /// `E_k` of a parameter: what one unit of it (SI) adds to the state in a step, scaled.
+    /// Computes `E_k` of a parameter: the change of the state in a step per unit of the parameter
+    /// (SI), scaled.
     pub(crate) fn disturbance(&self, step: usize, parameter: &Parameter) -> Vector6 {
         let step = &self.steps[step];
         let error = self.torque_error(&step.applied, parameter);
-        // Wheels do not store what comes from outside.
+        // Wheels do not store an external torque.
         let outside = matches!(parameter, Parameter::ConstantTorque(_));
         let stored = if outside { Vector3::zeros() } else { step.kicks[0] * error };
         let mut out = step.after * momenta(&(step.kicks[0] * error)) + momenta(&(step.kicks[1] * error));
@@ -377,7 +410,7 @@ impl LinearPlan {
         out
     }
 
-    /// What one unit of a parameter takes from the momentum of the wheels in a step, scaled.
+    /// Returns the decrease of the wheel momentum in a step per unit of a parameter, scaled.
     pub(crate) fn stored(&self, step: usize, parameter: &Parameter) -> Vector3 {
         match parameter {
             Parameter::ConstantTorque(_) => Vector3::zeros(),
@@ -388,14 +421,14 @@ impl LinearPlan {
         }
     }
 
-    /// What one unit of a parameter adds in the half kick before the first `z` (0), or in that
-    /// after the end (1), scaled.
+    /// Returns the change of the momentum per unit of a parameter in the half kick before the first
+    /// `z` (`end = 0`) or after the end (`end = 1`), scaled.
     pub(crate) fn outer_disturbance(&self, end: usize, parameter: &Parameter) -> Vector6 {
         let HalfKick { weight, applied, .. } = &self.outer[end];
         momenta(&(*weight * self.torque_error(applied, parameter)))
     }
 
-    /// What a change of the inertia alone does to a drift: `[ξ; S(Π') ξ]`,
+    /// Computes the effect of a change of inertia on a drift: `[ξ; S(Π') ξ]`,
     /// `ξ = −(1/h) B vee(F δJ_d − δJ_d Fᵀ)`.
     fn turned(&self, step: &LinearStep, delta: &Matrix3) -> Vector6 {
         let delta = delta / self.units.inertia;
@@ -407,7 +440,7 @@ impl LinearPlan {
         Vector6::new(xi.x, xi.y, xi.z, pi.x, pi.y, pi.z)
     }
 
-    /// `δτ` of one unit of a parameter, scaled.
+    /// Returns the torque error `δτ` per unit of a parameter, scaled.
     fn torque_error(&self, applied: &Applied, parameter: &Parameter) -> Vector3 {
         match parameter {
             Parameter::InputScale(input) => {
@@ -420,9 +453,9 @@ impl LinearPlan {
         }
     }
 
-    /// `C_k` of a parameter: what one unit of it (SI) adds to the measured `z` at a node, scaled.
-    /// Who measures multiplies the rate by the nominal inertia; beside torques at nodes, half of
-    /// the kick that was commanded is added, whatever was given.
+    /// Computes `C_k` of a parameter: the change of the measured `z` at a node per unit of the
+    /// parameter (SI), scaled. The controller multiplies the measured rate by the nominal inertia.
+    /// With torques at nodes it adds half of the commanded kick, whatever kick was really exerted.
     pub(crate) fn measured(&self, node: usize, parameter: &Parameter) -> Vector6 {
         let rate = self.nodes[node].1;
         let (half, applied, gradient) = match (self.timing, node) {
@@ -448,26 +481,26 @@ impl LinearPlan {
     }
 }
 
-/// Whether a plan records the costates that follow a full kick at each node (Lie–Verlet), and not
-/// those of the motion at the node: these are half a kick before. Without a field, and with torques
-/// in body axes, the two are the same.
+/// Returns whether a plan records the costates after a full kick at each node (Lie–Verlet), which
+/// are half a kick beyond the costates of the motion at the node. Without a force field, and with
+/// torques in body axes, the two are equal.
 fn records_beyond_nodes(problem: &Problem) -> bool {
     !problem.switches() && problem.scheme.first_input() == 0
 }
 
-/// `[0; vector]`.
+/// Returns `[0; vector]`.
 fn momenta(vector: &Vector3) -> Vector6 {
     Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
 }
 
-/// `[[I, 0], [block, I]]`.
+/// Returns `[[I, 0], [block, I]]`.
 pub(crate) fn kick(block: &Matrix3) -> Matrix6 {
     let identity = Matrix3::identity();
     blocks([[&identity, &Matrix3::zeros()], [block, &identity]])
 }
 
 impl LinearStep {
-    /// A step of which only what is given is known.
+    /// Returns a step without matrices, in which only the applied torque is known.
     fn of(applied: Applied) -> Self {
         let zero = Matrix3::zeros();
         let still = Vector3::zeros();

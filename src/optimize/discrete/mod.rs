@@ -1,10 +1,16 @@
-//! The discrete problem: its step, its control law, its necessary conditions and what they prove.
+//! The discrete optimal control problem: its step, control law, necessary conditions and
+//! second-order conditions.
 //!
-//! What every method solves and none of them owns. A step of the variational integrator with its
-//! linearisation ([`step`]), the inputs that a costate asks for (`control_law`), where a maneuver
-//! may end (`terminal`), the sweep that joins them ([`sweep`]), the second order of what it finds
-//! (`second_order`), and the motion beside a plan to first order ([`linear_plan`]). A `candidate`
-//! is a maneuver of this problem, whole or in part, that methods take and give.
+//! All methods solve this problem, and none of them owns it. The parts are:
+//!
+//! - [`step`]: a step of the variational integrator and its linearisation;
+//! - `control_law`: the optimal inputs for a given costate;
+//! - `terminal`: the terminal condition of a maneuver;
+//! - [`sweep`]: the forward sweep that joins these three;
+//! - `second_order`: the second-order conditions of an extremal that was found;
+//! - [`linear_plan`]: the motion near a plan to first order;
+//! - `candidate`: a maneuver of this problem, complete or partial, that the methods accept and
+//!   return.
 
 pub(crate) mod candidate;
 pub(crate) mod control_law;

@@ -1,43 +1,45 @@
-//! The terminal condition, in scaled units: what must hold at the end, of the state and of the
-//! costate.
+//! The terminal condition on state and costate, in scaled units.
 //!
-//! As many equations `e(y_N, μ) = 0` as the state has components, with the costate `μ` of the
-//! physical state at the end, between the halves of the last kick for Lie–Verlet. Where the whole
-//! state is given:
+//! It has as many equations `e(y_N, μ) = 0` as the state has components. `μ` is the costate of the
+//! physical state at the end; for Lie–Verlet it belongs between the halves of the last kick. If the
+//! whole state is given:
 //!
 //! ```text
 //! e = [x − x_d; γ − γ_d; log(R_dᵀR); Π − Π_d] ,     D_z e = blockdiag(I, I, J_r⁻¹(log R_dᵀR), I) ,     D_μ e = 0
 //! ```
 //!
 //! Newton needs no `J_r⁻¹`: a direction that solves `D d = −e` with `D = I` solves it with `D_z e`
-//! as well, since `J_r(φ) φ = φ`. A component that is left free exchanges its equation for one of
-//! transversality, `μ·v = 0` for the motions v that it allows: a variant of its own here. Where any
-//! attitude will do, `e = [x − x_d; γ − γ_d; μ^R; Π − Π_d]`.
+//! as well, since `J_r(φ) φ = φ`. A component that is left free exchanges its equation for a
+//! transversality condition, `μ·v = 0` for the motions v that it allows; each such case is a
+//! variant of its own here. For a free terminal attitude `e = [x − x_d; γ − γ_d; μ^R; Π − Π_d]`.
 
 use crate::maneuver::problem::EndCondition;
 use crate::optimize::discrete::step::{Costate, Point, Sensitivity};
 use nalgebra::{SMatrix, SVector};
 
-/// What is given at the end.
+/// Terminal condition: the components of the state that are prescribed at the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TerminalCondition {
-    /// Attitude and momentum; position and linear momentum too where the body translates.
+    /// The complete state: attitude and momentum, and position and linear momentum if the body
+    /// translates.
     State(Point),
-    /// All but the attitude.
+    /// All components except the attitude, which is free.
     AttitudeFree(Point),
 }
 
 impl TerminalCondition {
-    /// That of a maneuver whose end is `point`, as far as it is given.
+    /// Builds the terminal condition of a maneuver with end state `point`; a free component of
+    /// `point` is ignored.
     pub fn of(condition: &EndCondition, point: Point) -> Self {
         match condition {
-            // An end on a target is planned roll by roll.
+            // The end on a target is planned for one roll angle at a time, so the whole state is
+            // given.
             EndCondition::State | EndCondition::Aim(_) | EndCondition::Met(_) => Self::State(point),
             EndCondition::AnyAttitude => Self::AttitudeFree(point),
         }
     }
 
-    /// The condition of another end.
+    /// Returns the condition of this kind with another end state.
     pub fn aimed(&self, point: Point) -> Self {
         match self {
             Self::State(_) => Self::State(point),
@@ -45,18 +47,19 @@ impl TerminalCondition {
         }
     }
 
-    /// Whether component `row` of a state of dimension `dimension` is given.
+    /// Returns whether component `row` of a state of dimension `dimension` is prescribed.
     fn gives(&self, row: usize, dimension: usize) -> bool {
         let attitude = dimension - 6..dimension - 3;
         matches!(self, Self::State(_)) || !attitude.contains(&row)
     }
 
-    /// Which components of a state of dimension `dimension` are given, in the crate's order.
+    /// Returns the indices of the prescribed components of a state of dimension `dimension`, in the
+    /// order x, γ, ζ, Π.
     pub fn given(&self, dimension: usize) -> Vec<usize> {
         (0..dimension).filter(|row| self.gives(*row, dimension)).collect()
     }
 
-    /// `e` of state and costate at the end, in the crate's order.
+    /// Computes the residual `e` of the state and costate at the end, in the order x, γ, ζ, Π.
     pub fn value<const N: usize>(&self, end: &Point, costate: &Costate) -> SVector<f64, N> {
         match self {
             Self::State(target) => end.minus(target).to_vector(),
@@ -64,8 +67,8 @@ impl TerminalCondition {
         }
     }
 
-    /// `D_z e Z + D_μ e Λ` for columns of the derivatives of state and costate, with `J_r⁻¹` taken
-    /// for `I`.
+    /// Computes `D_z e Z + D_μ e Λ` for the columns `Z` and `Λ` of derivatives of state and
+    /// costate, with `J_r⁻¹` replaced by `I`.
     pub fn slope<const N: usize>(&self, columns: &Sensitivity<N>) -> SMatrix<f64, N, N> {
         match self {
             Self::State(_) => columns.state(),
@@ -73,7 +76,7 @@ impl TerminalCondition {
         }
     }
 
-    /// The state at which guesses aim.
+    /// Returns the end state that initial guesses aim at.
     pub fn target(&self) -> &Point {
         match self {
             Self::State(target) => target,

@@ -1,5 +1,5 @@
-//! Landing a plan of the chain: solved again, warm from what the correction before left, towards
-//! the shifted target and within constraints that are drawn in.
+//! Landing of a plan of the chain: the chain is solved again for the shifted target and the
+//! tightened constraints, with a warm start from the previous correction.
 
 use super::{Aim, Next};
 use crate::maneuver::problem::State;
@@ -8,18 +8,18 @@ use crate::optimize::chain::Chain;
 use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::methods::method::Attempt;
 
-/// A plan of the chain that lands as well as corrections could make it.
+/// Plan of the chain after landing, with the smallest miss that the corrections reached.
 pub(crate) struct Landed {
     pub attempt: Attempt,
     pub target: State,
     pub landing: Landing,
 }
 
-/// Lands a plan of the chain where `aim` says.
+/// Lands a plan of the chain, starting from `first` and the target of `aim`.
 ///
-/// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on
-/// the chain that is aimed, after a miss of such a size: `None` where either cannot. `chain` is
-/// left aimed at what the plan that is returned was solved for.
+/// `recorded` converts an attempt to a plan. `solve` solves the chain for the current target with a
+/// warm start from an attempt; its last argument is the size of the miss. Either returns `None` if
+/// it fails. On return `chain` has the target for which the returned plan was solved.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,
@@ -34,7 +34,7 @@ pub(crate) fn land_chain(
         let Some(plan) = recorded(chain, &attempt) else { break };
         let next = aim.correct(&plan);
         if next == Next::GiveUp && best.is_some() {
-            // The one before was the better one.
+            // The previous attempt was the better one.
             break;
         }
         best = Some(Landed { attempt: attempt.clone(), target: aimed, landing: aim.told() });

@@ -1,27 +1,29 @@
-//! Landing: the discrete target is shifted by what the true motion misses, until that meets the end
-//! of the maneuver.
+//! Landing: shifts the discrete target by the miss of the true motion, until the true motion meets
+//! the end of the maneuver.
 //!
-//! The inputs of a plan are held over its steps. Under them the true motion ends `O(h²)` beside the
-//! discrete one (`O(h)` for Lie–Euler), which meets its target to round-off. The defect correction
+//! The inputs of a plan are held over its steps. The discrete motion meets its target to round-off,
+//! but the true motion under the same inputs misses it by `O(h²)` (`O(h)` for Lie–Euler). The
+//! defect correction
 //!
 //! ```text
 //! d_0 = end ,     d_{i+1} = d_i ⊕ (end ⊖ Φ(u(d_i)))
 //! ```
 //!
-//! with the inputs `u(d)` of the discrete optimum for the target d and the end Φ of the true motion
-//! under them ([`crate::flight`]) has the plan wanted as its fixed point, and contracts by the
-//! relative difference of the two sensitivities, `O(h²)`. It remains an extremal of the discrete
-//! problem, of the shifted target. Constraints on rates and pointing are drawn in by what the true
-//! motion exceeds them, in the same loop.
+//! has `u(d)`, the inputs of the discrete optimum for the target d, and Φ, the end of the true
+//! motion under these inputs ([`crate::flight`]). Its fixed point is the required plan, and it
+//! contracts by the relative difference of the two sensitivities, `O(h²)`. The plan remains an
+//! extremal of the discrete problem for the shifted target. Constraints on rates and pointing are
+//! tightened in the same loop by the amount by which the true motion violates them.
 //!
-//! A plan of least time to a target that moves ends where that is when the plan arrives. Its `end`
-//! is that of the plan's own duration ([`Problem::end_after`]), and what is aimed at that of the
-//! root of how late the plan is, by the slope that the search has seen; of the discrete motion too,
-//! where plans are not to land.
+//! A minimum-time plan to a moving target ends at the target's state at the time of arrival. The
+//! `end` of the correction is then the state at the plan's own duration ([`Problem::end_after`]).
+//! The state aimed at is that of the time at which the delay of the plan vanishes, computed with
+//! the slope of the delay that the search has found. This applies also to the discrete motion if
+//! plans are not landed.
 //!
-//! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the
-//! first costate (`shooting`), the chain its own method from near the plan (`chain`), arcs Newton
-//! on costates and lengths (`search::switching`).
+//! Each formulation uses the warm start that its unknowns allow: the shooting a Newton step on the
+//! first costate (`shooting`), the chain its own method started near the plan (`chain`), arcs
+//! Newton's method on costates and arc lengths (`search::switching`).
 
 mod chain;
 mod shooting;
@@ -37,26 +39,26 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Landing, Trajectory};
 
-/// A miss that is none, scaled: radians, and rates over a radian in the duration. Far below what a
-/// witness is asked for, far above round-off.
+/// Miss below which a motion counts as landed, scaled: radians, and rates over a radian per
+/// duration. It is far below the tolerance of a witness and far above round-off.
 pub(crate) const LANDED: f64 = 1e-9;
 
-/// Most corrections. Where one does not take away half of the miss more steps are needed, and no
-/// more corrections.
+/// Largest number of corrections. If a correction does not halve the miss, the plan needs more
+/// steps, not more corrections.
 pub(crate) const MOST_CORRECTIONS: usize = 16;
 const SHRUNK: f64 = 0.5;
 
-/// By how much more than what the true motion exceeds a constraint is drawn in, and what it must
-/// keep \[rad, or a part of the limit\]: the pieces between which extrema are looked for are
-/// rotations about one axis to some 1e-8.
+/// Reserve by which a constraint is tightened beyond its violation and which the true motion must
+/// keep \[rad, or relative to the limit\]. The reserve is needed because the search for extrema
+/// approximates the motion piecewise by rotations about one axis, which is accurate to about 1e-8.
 const ROOM: f64 = 1e-7;
 
-/// What a plan that lands misses or exceeds at most, scaled: far below what it is asked for, and
-/// far above what two flows of the same motion differ by.
+/// Largest miss or violation of a landed plan, scaled: far below the requested tolerance, and far
+/// above the difference of two integrations of the same motion.
 pub(crate) const MET: f64 = 1e-6;
 
-/// What the true motion of a plan misses at the end or exceeds on its way, the larger, scaled; not
-/// finite where it cannot be followed.
+/// Returns the miss of the true motion at the end, or its largest constraint violation if that is
+/// larger, scaled; not finite if the motion cannot be integrated.
 pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
     let Some(duration) = plan.time.last().copied() else { return f64::NAN };
     let mut aim = Aim::of(problem);
@@ -67,41 +69,41 @@ pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
         .fold(miss, |worst, excess| if excess > worst || excess.is_nan() { excess } else { worst })
 }
 
-/// Where corrections stand.
+/// State of the landing corrections: shifted target, tightened constraints and the misses so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Aim<'a> {
     problem: &'a Problem,
-    /// The true motion; `None` where the discrete one is to be at its end when it arrives there.
+    /// The true motion; `None` if the discrete motion itself must meet a moving target.
     flight: Option<Flight<'a>>,
     settled: bool,
-    /// A miss that is none.
+    /// Miss below which the motion counts as landed, scaled.
     least: f64,
-    /// The end that the discrete problem has.
+    /// Target of the discrete problem, shifted by the corrections.
     pub target: State,
-    /// When the end that is aimed at is that of the maneuver \[s\], where it moves on with the
-    /// duration.
+    /// Time at which the state of a moving target is aimed at \[s\]; NaN if the target does not
+    /// move.
     time: f64,
-    /// By how much each constraint is drawn in.
+    /// Amount by which each constraint is tightened.
     pub drawn_in: Vec<f64>,
-    /// What was missed before each correction, and in the end, scaled.
+    /// Misses before each correction and after the last one, scaled.
     misses: Vec<f64>,
-    /// What the true motion under the best inputs so far still misses or exceeds.
+    /// Smallest miss or violation of the true motion so far, scaled.
     best: f64,
 }
 
-/// What is to be done next.
+/// Next action of the landing loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
-    /// The true motion lands.
+    /// The true motion meets the end and keeps the constraints.
     Landed,
-    /// Solve again for the target and constraints that are aimed at now.
+    /// Solve again for the current target and constraints.
     Correct,
-    /// No correction brings it nearer.
+    /// A further correction would not reduce the miss.
     GiveUp,
 }
 
 impl<'a> Aim<'a> {
-    /// Of the true motion at the end of a maneuver.
+    /// Starts corrections of the true motion towards the end of a maneuver.
     pub fn of(problem: &'a Problem) -> Self {
         Self {
             flight: Some(Flight::new(problem)),
@@ -116,8 +118,9 @@ impl<'a> Aim<'a> {
         }
     }
 
-    /// Of the motion that `settings` ask to be at the end of a maneuver; `None` where it is there
-    /// already.
+    /// Starts corrections of the motion that `settings` require to meet the end: the true motion,
+    /// or the discrete motion to a moving target. Returns `None` if a discrete motion needs no
+    /// correction.
     pub fn asked(problem: &'a Problem, settings: &Settings) -> Option<Self> {
         let aim = Self::of(problem);
         match settings.target {
@@ -128,7 +131,7 @@ impl<'a> Aim<'a> {
         }
     }
 
-    /// Where a plan ends, and what it exceeds.
+    /// Returns the end state of a plan and its constraint violations.
     fn ended(&mut self, plan: &Trajectory) -> Option<(State, Vec<f64>)> {
         if self.flight.is_some() {
             return self.flown(&Flight::of_plan(self.problem, plan));
@@ -138,7 +141,8 @@ impl<'a> Aim<'a> {
         Some((State { attitude, angular_velocity, ..self.problem.end }, Vec::new()))
     }
 
-    /// Where the true motion ends, and what it exceeds.
+    /// Returns the end state of the true motion and its constraint violations; `None` if it cannot
+    /// be integrated.
     fn flown(&mut self, steps: &[(Held, f64)]) -> Option<(State, Vec<f64>)> {
         let flight = self.flight.as_mut()?;
         if !self.settled {
@@ -148,7 +152,7 @@ impl<'a> Aim<'a> {
         let mut excess = Excess::of(self.problem);
         let end = flight.fly(steps, excess.as_mut())?;
         let mut worst = excess.map_or_else(Vec::new, |excess| excess.worst);
-        // What is held on a cone cannot be drawn in: the witnesses tell by how much it strays.
+        // A boresight held on a cone cannot be tightened: the witnesses report its deviation.
         for (worst, constraint) in worst.iter_mut().zip(&self.problem.constraints) {
             if is_held_on(constraint) {
                 *worst = f64::NEG_INFINITY;
@@ -157,7 +161,8 @@ impl<'a> Aim<'a> {
         Some((end, worst))
     }
 
-    /// What the true motion misses at the end, scaled: `[x, γ, ζ, Π]` from the end to where it is.
+    /// Returns the miss of the true motion, scaled: `[x, γ, ζ, Π]` from the required to the actual
+    /// end.
     fn miss(&self, flown: &State, duration: f64) -> [Vector3; 4] {
         let (end, inertia) = (self.problem.end_after(duration), &self.problem.body.inertia);
         let length = length(self.problem, duration);
@@ -174,13 +179,14 @@ impl<'a> Aim<'a> {
         ]
     }
 
-    /// Flies a recorded plan and shifts the target and the constraints by what it misses.
+    /// Integrates the true motion of a plan, and shifts the target and tightens the constraints by
+    /// its miss.
     pub fn correct(&mut self, plan: &Trajectory) -> Next {
         let Some(duration) = plan.time.last().copied() else { return Next::GiveUp };
         let Some((flown, excess)) = self.ended(plan) else { return Next::GiveUp };
         let miss = largest(&self.miss(&flown, duration));
         let exceeded = excess.iter().fold(0.0, |worst: f64, excess| worst.max(excess + 0.5 * ROOM));
-        // Written so that what is not a number is not kept.
+        // Written so that NaN counts as a violation.
         let kept = excess.iter().all(|excess| excess + 0.5 * ROOM <= 0.0);
         self.misses.push(miss);
         let left = miss.max(exceeded);
@@ -188,8 +194,8 @@ impl<'a> Aim<'a> {
             self.best = left;
             return Next::Landed;
         }
-        // The first correction to what moves tells how late the plan is, and only the next ones
-        // make up for it.
+        // The first correction to a moving target only measures the delay of the plan; the later
+        // corrections remove it.
         let told = 1 + usize::from(self.problem.met().is_some());
         let stuck = left.is_nan() || self.misses.len() > told && left > SHRUNK * self.best;
         if stuck || self.misses.len() > MOST_CORRECTIONS {
@@ -205,7 +211,7 @@ impl<'a> Aim<'a> {
         Next::Correct
     }
 
-    /// Shifts the target by what was missed.
+    /// Shifts the target by the miss, opposite in sign.
     fn shift(&mut self, flown: &State, duration: f64) {
         if let Some(meeting) = self.problem.met().filter(|_| self.flight.is_none() || self.misses.len() > 1) {
             self.time = meeting.next(self.time, duration);
@@ -221,8 +227,8 @@ impl<'a> Aim<'a> {
         target.velocity += end.velocity - flown.velocity;
     }
 
-    /// The maneuver to the end that is aimed at, with its constraints drawn in; `None` where they
-    /// leave nothing or the ends do not hold them.
+    /// Returns the maneuver with the shifted end and the tightened constraints; `None` if a
+    /// tightened constraint is not valid.
     pub fn drawn_in(&self) -> Option<Problem> {
         let mut problem = Problem { end: self.target, ..self.problem.clone() };
         for (Constraint { rule, .. }, by) in problem.constraints.iter_mut().zip(&self.drawn_in) {
@@ -236,13 +242,13 @@ impl<'a> Aim<'a> {
         usable.then_some(problem)
     }
 
-    /// Whether constraints are others than those of the maneuver: one is drawn in, or leads to the
-    /// end that is aimed at.
+    /// Returns whether the constraints differ from those of the maneuver: one is tightened, or
+    /// holds the boresight on a cone and depends on the end.
     pub fn changes_constraints(&self) -> bool {
         self.drawn_in.iter().any(|by| *by > 0.0) || self.problem.constraints.iter().any(is_held_on)
     }
 
-    /// What there is to tell of the corrections of a plan.
+    /// Returns the report of the landing corrections of the plan.
     pub fn told(&self) -> Landing {
         let named = self.problem.constraints.iter().zip(&self.drawn_in).filter(|(_, by)| **by > 0.0);
         Landing {
@@ -254,12 +260,12 @@ impl<'a> Aim<'a> {
     }
 }
 
-/// Whether it holds a boresight on a cone.
+/// Returns whether the constraint holds a boresight on a cone.
 fn is_held_on(constraint: &Constraint) -> bool {
     matches!(constraint.rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. }))
 }
 
-/// The unit of length of a maneuver \[m\].
+/// Returns the unit of length of a maneuver \[m\].
 fn length(problem: &Problem, duration: f64) -> f64 {
     if problem.motion == Motion::Attitude {
         return 1.0;

@@ -1,11 +1,12 @@
-//! Landing an extremal of the shooting: Newton on the first costate, towards the end of the true
-//! motion.
+//! Landing of an extremal of the shooting: Newton's method on the first costate, towards the end of
+//! the true motion.
 //!
-//! Whatever `λ_{−1}` a sweep begins from, it is an extremal of the target that it comes to. So the
-//! corrections need no solve within: the costate moves by `−H e`, with the miss `e` of the true
-//! motion and the inverse `H` of the discrete sensitivity, which a coarser grid gives well enough,
-//! and the target is where the sweep ends in the end. A correction is one sweep and one flight.
-//! From the second on Broyden's update puts into `H` what the moves have shown.
+//! The sweep from any `λ_{−1}` is an extremal for the target that it reaches. So the corrections
+//! need no inner solve: the costate changes by `−H e`, with the miss `e` of the true motion and the
+//! inverse `H` of the discrete sensitivity. The sensitivity of a coarser grid is accurate enough.
+//! The target is the end of the last sweep. A correction takes one sweep and one integration of the
+//! true motion. From the second correction on, Broyden's update improves `H` from the observed
+//! changes.
 
 use super::{Aim, LANDED, MOST_CORRECTIONS, SHRUNK, largest};
 use crate::flight::Held;
@@ -17,26 +18,25 @@ use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
-/// Change of a costate, relative to the largest, over which a derivative is a difference.
+/// Step of finite differences in a costate, relative to its largest component.
 const DIFFERENCE: f64 = 1e-7;
 
-/// Shares of a step that are tried where a whole one leads away.
+/// Step fractions that are tried if the full step does not reduce the miss enough.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.1];
 
-/// An extremal under whose inputs the true motion comes as near to the end as corrections brought
-/// it.
+/// Extremal whose true motion has the smallest miss that the corrections reached.
 pub(crate) struct LandedCostate<const N: usize> {
     pub costate: SVector<f64, N>,
-    /// Its nodes, and its cost, scaled.
+    /// Nodes of the sweep, scaled.
     pub nodes: Vec<Node>,
     pub cost: f64,
-    /// Where the discrete motion ends: the target that it is an extremal for.
+    /// End of the discrete motion: the target for which this is an extremal.
     pub target: Point,
     pub state: State,
     pub landing: Landing,
 }
 
-/// One sweep, and where the true motion under its inputs ends.
+/// Result of one sweep and of the true motion under its inputs.
 struct LandingTrial<const N: usize> {
     costate: SVector<f64, N>,
     nodes: Vec<Node>,
@@ -45,8 +45,8 @@ struct LandingTrial<const N: usize> {
     size: f64,
 }
 
-/// Lands the extremal that begins at `costate`; `None` where a sweep or a flight does not come to
-/// its end at once. `stopped` ends the corrections with the best so far.
+/// Lands the extremal that starts with `costate`; `None` if the first sweep or the first true
+/// motion fails. If `stopped` returns true, the best result so far is returned.
 pub(crate) fn land_costate<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -59,15 +59,15 @@ pub(crate) fn land_costate<const N: usize>(
     let mut misses = vec![best.size];
     let mut slopes = Slope::ALL.into_iter();
     let mut inverse: Option<SMatrix<f64, N, N>> = None;
-    // The miss where the derivative of the true motion was taken last.
+    // Miss at which the derivative of the true motion was last computed.
     let mut differenced = f64::INFINITY;
     let mut spare = Vec::new();
     while best.size > LANDED && misses.len() <= MOST_CORRECTIONS && !stopped() {
         let h = match inverse {
             Some(h) => h,
             None => {
-                // The miss bends where a limit is entered: what one derivative brought nearer, the
-                // next may bring home.
+                // The miss is nonlinear where an input reaches its limit: if one derivative reduced
+                // the miss, a new one may reduce it to zero.
                 let nearer = best.size < differenced;
                 let Some(slope) = slopes.next().or(nearer.then_some(Slope::True)) else { break };
                 if matches!(slope, Slope::True) {
@@ -80,7 +80,7 @@ pub(crate) fn land_costate<const N: usize>(
         let step = -(h * best.miss);
         let whole = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare));
         let good = |next: &LandingTrial<N>| next.size <= SHRUNK * best.size;
-        // Only the last of the slopes is worth a part of its step.
+        // Step fractions are tried only with the last kind of derivative.
         let found = whole.filter(good).or_else(|| {
             let mut shares = SHARES.into_iter().filter(|_| slopes.len() == 0);
             shares.find_map(|share| {
@@ -109,22 +109,22 @@ pub(crate) fn land_costate<const N: usize>(
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
 }
 
-/// Whose derivative of the miss by the costate is taken, cheapest first: where steps of one lead
-/// nowhere, the next.
+/// Motion whose derivative of the miss with respect to the costate is used, cheapest first. If
+/// steps with one derivative do not reduce the miss, the next is used.
 #[derive(Clone, Copy)]
 enum Slope {
-    /// That of the discrete motion on a coarser grid.
+    /// Discrete motion on a coarser grid.
     Coarse,
-    /// That of the discrete motion.
+    /// Discrete motion on the grid of the plan.
     Fine,
-    /// That of the true motion, by differences.
+    /// True motion, by finite differences.
     True,
 }
 
 impl Slope {
     const ALL: [Self; 3] = [Self::Coarse, Self::Fine, Self::True];
 
-    /// Its inverse.
+    /// Computes the inverse of the derivative of the miss; `None` if it is not finite.
     fn inverse<const N: usize>(
         self,
         aim: &mut Aim,
@@ -152,7 +152,8 @@ impl Slope {
     }
 }
 
-/// Sweeps and flies.
+/// Sweeps from `costate` and integrates the true motion under the resulting inputs; `None` if
+/// either fails.
 fn tried<const N: usize>(
     aim: &mut Aim,
     bvp: &BoundaryValueProblem<N>,
@@ -168,7 +169,8 @@ fn tried<const N: usize>(
     Some(LandingTrial { costate, nodes, cost, miss, size: largest(&blocks) })
 }
 
-/// What the inputs of an extremal give over each step, SI units, in the axes of their sets.
+/// Returns the held forces and torques of an extremal and the length of each step, SI units, in the
+/// axes of their sets.
 fn held<const N: usize>(bvp: &BoundaryValueProblem<N>, nodes: &[Node]) -> Vec<(Held, f64)> {
     let (dynamics, grid) = (&bvp.dynamics, &bvp.dynamics.grid);
     let units = &dynamics.units;
@@ -189,7 +191,7 @@ fn held<const N: usize>(bvp: &BoundaryValueProblem<N>, nodes: &[Node]) -> Vec<(H
         .collect()
 }
 
-/// A point in SI units.
+/// Converts a point of the sweep to a state in SI units.
 fn state_of<const N: usize>(problem: &Problem, bvp: &BoundaryValueProblem<N>, point: &Point) -> State {
     let (dynamics, moves) = (&bvp.dynamics, N == 12);
     let units = &dynamics.units;

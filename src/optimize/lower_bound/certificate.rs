@@ -1,33 +1,33 @@
-//! From any dual vector to a true lower bound.
+//! Certificate: a proved lower bound from any dual vector.
 //!
-//! Every maneuver within the range has moments `|y_i| ≤ 1` and puts `s = b − A y` into the cones.
-//! So for **any** `z`, solved, almost solved or made up, with the part of the inequalities not
-//! negative,
+//! Every maneuver within the range has moments `|y_i| ≤ 1`, and its slack `s = b − A y` lies in the
+//! cones. So the following holds for **any** `z`, whether from a converged solve or not, provided
+//! that its components for the inequalities are nonnegative:
 //!
 //! ```text
 //! cost = c_0 + qᵀy = c_0 + rᵀy − bᵀz + zᵀs ,    r = q + Aᵀz
 //!      ≥ c_0 − bᵀz − Σ|r_i| + Σ_blocks min(0, λ_min(Z)) · tr_max
 //! ```
 //!
-//! because `⟨Z, S⟩ ≥ λ_min(Z) tr S` for `S ⪰ 0`. Round-off of the sums is subtracted too.
+//! because `⟨Z, S⟩ ≥ λ_min(Z) tr S` for `S ⪰ 0`. The round-off of the sums is subtracted too.
 
 use super::relaxation::MomentProgram;
 use crate::optimize::convex::cone::Cone;
 use crate::optimize::convex::sparse::SparseParts;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// A proved bound and what it lost to the residuals of its dual vector.
+/// A proved bound and the dual objective before the correction by the residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Proved {
-    /// No maneuver in the range costs less.
+    /// Proved bound: no maneuver in the range costs less.
     pub bound: f64,
-    /// What the dual vector claims: `c_0 − bᵀz`.
+    /// Dual objective `c_0 − bᵀz`.
     pub claimed: f64,
 }
 
-/// The bound that `z` proves, with the cost (`with_cost`) or for a cost of zero: a positive one
-/// then says that no maneuver is in the range at all. `None` when `z` has a number that is not
-/// finite.
+/// Computes the bound that `z` proves. With `with_cost` it bounds the cost; otherwise the cost is
+/// replaced by zero, and a positive bound proves that the range contains no maneuver. Returns
+/// `None` if a component of `z` is not finite.
 pub(crate) fn prove(moments: &MomentProgram, z: &[f64], with_cost: bool) -> Option<Proved> {
     let program = &moments.program;
     if z.len() != program.bound.len() || !z.iter().all(|value| value.is_finite()) {
@@ -57,15 +57,15 @@ pub(crate) fn prove(moments: &MomentProgram, z: &[f64], with_cost: bool) -> Opti
 
     let products: f64 = program.matrix.entries().map(|(row, _, value)| (value * z[row]).abs()).sum();
     let bounds: f64 = program.bound.iter().zip(&z).map(|(b, z)| (b * z).abs()).sum();
-    // Relative error of a sum: that of its numbers, of about ten operations each, and one ulp per
-    // addition.
+    // Relative error of a sum: the error of its terms, each from about ten operations, and one ulp
+    // per addition.
     let round_off = (128.0 + z.len() as f64) * f64::EPSILON;
     loss += round_off * (products + bounds + cost * moments.cost_magnitude);
     let bound = claimed - loss;
     bound.is_finite().then_some(Proved { bound, claimed })
 }
 
-/// The symmetric matrix of a packed upper triangle with √2 on the off-diagonal entries.
+/// Unpacks a symmetric matrix from its upper triangle with √2 on the off-diagonal entries.
 pub(crate) fn unpacked(part: &[f64], n: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
     let mut index = 0;
@@ -81,10 +81,11 @@ pub(crate) fn unpacked(part: &[f64], n: usize) -> DMatrix<f64> {
     matrix
 }
 
-/// A number that no eigenvalue of the symmetric matrix is below.
+/// Returns a lower bound on all eigenvalues of a symmetric matrix.
 ///
-/// The computed one, lowered until `A − λI` has a Cholesky factor: then `A − λI` is positive
-/// semidefinite up to an error of `(n + 1) ε tr`, which is taken off too (Demmel; Rump 2006).
+/// It is the computed smallest eigenvalue, lowered until `A − λI` has a Cholesky factor: then
+/// `A − λI` is positive semidefinite up to an error of `(n + 1) ε tr`, which is subtracted too
+/// (Demmel; Rump 2006).
 pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let n = matrix.nrows();
     let norm = matrix.norm();
@@ -108,7 +109,8 @@ pub(crate) fn lowest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     safe
 }
 
-/// Second largest eigenvalue over the largest, of a positive semidefinite matrix: zero at rank one.
+/// Returns the ratio of the second largest to the largest eigenvalue of a positive semidefinite
+/// matrix: zero for rank one.
 pub(crate) fn rank_one_defect(matrix: &DMatrix<f64>) -> f64 {
     match eigenvalues(matrix).as_deref() {
         None => f64::NAN,
@@ -117,7 +119,8 @@ pub(crate) fn rank_one_defect(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Eigenvalues of a symmetric matrix, the largest first; `None` where they cannot be found.
+/// Computes the eigenvalues of a symmetric matrix, the largest first; `None` if the iteration does
+/// not converge.
 fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
     let eigen = SymmetricEigen::try_new(matrix.clone(), f64::EPSILON, 100 * matrix.nrows() + 1000)?;
     let mut values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
@@ -131,8 +134,7 @@ mod tests {
     use crate::optimize::convex::cone::Program;
     use crate::optimize::convex::sparse::Sparse;
 
-    /// Minimise `2 − y` over the one moment `0 ≤ y ≤ 1`, of which the cone states `s = y`: the
-    /// minimum is 1.
+    /// Minimises `2 − y` over one moment `0 ≤ y ≤ 1`, with the cone row `s = y`: the minimum is 1.
     fn one_moment(cone: Cone) -> MomentProgram {
         MomentProgram {
             program: Program {
@@ -152,7 +154,7 @@ mod tests {
     #[test]
     fn each_way_to_claim_too_much_is_corrected() {
         for cone in [Cone::Nonnegative(1), Cone::Semidefinite(1)] {
-            // z = −1 leaves no residual and claims 2, by a multiplier of the wrong sign; z = 0
+            // z = −1 leaves no residual and claims 2 by a multiplier of the wrong sign; z = 0
             // claims 2 by a residual.
             for z in [-1.0, 0.0, -0.5, 3.0] {
                 let proof = prove(&one_moment(cone), &[z], true).unwrap();

@@ -8,8 +8,8 @@
 //! h² τ_k = p(F_k) − m(F_{k−1})
 //! ```
 //!
-//! and the least effort of a torque is `½ τᵀ G τ`, `G = (B W⁻¹ Bᵀ)⁻¹`. The free steps `F_1 … F_M`
-//! of the chain and what closes it at the ends are
+//! and the minimum effort of a torque is `½ τᵀ G τ`, `G = (B W⁻¹ Bᵀ)⁻¹`. The free steps `F_1 … F_M`
+//! of the chain and its boundary terms are
 //!
 //! ```text
 //! Lie–Euler    M = N − 1   F_0 is fixed by Π_0;  a = m(F_0),  b = hΠ_d,  end factors 1
@@ -18,60 +18,60 @@
 //! cost = (1/2h³) [ e |p(F_1) − a|² + Σ |p(F_{k+1}) − m(F_k)|² + e |b − m(F_M)|² ]_G ,    F_1 F_2 ⋯ F_M = Q
 //! ```
 //!
-//! Rotations that stay variable: for two steps `F_1` alone, `F_2 = F_1ᵀ Q`. For more, all `F_k`,
-//! and the attitudes `R_k = F_1 ⋯ F_{k−1}` between them: `R_2 = F_1` and `R_M = Q F_Mᵀ` need no
-//! variable of their own. Cost and group never join more than the three rotations
-//! `R_k, F_k, F_{k+1}`: the cliques.
+//! The rotations that remain variables: for two steps only `F_1`, with `F_2 = F_1ᵀ Q`. For more
+//! steps all `F_k`, and the attitudes `R_k = F_1 ⋯ F_{k−1}` between them; `R_2 = F_1` and
+//! `R_M = Q F_Mᵀ` need no variables of their own. Cost and group relations couple at most the three
+//! rotations `R_k, F_k, F_{k+1}`: these are the cliques.
 
 use super::polynomial::{
     Polynomial, PolynomialMatrix, Ring, constant_matrix, left_multiplied, transposed, vee_of_skew_part,
 };
 use crate::{Matrix3, Vector3};
 
-/// The data of a chain, momenta and inertia over the mean moment of inertia.
+/// Data of a chain, with momenta and inertia divided by the mean moment of inertia.
 #[derive(Clone, Debug)]
 pub(crate) struct ChainData {
-    /// Nonstandard inertia `J_d`.
+    /// Nonstandard inertia `J_d` of the integrator.
     pub j_d: Matrix3,
-    /// Weight `G` of the torque, any scale.
+    /// Weight `G` of the torque, in any unit.
     pub weight: Matrix3,
-    /// What the whole cost is multiplied with.
+    /// Factor of the whole cost.
     pub factor: f64,
-    /// Momentum times `h` that the first free step would have without torque.
+    /// Momentum times `h` that the first free step would have without torque, `a` in the header.
     pub before: Vector3,
-    /// Momentum times `h` at the end.
+    /// Momentum times `h` at the end, `b` in the header.
     pub after: Vector3,
     /// Factor of the first and the last term of the cost.
     pub end_factor: f64,
-    /// The rotation that the free steps make together.
+    /// Product `Q` of the free steps.
     pub whole: Matrix3,
     /// Largest angle of each free step \[rad\], up to π; their number is M.
     pub angles: Vec<f64>,
-    /// Whether all turns are about the z axis.
+    /// Whether all rotations are about the z axis.
     pub planar: bool,
 }
 
-/// A polynomial that is never negative within the angle ranges.
+/// A polynomial that is nonnegative within the angle range of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Limit {
-    /// `(tr F − tr F_max)/(3 − tr F_max)`, between 0 and 1.
+    /// The normalised polynomial `(tr F − tr F_max)/(3 − tr F_max)`, between 0 and 1.
     pub polynomial: Polynomial,
-    /// The rotations in it.
+    /// Index of the rotation in the polynomial.
     pub rotation: usize,
 }
 
-/// The chain in polynomials.
+/// The chain as a polynomial optimisation problem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chain {
     pub ring: Ring,
-    /// Rotations that occur together.
+    /// Sets of rotations that occur together in a term.
     pub cliques: Vec<Vec<usize>>,
     pub cost: Polynomial,
-    /// A bound of the sum of the magnitudes of all numbers that were added up to make `cost`.
+    /// Upper bound of the sum of the magnitudes of all terms that were added to form `cost`.
     pub cost_magnitude: f64,
-    /// Polynomials that vanish: `R_k F_k = R_{k+1}`.
+    /// Equality constraints, as polynomials that vanish: `R_k F_k = R_{k+1}`.
     pub relations: Vec<Polynomial>,
-    /// The angle ranges; one per step, unless the range is all of the group.
+    /// Angle ranges, one per step; a step whose range is the whole group has none.
     pub limits: Vec<Limit>,
 }
 
@@ -83,7 +83,7 @@ impl Chain {
         let count = data.angles.len();
         let axes = if data.planar { Z_AXIS } else { ALL_AXES };
         let sine = |angle: f64| (0.5 * angle).sin().abs();
-        // Variables: F_1 alone for two steps, none for one; else F_1 … F_M and R_3 … R_{M−1}.
+        // Variables: none for one step and F_1 alone for two; else F_1 … F_M and R_3 … R_{M−1}.
         let mut scale: Vec<f64> = match count {
             0 | 1 => Vec::new(),
             2 => vec![sine(data.angles[0])],
@@ -126,15 +126,15 @@ impl Chain {
         self.add_cost(&constant(&data.after), &before, data.end_factor * data.factor, &data.weight);
     }
 
-    /// Adds `factor · (a − b)ᵀ G (a − b)`.
+    /// Adds the term `factor · (a − b)ᵀ G (a − b)` to the cost.
     fn add_cost(&mut self, a: &[Polynomial; 3], b: &[Polynomial; 3], factor: f64, weight: &Matrix3) {
         let difference: [Polynomial; 3] = std::array::from_fn(|i| a[i].clone().plus(&b[i], -1.0));
         for i in 0..3 {
             for j in 0..3 {
                 let product = self.ring.product(&difference[i], &difference[j]);
                 self.cost.add(&product, factor * weight[(i, j)]);
-                // Reduction multiplies the terms of degree four by at most (1 + 3)²; cancellation
-                // in a − b counted.
+                // Reduction multiplies the terms of degree four by at most (1 + 3)²; terms that
+                // cancel in a − b are included.
                 let size = |k: usize| a[k].magnitude() + b[k].magnitude();
                 self.cost_magnitude += 16.0 * (factor * weight[(i, j)]).abs() * size(i) * size(j);
             }
@@ -163,7 +163,7 @@ impl Chain {
         if count == 2 {
             self.cliques.push(vec![0]);
         }
-        // Steps are numbered from 1 in the header, from 0 here.
+        // The header numbers the steps from 1, the code from 0.
         let attitude_id = |k: usize| if k == 2 { 0 } else { count + k - 3 };
         for k in 2..count {
             let (f, next) = (&steps[k - 1], &steps[k]);
@@ -177,7 +177,7 @@ impl Chain {
             };
             self.add_relation(&self.ring.matrix_product(&attitude, f), &after);
             if last {
-                // R F G = Q in its two other forms, F G = Rᵀ Q and G Qᵀ R = Fᵀ.
+                // The two other forms of R F G = Q: F G = Rᵀ Q and G Qᵀ R = Fᵀ.
                 let right = transposed(&left_multiplied(&data.whole.transpose(), &attitude));
                 self.add_relation(&self.ring.matrix_product(f, next), &right);
                 let turned = left_multiplied(&data.whole.transpose(), &attitude);
@@ -193,7 +193,8 @@ impl Chain {
     }
 }
 
-/// Leaves out what follows from the relations before it: dependent rows make the cone solver fail.
+/// Removes relations that depend linearly on earlier ones: dependent rows make the cone solver
+/// fail.
 fn independent(relations: Vec<Polynomial>) -> Vec<Polynomial> {
     let mut pivots: Vec<(super::polynomial::Monomial, Polynomial)> = Vec::new();
     let mut kept = Vec::new();

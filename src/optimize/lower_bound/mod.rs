@@ -1,32 +1,32 @@
-//! Global lower bounds: what no maneuver of a free body can undercut, whichever way round.
+//! Global lower bounds on the cost of every maneuver of a free body, in any homotopy class.
 //!
-//! Shooting finds local minima. This module bounds the global one from below, by a moment
+//! Shooting finds local minima. This module bounds the global minimum from below by a moment
 //! relaxation of the discrete problem itself, in the same discretisation as the plan:
 //! [`lower_bound`]. For a free body everything is quadratic in the rotations of the steps
-//! (`src/bound/chain.rs`), and the polynomial problem relaxes to a semidefinite program
-//! (`src/bound/relaxation.rs`) whose dual solution is corrected into a proof
-//! (`src/bound/certificate.rs`): the number returned is a bound even where the solver was only
-//! "almost" done.
+//! (`src/optimize/lower_bound/chain.rs`), and the polynomial problem relaxes to a semidefinite
+//! program (`src/optimize/lower_bound/relaxation.rs`). Its dual solution is corrected into a proof
+//! (`src/optimize/lower_bound/certificate.rs`), so the returned number is a bound even if the
+//! solver reached only a reduced accuracy.
 //!
 //! # What a bound covers
 //!
-//! The implicit equation of a step has solutions that no continuous motion follows. Without an
-//! angle range the bound holds for those too ([`Relaxation::Shor`]) and lies far below every
-//! physical maneuver. With `tr F_k ≥ 1 + 2 cos θ`, `θ ≤ 90°`, the branch is the physical one. Given
-//! the cost of a known maneuver, every cheaper one turns so little in a step that the range shrinks
-//! without any loss, and the bound gains; [`LowerBound::step_angles`] and
-//! [`LowerBound::coverage`] say what was covered.
+//! The implicit equation of a step has solutions that do not correspond to any continuous motion.
+//! Without an angle range the bound covers these too ([`Relaxation::Shor`]) and lies far below
+//! every physical maneuver. With `tr F_k ≥ 1 + 2 cos θ`, `θ ≤ 90°`, only the physical branch is
+//! covered. If the cost of a maneuver is known, every cheaper maneuver turns so little in a step
+//! that the range shrinks without loss, and the bound rises. [`LowerBound::step_angles`] and
+//! [`LowerBound::coverage`] report which maneuvers the bound covers.
 //!
 //! # How tight
 //!
-//! As tight as [`LowerBound::gap`] says. Where one rotation is free the localised relaxation was
+//! [`LowerBound::gap`] measures the tightness. With one free rotation the localised relaxation was
 //! exact in every case of the reference and in nearly all random ones. On longer chains it mixes
-//! the short way with the long way where their costs are close and the steps wide: a gap of 10–20 %
-//! for a turn of 170° in 4 to 8 steps. On finer grids, given the known cost, the steps are narrow
-//! and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
-//! (`cargo run --release -p evidence --features sdp -- global_bound 16`).
-//! [`LowerBound::rank_one_defect`] near zero means that the relaxation has found one maneuver, not
-//! a mixture.
+//! the short way with the long way if their costs are close and the steps large: the gap is 10–20 %
+//! for a turn of 170° in 4 to 8 steps. On finer grids, with a known cost, the angle ranges are
+//! small and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
+//! (`cargo run --release -p evidence --features sdp -- global_bound 16`). If
+//! [`LowerBound::rank_one_defect`] is near zero, the relaxation has found one maneuver, not a
+//! mixture.
 //!
 //! Needs the cargo feature `sdp`.
 
@@ -52,19 +52,20 @@ use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
 
-/// Which conditions the relaxation keeps; each contains those before it.
+/// Conditions that the relaxation keeps; each variant contains the conditions of the variants
+/// before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Relaxation {
-    /// Order 1 in the rotations, without an angle range: holds on every branch of the implicit
-    /// equation.
+    /// Order 1 in the rotations, without an angle range; the bound holds on every branch of the
+    /// implicit equation.
     Shor,
-    /// The same with the angle range of each step.
+    /// Order 1 with the angle range of each step.
     Branch,
     /// Order 1 with the angle range multiplied into the moments of each clique.
     #[default]
     Localized,
-    /// Order 2, localised. Only where one rotation is free: three steps of Lie–Euler, two of
+    /// Order 2, localised. Available only if one rotation is free: three steps of Lie–Euler, two of
     /// Lie–Verlet.
     SecondOrder,
 }
@@ -72,19 +73,19 @@ pub enum Relaxation {
 /// Settings of [`lower_bound`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundSettings {
-    /// Which relaxation. Default: localised.
+    /// Relaxation to solve. Default: localised.
     pub relaxation: Relaxation,
-    /// Largest angle of one step that is covered \[rad\], in (0, π/2]. Default π/2: all of the
-    /// physical branch. A smaller one gives a higher bound for fewer maneuvers. Not used by
-    /// [`Relaxation::Shor`].
+    /// Largest angle of one step that is covered \[rad\], in (0, π/2]. Default π/2: the whole
+    /// physical branch. A smaller angle gives a higher bound that holds for fewer maneuvers. Not
+    /// used by [`Relaxation::Shor`].
     pub max_step_angle: f64,
     /// Cost of a maneuver that solves the problem, in the problem's unit of cost. Default: none.
-    /// Given one, the range of each step shrinks to what a cheaper maneuver can need, and the bound
-    /// still covers all of the physical branch.
+    /// With a known cost the angle range of each step shrinks to the range that a cheaper maneuver
+    /// can use, and the bound still covers the whole physical branch.
     pub known_cost: Option<f64>,
     /// Tolerance of the cone solver. Default 1e-9.
     pub tolerance: f64,
-    /// Wall-clock limit of the cone solver \[s\]. Default: none.
+    /// Wall-clock limit of the cone solver \[s\]. Default: unlimited.
     pub time_limit: Option<f64>,
 }
 
@@ -100,110 +101,111 @@ impl Default for BoundSettings {
     }
 }
 
-/// Which maneuvers a bound speaks of.
+/// Set of maneuvers for which a bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coverage {
-    /// Every solution of the discrete equations, on whatever branch.
+    /// Every solution of the discrete equations, on any branch of the implicit equation.
     AnyBranch,
-    /// Every maneuver whose steps turn less than 90°: all that the planner can return.
+    /// Every maneuver whose steps turn less than 90°: all maneuvers that the planner can return.
     PhysicalBranch,
     /// Only maneuvers whose steps stay within [`LowerBound::step_angles`].
     WithinAngles,
 }
 
-/// How the cone solver ended; the bound is proved whatever this says.
+/// How the cone solver ended. The bound is proved in every case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverEnd {
-    /// To its tolerance.
+    /// The solver reached its tolerance.
     Solved,
-    /// To a reduced one.
+    /// The solver reached only a reduced tolerance.
     AlmostSolved,
-    /// It stopped early; its last dual vector served.
+    /// The solver stopped early; its last dual vector was used.
     Stopped,
-    /// It found the relaxation infeasible.
+    /// The solver found the relaxation infeasible.
     Infeasible,
-    /// There was nothing to solve: the boundary conditions leave one chain of rotations.
+    /// The solver was not needed: the boundary conditions leave only one chain of rotations.
     NothingFree,
 }
 
 /// A proved lower bound of the discrete cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LowerBound {
-    /// No maneuver that is covered costs less; unit of
-    /// [`crate::maneuver::solution::Solution::cost`]. Infinite when it is proved that none exists.
+    /// Lower bound: no covered maneuver costs less. Unit of
+    /// [`crate::maneuver::solution::Solution::cost`]. Infinite if it is proved that no covered
+    /// maneuver exists.
     pub cost: f64,
-    /// What the solver's dual vector claimed before it was corrected by its residuals.
+    /// Dual objective of the solver, before the correction by its residuals.
     pub claimed: f64,
-    /// The known cost, where one was given.
+    /// Cost of a known maneuver, from the settings; `None` if not given.
     pub known_cost: Option<f64>,
-    /// `(known − bound)/known`; zero: the known maneuver is globally optimal.
+    /// Relative gap `(known − bound)/known`; zero if the known maneuver is globally optimal. `None`
+    /// without a known cost.
     pub gap: Option<f64>,
-    /// Which maneuvers the bound covers.
+    /// Maneuvers that the bound covers.
     pub coverage: Coverage,
-    /// Largest angle of each step that is covered \[rad\]; π where there is no limit. One number
-    /// per step of the grid.
+    /// Largest covered angle of each step of the grid \[rad\]; π if the step has no limit.
     pub step_angles: Vec<f64>,
-    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation
-    /// is exact. `None` where the solver gave no point.
+    /// Largest ratio of the second to the first eigenvalue of the moment matrices; the relaxation
+    /// is exact if it is near zero. `None` if the solver returned no point.
     pub rank_one_defect: Option<f64>,
-    /// Which relaxation.
+    /// Relaxation that was solved.
     pub relaxation: Relaxation,
     /// How the cone solver ended.
     pub solver: SolverEnd,
-    /// Its iterations.
+    /// Number of solver iterations.
     pub iterations: u32,
-    /// Number of moments.
+    /// Number of moments, the variables of the semidefinite program.
     pub moments: usize,
-    /// Wall clock inside the cone solver \[s\].
+    /// Wall-clock time in the cone solver \[s\].
     pub solve_time: f64,
 }
 
-/// Why there is no bound.
+/// Why no lower bound was computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BoundError {
-    /// The problem itself is not one.
+    /// The problem is not valid.
     #[error(transparent)]
     Problem(#[from] ProblemError),
-    /// The relaxation does not speak of such a problem.
+    /// The relaxation does not cover problems of this kind; the text states the reason.
     #[error("no lower bound: {0}")]
     NotCovered(&'static str),
-    /// More steps than the relaxation can take.
+    /// The problem has more steps than the relaxation supports.
     #[error("no lower bound on {steps} steps: at most {limit}; bound a coarser grid of the same maneuver")]
     TooManySteps {
-        /// Steps of the problem.
+        /// Number of steps of the problem.
         steps: usize,
-        /// The limit of this relaxation.
+        /// Largest number of steps of this relaxation.
         limit: usize,
     },
     /// A setting is out of range.
     #[error("{name} is {value}: {reason}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         name: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
-        /// What is allowed.
+        /// Allowed range of the setting.
         reason: &'static str,
     },
-    /// The cone solver gave no usable dual vector.
+    /// The cone solver returned no usable dual vector.
     #[error("no lower bound: the cone solver ended without a dual vector ({0})")]
     Solver(String),
 }
 
-/// Most steps of the relaxations of order 1.
+/// Largest number of steps of the relaxations of order 1.
 pub const MAX_STEPS: usize = 60;
 
-/// A lower bound of the cost of every maneuver that solves `problem` on its own grid and scheme.
+/// Computes a lower bound on the cost of every maneuver that solves `problem` on its own grid and
+/// scheme.
 ///
-/// Covered are free bodies with torques along at least three independent axes, and single-axis
-/// turns about a principal axis. Limits and pointing constraints are left out: they can only make
-/// maneuvers costlier.
+/// It covers free bodies with torques along at least three independent axes, and single-axis turns
+/// about a principal axis. Input limits and pointing constraints are ignored: they can only
+/// increase the cost.
 ///
 /// # Errors
-/// A [`BoundError`] when the problem is not covered, a setting is out of range, or the solver broke
-/// down.
+/// A [`BoundError`] if the problem is not covered, a setting is out of range, or the solver failed.
 pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerBound, BoundError> {
     problem.check()?;
     settings.check()?;
@@ -236,38 +238,38 @@ pub fn lower_bound(problem: &Problem, settings: &BoundSettings) -> Result<LowerB
             bound.rank_one_defect = Some(0.0);
         }
     }
-    // Back to the problem's unit. A sum of squares: zero is a bound too.
+    // Convert to the problem's unit. The cost is a sum of squares, so zero is also a lower bound.
     bound.claimed *= setup.unit;
     bound.cost = (bound.cost * setup.unit).max(0.0);
     if let Some(known) = settings.known_cost {
-        // Maneuvers outside the shrunk range are costlier than the known one.
+        // Maneuvers outside the reduced range cost more than the known one.
         bound.cost = bound.cost.min(known);
         bound.gap = Some(if known > 0.0 { (known - bound.cost) / known } else { 0.0 });
     }
     Ok(bound)
 }
 
-/// Whether [`lower_bound`] speaks of such a problem, on its grid; nothing is solved.
+/// Checks whether [`lower_bound`] covers a problem on its grid, without solving anything.
 ///
 /// # Errors
-/// The [`BoundError`] that [`lower_bound`] would give.
+/// The [`BoundError`] that [`lower_bound`] would return.
 pub fn covered(problem: &Problem) -> Result<(), BoundError> {
     problem.check()?;
     Setup::new(problem, &BoundSettings::default()).map(|_| ())
 }
 
-/// Regularisations to try, the usually best first. Every dual vector proves something; the best
-/// proof counts.
+/// Regularisations to try, in the order of their usual success. Every dual vector proves some
+/// bound; the highest proved bound is returned.
 const REGULARIZATIONS: [f64; 3] = [1e-7, 1e-6, 1e-8];
 
-/// What is below this part of the quantity beside it is round-off: an asymmetry, a coefficient.
+/// Relative threshold of round-off, for asymmetries and coefficients.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// A proof that loses no more than this share of what its dual vector claims is good enough.
+/// Acceptable loss of a proof, relative to the dual objective: a smaller loss ends the attempts.
 const GOOD_LOSS: f64 = 1e-6;
 
 impl LowerBound {
-    /// Solves the relaxation and keeps the best proof, in the units of the chain.
+    /// Solves the relaxation and keeps the highest proved bound, in the units of the chain.
     fn solve(&mut self, moments: &MomentProgram, settings: &BoundSettings) -> Result<(), BoundError> {
         let mut proved = false;
         let mut failure = String::new();
@@ -323,7 +325,7 @@ impl LowerBound {
     }
 }
 
-/// The largest of the moment matrices of the cliques.
+/// Returns the largest rank-one defect of the moment matrices of the cliques.
 fn largest_defect(moments: &MomentProgram, slack: &[f64]) -> f64 {
     let matrices = moments.program.parts(slack).filter_map(|(cone, part)| match cone {
         Cone::Semidefinite(n) => Some(unpacked(part, n)),
@@ -336,7 +338,7 @@ fn largest_defect(moments: &MomentProgram, slack: &[f64]) -> f64 {
 impl BoundSettings {
     fn check(&self) -> Result<(), BoundError> {
         let (angle, tolerance) = (self.max_step_angle, self.tolerance);
-        // What is not given is in range.
+        // A setting that is not given passes the checks.
         let (known, limit) = (self.known_cost.unwrap_or(0.0), self.time_limit.unwrap_or(f64::INFINITY));
         let checks = [
             (angle > 0.0 && angle <= FRAC_PI_2, "max_step_angle", angle, "must be in (0, π/2]"),
@@ -351,24 +353,24 @@ impl BoundSettings {
     }
 }
 
-/// The chain of a problem, and what leads back to its units.
+/// The chain of a problem, and the units for the conversion of its results.
 struct Setup {
     data: ChainData,
-    /// Unit of cost: `J_mean² g / T³`.
+    /// Unit of cost: `J_mean² g / T³`, with the unit `g` of the torque weight.
     unit: f64,
     coverage: Coverage,
     step_angles: Vec<f64>,
 }
 
-/// How torque is weighed: `G = g Ĝ`.
+/// Weight of the torque in the cost: `G = g Ĝ`.
 struct Weight {
-    /// Unit `g`.
+    /// Unit `g` of the weight.
     unit: f64,
-    /// `Ĝ`.
+    /// Normalised weight `Ĝ`.
     matrix: Matrix3,
-    /// Smallest eigenvalue of `Ĝ` on the torques that occur.
+    /// Smallest eigenvalue of `Ĝ` on the torques that the actuators can produce.
     smallest: f64,
-    /// The one axis of torque, when there is one.
+    /// The axis of torque if only one axis has torque; `None` otherwise.
     axis: Option<Vector3>,
 }
 
@@ -406,7 +408,7 @@ impl Setup {
         let [start, end] = [&problem.start, &problem.end]
             .map(|state| (lie::project_to_rotation(&state.attitude), j * state.angular_velocity));
         let whole = start.0.transpose() * end.0;
-        // Half kicks of Lie–Verlet: see the header of chain.rs.
+        // Factors of the half kicks of Lie–Verlet: see the header of chain.rs.
         let verlet = problem.scheme == Scheme::LieVerlet;
         let mut data = ChainData {
             j_d: inertia.j_d() / mean,
@@ -429,7 +431,7 @@ impl Setup {
             fixed = Some(2.0 * c.norm().atan());
         }
 
-        // Angle ranges.
+        // Angle ranges of the steps.
         let ends = settings.known_cost.map(|known| Ends {
             momenta: [start.0 * start.1, end.0 * end.1],
             duration,
@@ -452,7 +454,7 @@ impl Setup {
                 if needed > settings.max_step_angle {
                     coverage = Coverage::WithinAngles;
                 }
-                // A range of no width would leave no scale for the moments.
+                // A range of zero width would leave no scale for the moments.
                 needed.min(settings.max_step_angle).max(1e-6)
             };
             data.angles.push(angle);
@@ -501,8 +503,8 @@ impl Weight {
 }
 
 impl ChainData {
-    /// Turns the body axes so that the single axis of torque is z, when all of the maneuver is
-    /// about it.
+    /// Rotates the body axes so that the single axis of torque becomes z; fails unless the whole
+    /// maneuver is about this axis.
     fn turn_to_z(&mut self, axis: &Vector3) -> Result<(), BoundError> {
         let other = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
         let x = (other - axis * axis.dot(&other)).normalize();

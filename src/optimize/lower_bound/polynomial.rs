@@ -1,11 +1,11 @@
 //! Polynomials in the components of several unit quaternions, in normal form.
 //!
-//! Each rotation is written by its quaternion `(w, s x, s y, s z)`, with a scale `s` that makes
+//! Each rotation is represented by its quaternion `(w, s x, s y, s z)`, with a scale `s` that makes
 //! `|x|, |y|, |z| ≤ 1`: for a rotation through at most `θ`, `s = sin(θ/2)`. The sphere
-//! `w² + s²(x² + y² + z²) = 1` is used up: wherever a power of `w` above the first appears it is
-//! replaced. So two polynomials are equal on the rotations exactly when their coefficients are, and
-//! no quadratic identity of the rotation group (`FᵀF = I`, `FFᵀ = I`, `c₁ × c₂ = c₃` of columns and
-//! rows) has to be stated: all of them have become `0 = 0`.
+//! `w² + s²(x² + y² + z²) = 1` is eliminated: every power of `w` above the first is replaced by it.
+//! So two polynomials are equal on the rotations exactly when their coefficients are equal, and the
+//! quadratic identities of the rotation group (`FᵀF = I`, `FFᵀ = I`, `c₁ × c₂ = c₃` of columns and
+//! rows) need not be stated: in normal form all of them read `0 = 0`.
 //!
 //! A rotation matrix is quadratic in its quaternion,
 //!
@@ -13,36 +13,36 @@
 //! F = I − 2s²(|v|² I − v vᵀ) + 2 s w S(v),     v = (x, y, z)
 //! ```
 //!
-//! so what is quadratic in matrices has degree 4 here, and the moments of order 1 in `F` are those
-//! of degree 4.
+//! so a quadratic polynomial of matrices has degree 4 here, and the moments of order 1 in `F` are
+//! the moments of degree 4.
 
 use crate::Matrix3;
 use std::collections::BTreeMap;
 
-/// Exponents of `(w, x, y, z)` of the rotations that occur, sorted by rotation; empty: the constant
-/// 1.
+/// Monomial: the exponents of `(w, x, y, z)` for each rotation that occurs, sorted by rotation. The
+/// empty list is the constant 1.
 pub(crate) type Monomial = Vec<(usize, [u8; 4])>;
 
-/// A polynomial in normal form: no power of any `w` above the first.
+/// Polynomial in normal form: no `w` has a power above the first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Polynomial {
     pub terms: BTreeMap<Monomial, f64>,
 }
 
-/// A 3×3 matrix of polynomials, by rows.
+/// 3×3 matrix of polynomials, stored by rows.
 pub(crate) type PolynomialMatrix = [[Polynomial; 3]; 3];
 
-/// The rotations that polynomials speak of.
+/// The rotations whose components are the variables of the polynomials.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ring {
     /// The scale `s` of each rotation, in (0, 1].
     pub scale: Vec<f64>,
-    /// Which of x, y, z are there at all: all of them, or z alone for turns about one axis.
+    /// Indices of the variables among x, y, z: all three, or z alone for rotations about one axis.
     pub axes: &'static [usize],
 }
 
 impl Ring {
-    /// The product of two polynomials.
+    /// Multiplies two polynomials.
     pub fn product(&self, a: &Polynomial, b: &Polynomial) -> Polynomial {
         let mut out = Polynomial::default();
         for (left, x) in &a.terms {
@@ -53,7 +53,7 @@ impl Ring {
         out.drop_zeros()
     }
 
-    /// Adds `value` times a monomial of any degree in `w`.
+    /// Adds `value` times a monomial with any power of `w`, reduced to normal form.
     fn add_reduced(&self, out: &mut Polynomial, monomial: Monomial, value: f64) {
         let Some(place) = monomial.iter().position(|(_, exponents)| exponents[0] >= 2) else {
             *out.terms.entry(monomial).or_insert(0.0) += value;
@@ -74,7 +74,7 @@ impl Ring {
         self.add_reduced(out, rest, value);
     }
 
-    /// The matrix of rotation `id`.
+    /// Returns the matrix of rotation `id`.
     pub fn rotation(&self, id: usize) -> PolynomialMatrix {
         let s = self.scale[id];
         let monomial = |i: usize, j: usize| {
@@ -94,20 +94,20 @@ impl Ring {
                     entry.plus(&monomial(other + 1, other + 1), -2.0 * s * s)
                 });
             }
-            // S(v)_ij is −v_k for (i, j, k) a cyclic order, +v_k else.
+            // S(v)_ij is −v_k if (i, j, k) is a cyclic order, and +v_k otherwise.
             let sign = if (i + 1) % 3 == j { -1.0 } else { 1.0 };
             let symmetric = Polynomial::default().plus(&monomial(i + 1, j + 1), 2.0 * s * s);
             symmetric.plus(&monomial(0, 3 - i - j + 1), sign * 2.0 * s)
         })
     }
 
-    /// `A B`.
+    /// Computes the matrix product `A B`.
     pub fn matrix_product(&self, a: &PolynomialMatrix, b: &PolynomialMatrix) -> PolynomialMatrix {
         matrix(|i, j| sum(|k| (self.product(&a[i][k], &b[k][j]), 1.0)))
     }
 
-    /// All normal monomials of one rotation of degree `from`, and of every degree below it of the
-    /// same parity, the constant excepted: on the sphere they span the forms of degree `from`.
+    /// Returns all normal monomials of one rotation of degree `from`, and of every lower degree of
+    /// the same parity, without the constant: on the sphere they span the forms of degree `from`.
     pub fn monomials(&self, id: usize, from: u8) -> Vec<Polynomial> {
         let mut out = Vec::new();
         let mut degree = if from.is_multiple_of(2) { 2 } else { 1 };
@@ -130,46 +130,48 @@ impl Ring {
 }
 
 impl Polynomial {
-    /// A constant.
+    /// Returns a constant polynomial.
     pub fn constant(value: f64) -> Self {
         Self::monomial(Vec::new(), value)
     }
 
-    /// One term.
+    /// Returns a polynomial with one term.
     pub fn monomial(monomial: Monomial, value: f64) -> Self {
         Self { terms: BTreeMap::from([(monomial, value)]) }
     }
 
-    /// `self += factor · other`.
+    /// Adds a multiple: `self += factor · other`.
     pub fn add(&mut self, other: &Self, factor: f64) {
         for (monomial, value) in &other.terms {
             *self.terms.entry(monomial.clone()).or_insert(0.0) += factor * value;
         }
     }
 
-    /// `self + factor · other`.
+    /// Returns `self + factor · other`.
     pub fn plus(mut self, other: &Self, factor: f64) -> Self {
         self.add(other, factor);
         self
     }
 
-    /// The constant term.
+    /// Returns the constant term.
     pub fn constant_term(&self) -> f64 {
         self.terms.get(&Vec::new()).copied().unwrap_or(0.0)
     }
 
-    /// `Σ |coefficient|`: a bound of its magnitude, every variable being at most 1.
+    /// Returns `Σ |coefficient|`, an upper bound of the polynomial's magnitude, since every
+    /// variable is at most 1.
     pub fn magnitude(&self) -> f64 {
         self.terms.values().map(|value| value.abs()).sum()
     }
 
     fn drop_zeros(mut self) -> Self {
-        // Exact cancellations only; what round-off leaves is kept, it is true to round-off.
+        // Only exact cancellations are removed; a coefficient left by round-off is kept, because it
+        // is correct to round-off.
         self.terms.retain(|_, value| value.abs() > 0.0);
         self
     }
 
-    /// Value at given quaternions `(w, v)` of the rotations, `v` not scaled.
+    /// Evaluates the polynomial at quaternions `(w, v)` of the rotations, with `v` not scaled.
     #[cfg(test)]
     pub fn value(&self, ring: &Ring, quaternions: &[[f64; 4]]) -> f64 {
         let mut sum = 0.0;
@@ -202,32 +204,32 @@ fn multiply(a: &Monomial, b: &Monomial) -> Monomial {
     out
 }
 
-/// A matrix by its entries.
+/// Builds a matrix from its entries.
 fn matrix(entry: impl Fn(usize, usize) -> Polynomial) -> PolynomialMatrix {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
-/// `Σ_k factor_k · polynomial_k` of three.
+/// Computes `Σ_k factor_k · polynomial_k` for k = 0, 1, 2.
 fn sum(term: impl Fn(usize) -> (Polynomial, f64)) -> Polynomial {
     (0..3).map(term).fold(Polynomial::default(), |sum, (polynomial, factor)| sum.plus(&polynomial, factor))
 }
 
-/// A constant matrix.
+/// Converts a constant matrix to a matrix of polynomials.
 pub(crate) fn constant_matrix(constant: &Matrix3) -> PolynomialMatrix {
     matrix(|i, j| Polynomial::constant(constant[(i, j)]))
 }
 
-/// `Aᵀ`.
+/// Returns the transpose `Aᵀ`.
 pub(crate) fn transposed(a: &PolynomialMatrix) -> PolynomialMatrix {
     matrix(|i, j| a[j][i].clone())
 }
 
-/// `C A` for a constant `C`: stays linear where `A` is.
+/// Computes `C A` for a constant `C`; the result is linear if `A` is.
 pub(crate) fn left_multiplied(c: &Matrix3, a: &PolynomialMatrix) -> PolynomialMatrix {
     matrix(|i, j| sum(|k| (a[k][j].clone(), c[(i, k)])))
 }
 
-/// `vee(A − Aᵀ)`.
+/// Computes `vee(A − Aᵀ)`.
 pub(crate) fn vee_of_skew_part(a: &PolynomialMatrix) -> [Polynomial; 3] {
     std::array::from_fn(|k| {
         let (i, j) = ((k + 2) % 3, (k + 1) % 3);
@@ -292,8 +294,8 @@ mod tests {
 
     #[test]
     fn nine_entries_have_fifty_five_products_and_thirty_five_moments() {
-        // The 55 products of (1, F) and the 20 identities between them leave 35: no identity is
-        // missing.
+        // The 55 products of (1, F) and the 20 identities between them leave 35 moments: all
+        // identities are accounted for.
         let ring = Ring { scale: vec![1.0], axes: ALL };
         assert_eq!(1 + ring.monomials(0, 2).len(), 10);
         assert_eq!(1 + ring.monomials(0, 4).len(), 35);

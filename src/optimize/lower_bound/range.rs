@@ -1,9 +1,9 @@
-//! How far a step can turn in a maneuver that is no costlier than a known one.
+//! Largest angle of a step in a maneuver that costs no more than a known one.
 //!
 //! Let `t` be the time of torque before a step, `T − t` the time after it, `π` the spatial momentum
-//! at it and `π_0`, `π_d` those at the ends. Impulses add up in the spatial frame, and an impulse
-//! `a` in time `t` costs at least `½ g a²/t`, `g` the smallest eigenvalue of `G` (Cauchy–Schwarz).
-//! So a cost up to `U` needs
+//! at the step and `π_0`, `π_d` the spatial momenta at the ends. Impulses add up in the spatial
+//! frame, and an impulse `a` in time `t` costs at least `½ g a²/t`, `g` the smallest eigenvalue of
+//! the torque weight `G` (Cauchy–Schwarz). So a cost up to `U` requires
 //!
 //! ```text
 //! |π − π_0|²/t + |π_d − π|²/(T − t) ≤ 2U/g
@@ -12,32 +12,35 @@
 //!
 //! and a step through `θ ≤ 90°` about the axis `e` has
 //! `|hΠ|² = sin²θ |Je|² + (1 − cos θ)² |e × Je|² ≥ (J_min sin θ)²`. `t` counts the first half kick
-//! of Lie–Verlet as half a step: its weight in the cost is half too.
+//! of Lie–Verlet as half a step, because its weight in the cost is half too.
 
 use crate::Vector3;
 
-/// What the bound needs to know of the ends, all over the mean moment of inertia.
+/// Boundary data of the angle bound, with momenta and inertia divided by the mean moment of
+/// inertia.
 pub(super) struct Ends {
-    /// Spatial momenta at start and end.
+    /// Spatial momenta at the start and at the end.
     pub momenta: [Vector3; 2],
-    /// Duration.
+    /// Duration of the maneuver.
     pub duration: f64,
-    /// `2U/g`, squared momentum over time.
+    /// Budget `2U/g` for the squared impulses over time, where U is the known cost and g the
+    /// smallest eigenvalue of the torque weight.
     pub budget: f64,
 }
 
 impl Ends {
-    /// Largest momentum at time `t` of torque.
+    /// Returns the largest possible momentum after the time `t` of torque.
     fn momentum(&self, t: f64) -> f64 {
         let [start, end] = &self.momenta;
         let total = self.duration;
         let center = start + (end - start) * (t / total);
         let left = (self.budget - (end - start).norm_squared() / total).max(0.0);
-        // A part in a billion for round-off: the range may be larger, never smaller.
+        // A relative reserve of 1e-9 for round-off: the range may be too large but never too small.
         (center.norm() + (t * (total - t) / total * left).max(0.0).sqrt()) * (1.0 + 1e-9)
     }
 
-    /// Largest angle of a step of length `h` at time `t` of torque \[rad\], at most 90°.
+    /// Returns the largest angle of a step of length `h` after the time `t` of torque \[rad\], at
+    /// most 90°.
     pub fn angle(&self, t: f64, h: f64, smallest_moment: f64) -> f64 {
         let sine = h * self.momentum(t) / smallest_moment;
         if sine < 1.0 { sine.asin() } else { std::f64::consts::FRAC_PI_2 }
@@ -59,8 +62,8 @@ mod tests {
             let momenta = [end(), end()];
             let between = random.vector3();
             for k in 1..steps {
-                // Equal torques before the step, equal ones after it: cost of Lie–Euler for a unit
-                // sphere.
+                // Constant torque before the step and constant torque after it: cost of Lie–Euler
+                // for a unit sphere.
                 let (before, after) = (k as f64 * h, (steps - k) as f64 * h);
                 let [a, b] = [between - momenta[0], momenta[1] - between];
                 let cost = 0.5 * (a.norm_squared() / before + b.norm_squared() / after);

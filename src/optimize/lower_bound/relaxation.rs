@@ -1,7 +1,8 @@
-//! The moment relaxation: a semidefinite program whose minimum no maneuver undercuts.
+//! The moment relaxation: a semidefinite program whose minimum is a lower bound on the cost of
+//! every maneuver.
 //!
-//! A maneuver gives every monomial a value, its moment `y`. The cost is linear in `y`, and so are
-//! these conditions, which every maneuver meets and every mixture of maneuvers too:
+//! A maneuver assigns every monomial a value, its moment `y`. The cost is linear in `y`, and so are
+//! these conditions, which every maneuver and every mixture of maneuvers satisfies:
 //!
 //! ```text
 //! Σ y[v vᵀ] ⪰ 0                   v: 1 and the entries of the rotations of a clique          (Shor, order 1)
@@ -11,8 +12,8 @@
 //! y[(q⊗r)(q⊗r)ᵀ] ⪰ 0              pairs of quaternions                                       (localised)
 //! ```
 //!
-//! Order 2 takes all products of two entries for `v` and of a quaternion and an entry for `q`; it
-//! is built where one rotation is free.
+//! Order 2 uses all products of two entries for `v`, and the products of a quaternion and an entry
+//! for `q`; it is built only if one rotation is free.
 
 use super::Relaxation;
 use super::chain::Chain;
@@ -21,21 +22,21 @@ use crate::optimize::convex::cone::{Cone, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The program `minimise offset + qᵀ y`, and what the certificate must know of it.
+/// The program `minimise offset + qᵀ y`, and the bounds that the certificate needs.
 #[derive(Clone, Debug)]
 pub(crate) struct MomentProgram {
     pub program: Program,
     /// Constant term of the cost.
     pub offset: f64,
-    /// A bound of `|entries|` of the cost before cancellation.
+    /// Upper bound of the magnitudes of the cost's terms, added before cancellation.
     pub cost_magnitude: f64,
-    /// For each semidefinite cone the largest trace that a maneuver gives it.
+    /// Largest trace that a maneuver gives to each semidefinite cone.
     pub traces: Vec<f64>,
-    /// Sizes of the semidefinite cones that are moment matrices of a clique, these come first.
+    /// Number of semidefinite cones that are moment matrices of a clique; these come first.
     pub moment_matrices: usize,
 }
 
-/// Collects rows `entry of the cone = constant + Σ coefficient · moment`.
+/// Collector of rows `entry of the cone = constant + Σ coefficient · moment`.
 #[derive(Default)]
 struct MomentRows {
     moments: BTreeMap<Monomial, usize>,
@@ -49,7 +50,7 @@ impl MomentRows {
         *self.moments.entry(monomial.clone()).or_insert(next)
     }
 
-    /// `s = factor · polynomial`, that is `−factor · Σ c y + s = factor · c_0`.
+    /// Appends the row `s = factor · polynomial`, that is `−factor · Σ c y + s = factor · c_0`.
     fn push(&mut self, polynomial: &Polynomial, factor: f64) {
         let row = self.bound.len();
         for (monomial, value) in &polynomial.terms {
@@ -66,7 +67,7 @@ impl MomentRows {
     }
 }
 
-/// Builds the relaxation; `None` when nothing is free.
+/// Builds the relaxation; `None` if the chain has no free rotation.
 pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgram> {
     if chain.cliques.is_empty() {
         return None;
@@ -102,7 +103,7 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
         cones.push(Cone::Nonnegative(scalars.len()));
     }
 
-    // Semidefinite blocks: a multiplier and a basis.
+    // Semidefinite blocks, each from a multiplier and a basis.
     let one = Polynomial::constant(1.0);
     let (order, half) = if relaxation == Relaxation::SecondOrder { (4, 3) } else { (2, 1) };
     let mut blocks: Vec<(Polynomial, Vec<Polynomial>)> = Vec::new();
@@ -147,7 +148,7 @@ pub(crate) fn build(chain: &Chain, relaxation: Relaxation) -> Option<MomentProgr
             }
         }
         cones.push(Cone::Semidefinite(basis.len()));
-        // Monomials and multipliers are at most 1.
+        // Monomials and multipliers have magnitudes of at most 1.
         traces.push(basis.len() as f64);
     }
 

@@ -1,4 +1,5 @@
-//! The bounds against brute-force minima, against plans, and against perturbed dual vectors.
+//! The bounds compared with brute-force minima and with plans, and proved from perturbed dual
+//! vectors.
 
 use super::*;
 use crate::maneuver::problem::State;
@@ -25,7 +26,7 @@ fn planned(problem: &Problem) -> Solution {
     search::solve(problem, &Settings::discrete(), None, &mut Silent).unwrap()
 }
 
-/// A turn from rest to rest in three steps of Lie–Euler with h = 1, so that the values of the
+/// Builds a rest-to-rest turn in three steps of Lie–Euler with h = 1, so that the values of the
 /// reference are twice the cost.
 fn three_steps(inertia: Inertia, rotation: Vector3) -> Problem {
     let body = Body { inertia, mass: None };
@@ -41,7 +42,8 @@ fn spatial(file: &Value, case: &Value) -> Problem {
     three_steps(inertia, axis.normalize() * number(&case["angle_deg"]).to_radians())
 }
 
-/// About a principal axis of moment 1 that is none of the coordinate axes, by torques along it.
+/// Builds a turn about a principal axis of moment 1 that is not a coordinate axis, by torques along
+/// it.
 fn single_axis(case: &Value) -> Problem {
     let tilt = lie::exp(&Vector3::new(0.4, -0.3, 0.8));
     let j = tilt * Matrix3::from_diagonal(&Vector3::new(1.3, 0.9, 1.0)) * tilt.transpose();
@@ -51,7 +53,7 @@ fn single_axis(case: &Value) -> Problem {
         .with_actuation(Actuation::torques(torque))
 }
 
-/// The values of the reference are rounded to this.
+/// Rounding error of the reference values.
 const PRINTED: f64 = 6e-9;
 
 #[test]
@@ -88,7 +90,7 @@ fn bounds_of_order_one_are_those_of_the_reference() {
         assert!((2.0 * shor.cost - number(&case["shor"])).abs() < 1e-6, "{shor:?}");
         assert!(2.0 * shor.cost <= number(&case["any_branch_minimum"]) + PRINTED, "{shor:?}");
         assert_eq!(shor.coverage, Coverage::AnyBranch);
-        // The relaxation has found the one non-physical minimum.
+        // The relaxation has found the only non-physical minimum.
         assert!(shor.rank_one_defect.unwrap() < 1e-6);
         let branch = bounded(&problem, Relaxation::Branch);
         if let Some(expected) = case["order1_branch"].as_f64() {
@@ -96,7 +98,7 @@ fn bounds_of_order_one_are_those_of_the_reference() {
         }
         assert!(2.0 * branch.cost <= number(&case["physical_minimum"]) + PRINTED);
         assert_eq!(branch.coverage, Coverage::PhysicalBranch);
-        // Loose, and it says so.
+        // The bound is loose, and the rank-one defect shows it.
         assert!(branch.rank_one_defect.unwrap() > 1e-2);
     }
 }
@@ -125,9 +127,9 @@ fn bounds_of_order_two_are_those_of_the_reference() {
     }
 }
 
-/// A free body with random inertia, inputs, weight and moving ends.
+/// Returns a free body with random inertia, inputs, weight and moving ends.
 fn random_problem(random: &mut Random, scheme: Scheme, steps: usize) -> Problem {
-    // Any point masses make a physical inertia.
+    // Any point masses have a physical inertia.
     let mut j_d = Matrix3::identity() * 0.05;
     for _ in 0..4 {
         let point = random.vector3();
@@ -170,16 +172,16 @@ fn no_bound_exceeds_a_plan() {
                 tight += usize::from(gap < 1e-6);
             }
         }
-        // Conditions nest, and so do the bounds.
+        // The conditions of the relaxations are nested, and therefore the bounds are ordered.
         let [shor, branch] = [Relaxation::Shor, Relaxation::Branch].map(|one| bounded(&problem, one).cost);
         assert!(shor <= branch * (1.0 + 1e-6) && branch <= best, "case {index}: {shor} {branch} {best}");
     }
     assert!(compared >= 195, "only {compared} plans to compare with");
-    // Not bounds of nothing.
+    // The bounds must not be trivial.
     assert!(tight >= compared * 9 / 10, "tight in {tight} of {compared}");
 }
 
-/// From rest to rest through `degrees` in two seconds.
+/// Builds a rest-to-rest turn through `degrees` in two seconds.
 fn rest_to_rest(degrees: f64, scheme: Scheme, steps: usize) -> Problem {
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
     let mut problem = three_steps(full_inertia(), axis * degrees.to_radians());
@@ -210,11 +212,11 @@ fn a_loose_bound_says_so_and_a_known_cost_tightens_it() {
     assert!(without.cost < with.cost && with.cost < known, "{} {} {known}", without.cost, with.cost);
     let gap = with.gap.unwrap();
     assert!((gap - (known - with.cost) / known).abs() < 1e-12 && (1e-3..0.05).contains(&gap), "{gap}");
-    // Two maneuvers mixed, not one found.
+    // The relaxation mixes two maneuvers instead of finding one.
     assert!(with.rank_one_defect.unwrap() > 1e-2);
 }
 
-/// Unit quaternions of a plan's steps, from its attitudes.
+/// Returns the attitudes of a plan as matrices.
 fn attitudes(solution: &Solution) -> Vec<Matrix3> {
     solution.trajectory.quaternion.iter().map(lie::rotation_from_quaternion).collect()
 }
@@ -281,14 +283,14 @@ fn a_perturbed_dual_vector_still_proves_a_bound() {
             let proof = prove(&moments, &noisy, true).unwrap();
             assert!(value(proof.bound) <= minimum + PRINTED, "noise {size}: {}", value(proof.bound));
             misled += usize::from(value(proof.claimed) > minimum + 1e-3);
-            // And the loss is of the size of the noise.
+            // The loss is proportional to the noise.
             assert!(value(proof.bound) > minimum - 1e4 * size - 1e-6, "noise {size}: {}", value(proof.bound));
         }
     }
-    // Without the correction some of these would have been false.
+    // Without the correction some of these bounds would have been false.
     assert!(misled > 10, "{misled}");
-    // Two attacks that leave one correction alone to answer. The constant's own entry touches no
-    // residual; a scaled vector keeps every block positive.
+    // Two perturbations, each handled by one correction alone. The entry of the constant does not
+    // affect any residual; a scaled vector keeps every block positive semidefinite.
     let place = moments.program.cones.iter().take_while(|cone| !matches!(cone, Cone::Semidefinite(_)));
     let constant = place.map(|cone| cone.rows()).sum::<usize>();
     let mut raised = z.clone();
@@ -299,7 +301,7 @@ fn a_perturbed_dual_vector_still_proves_a_bound() {
         assert!(value(proof.claimed) > minimum + 0.01, "not an attack: {}", value(proof.claimed));
         assert!(value(proof.bound) <= minimum + PRINTED, "{}", value(proof.bound));
     }
-    // Anything at all proves something true, and what is no number proves nothing.
+    // Any finite vector proves a true bound; NaN proves nothing.
     let wild: Vec<f64> = z.iter().map(|_| 1e6 * random.uniform()).collect();
     assert!(prove(&moments, &wild, true).unwrap().bound < 0.0);
     assert!(prove(&moments, &vec![f64::NAN; z.len()], true).is_none());
@@ -335,7 +337,7 @@ fn no_eigenvalue_is_below_its_bound() {
 
 #[test]
 fn a_turn_that_no_step_can_make_is_proved_impossible() {
-    // One free step of Lie–Euler would have to turn 120°.
+    // The only free step of Lie–Euler would have to turn 120°.
     let one = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 120f64.to_radians())).with_steps(2);
     let bound = bounded(&one, Relaxation::Localized);
     assert!(bound.cost.is_infinite() && bound.solver == SolverEnd::NothingFree, "{bound:?}");
@@ -345,10 +347,10 @@ fn a_turn_that_no_step_can_make_is_proved_impossible() {
     let bound = lower_bound(&two, &settings).unwrap();
     assert!(bound.cost.is_infinite() && bound.solver == SolverEnd::Infeasible, "{bound:?}");
     assert_eq!(bound.coverage, Coverage::WithinAngles);
-    // Of at most 51° they can.
+    // Two steps of at most 51° can turn 100°.
     let settings = BoundSettings { max_step_angle: 51f64.to_radians(), ..BoundSettings::default() };
     assert!(lower_bound(&two, &settings).unwrap().cost.is_finite());
-    // One free step of 60° is one maneuver, and its cost is known.
+    // With one free step of 60° only one maneuver exists, and its cost is known.
     let one = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 1.0)).with_steps(2);
     let cost = planned(&one).cost;
     let bound = bounded(&one, Relaxation::Localized).cost;
@@ -407,7 +409,7 @@ fn what_is_not_covered_is_refused_by_name() {
             assert!(matches!(lower_bound(&base, &settings), Err(BoundError::Setting { .. })));
         }
     }
-    // More inputs than axes, and reference-frame axes of equal price, are covered.
+    // More inputs than axes, and reference-frame axes of equal cost, are covered.
     let four_inputs =
         torques(vec![Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.5, 0.5, 0.5)], AxisFrame::Body);
     for actuation in [four_inputs, Actuation::torques(ActuatorSet::three_axes(AxisFrame::Reference))] {

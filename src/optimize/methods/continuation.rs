@@ -1,37 +1,38 @@
-//! Continuation: from a solution of one problem by way of neighbours, each solved from the one
-//! before, to that of another.
+//! Continuation: a solution of one problem is carried to another problem through intermediate ones.
+//! The solution of each is the initial guess for the next.
 //!
-//! How far the parameter goes at once adapts: less where a neighbour is not found, more where it is
-//! found easily.
+//! The step size in the parameter adapts: smaller after a failed step, larger after an easy one.
 
-/// How far a continuation goes at once, in the measure of its parameter.
+/// Step sizes of a continuation, in units of its parameter.
 pub(crate) struct Pace {
     pub first: f64,
     pub least: f64,
     pub most: f64,
-    /// Times this after a step that was easy, and after one that failed.
+    /// Factor on the step size after an easy step.
     pub longer: f64,
+    /// Factor on the step size after a failed step.
     pub shorter: f64,
 }
 
-/// Where a step led.
+/// Result of one step of a continuation.
 pub(crate) enum Step<T> {
-    /// To a solution; one that was found easily is a reason to go further at once.
+    /// The step reached a solution; `easily` allows a larger next step.
     Solved { at: T, easily: bool },
-    /// Nowhere.
+    /// The step found no solution.
     Failed,
-    /// Somebody asked to stop.
+    /// A stop was requested.
     Stopped,
 }
 
 impl<T> From<Option<T>> for Step<T> {
-    /// What is found at all is found easily.
+    /// Converts a solution to an easy step, and `None` to a failed one.
     fn from(found: Option<T>) -> Self {
         found.map_or(Self::Failed, |at| Self::Solved { at, easily: true })
     }
 }
 
-/// Goes on from a solution until it has arrived; where it does not get there, how far it came.
+/// Continues from a solution until `arrived` is true; the error holds the last solution that was
+/// reached.
 pub(crate) fn follow<T>(
     pace: &Pace,
     mut at: T,
@@ -63,8 +64,8 @@ pub(crate) fn follow<T>(
 mod tests {
     use super::*;
 
-    /// Claim: where steps of one length are the longest that succeed, a continuation finds that
-    /// length and arrives; where none do it ends where it is.
+    /// Claim: if steps up to some length succeed, a continuation finds this length and arrives; if
+    /// no further step succeeds, it returns the last solution.
     #[test]
     fn steps_adapt_to_what_succeeds() {
         let pace = Pace { first: 0.5, least: 0.01, most: 0.5, longer: 2.0, shorter: 0.5 };

@@ -1,50 +1,51 @@
-//! What drives every iteration, Newton and SCP: `argmin`, here and nowhere else, or a plain loop
+//! Driver of every iteration, Newton and SCP: `argmin`, used only in this module, or a plain loop
 //! without the feature `argmin`.
 //!
-//! Both give the same bits and the same report. argmin costs less than a microsecond per iteration.
+//! Both give bit-identical results and the same report. argmin costs less than a microsecond per
+//! iteration.
 //!
 //! # Why is argmin behind one module?
 //!
 //! `methods/driver.rs` holds its `Solver` implementation; the iterations know only a trait of three
 //! methods. A numerical failure is an `Outcome` in the iteration, not an `Err`, because argmin
-//! drops iterate and history on `Err`. It drives shooting, lifted Newton, SCP and its polish alike.
-//! Whether a driver library is worth its place for four iterations is a matter of opinion: it
-//! brings limits and termination, and the module can be replaced without touching a line of
-//! mathematics. So argmin is a feature. Without it a plain loop drives the same trait, and a test
-//! holds both to the same bits and the same report however a run ends.
+//! drops iterate and history on `Err`. It drives shooting, lifted Newton, SCP and the polish of SCP
+//! in the same way. Whether a driver library is worth its place for four iterations is a matter of
+//! opinion: it provides limits and termination, and the module can be replaced without a change to
+//! the mathematics. Therefore argmin is a feature. Without it a plain loop drives the same trait. A
+//! test holds both to bit-identical results and equal reports for every way a run can end.
 
 use crate::maneuver::solution::Outcome;
 
-/// An iteration that knows nothing of its driver.
+/// An iteration that is independent of its driver.
 pub(crate) trait Iteration {
-    /// Norm of the residual at the present iterate.
+    /// Returns the norm of the residual at the current iterate.
     fn residual(&self) -> f64;
-    /// Whether there is nothing left to do.
+    /// Returns whether the iteration has converged.
     fn converged(&self) -> bool;
-    /// One step; `Some` when the iteration ends, at its best iterate.
+    /// Makes one step; returns the outcome if the iteration ends with it, at its best iterate.
     fn advance(&mut self) -> Option<Outcome>;
 }
 
-/// How a run went.
+/// Report of a run of an iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Report {
     pub outcome: Outcome,
     pub iterations: usize,
-    /// Residual before the first and after every iteration.
+    /// Residual before the first iteration and after each one.
     pub residuals: Vec<f64>,
 }
 
 impl Report {
-    /// Of a run that could not begin.
+    /// Creates the report of a run that could not begin.
     pub fn failed(outcome: Outcome) -> Self {
         Self { outcome, iterations: 0, residuals: Vec::new() }
     }
 }
 
-/// Asked between iterations; `Some` ends the run.
+/// Function that is polled between iterations; `Some` ends the run with this outcome.
 pub(crate) type Interrupt<'a> = &'a dyn Fn() -> Option<Outcome>;
 
-/// Runs an iteration to its end or for `max_iterations`.
+/// Runs an iteration until it ends, or for at most `max_iterations`.
 pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: Interrupt) -> (I, Report) {
     let mut run = Run { residuals: vec![iteration.residual()], iteration, interrupt, outcome: None };
     let mut iterations = 0;
@@ -57,7 +58,7 @@ pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: 
     (iteration, Report { outcome: outcome.unwrap_or(Outcome::IterationLimit), iterations, residuals })
 }
 
-/// An iteration under way.
+/// State of a run in progress.
 struct Run<'a, I> {
     iteration: I,
     interrupt: Interrupt<'a>,
@@ -66,7 +67,7 @@ struct Run<'a, I> {
 }
 
 impl<I: Iteration> Run<'_, I> {
-    /// One step; its residual, and whether it was the last.
+    /// Makes one step; returns its residual, and whether it was the last step.
     fn advance(&mut self) -> (f64, bool) {
         self.outcome = self.iteration.advance();
         let residual = self.iteration.residual();
@@ -78,7 +79,7 @@ impl<I: Iteration> Run<'_, I> {
     }
 }
 
-/// Steps to the end or for `max_iterations`; how many were made.
+/// Makes steps until the run ends, at most `max_iterations`; returns their number.
 #[cfg(any(test, not(feature = "argmin")))]
 fn in_a_loop<I: Iteration>(run: &mut Run<I>, max_iterations: usize) -> usize {
     (1..=max_iterations).find(|_| run.advance().1).unwrap_or(max_iterations)
@@ -116,7 +117,7 @@ mod under_argmin {
         }
     }
 
-    /// Steps to the end or for `max_iterations`; how many were made.
+    /// Makes steps until the run ends, at most `max_iterations`; returns their number.
     pub(super) fn iterate<I: Iteration>(run: &mut Run<I>, max_iterations: usize) -> usize {
         let executor = Executor::new((), Driver(run))
             .configure(|state: DriverState| state.max_iters(max_iterations as u64))
@@ -154,7 +155,7 @@ mod tests {
         }
     }
 
-    /// The same run by the plain loop.
+    /// Runs the iteration by the plain loop.
     fn plain(iteration: Root, max_iterations: usize, interrupt: Interrupt) -> (Root, Report) {
         let mut run = Run { residuals: vec![iteration.residual()], iteration, interrupt, outcome: None };
         let iterations = in_a_loop(&mut run, max_iterations);
@@ -162,7 +163,8 @@ mod tests {
         (run.iteration, Report { outcome, iterations, residuals: run.residuals })
     }
 
-    /// Claim: argmin and the plain loop give the same bits and the same report, however a run ends.
+    /// Claim: argmin and the plain loop give bit-identical results and equal reports, however a run
+    /// ends.
     #[test]
     fn argmin_and_a_plain_loop_give_the_same_bits() {
         let after = |steps: usize| {

@@ -1,6 +1,7 @@
-//! Full-space (lifted, multiple-shooting) Newton: every state and costate is an unknown.
+//! Full-space (lifted, multiple-shooting) Newton method: every state and costate is an unknown.
 //!
-//! Residuals are the defects of the steps, of the costate recursion, and the terminal error:
+//! The residuals are the defects of the steps, the defects of the costate recursion, and the
+//! terminal error:
 //!
 //! ```text
 //! d_k = [log(R_{k+1}ᵀ R_k F_k); step − Π_{k+1}] ,   c_k = λ_{k−1} − A_kᵀ λ_k ,   e
@@ -14,7 +15,8 @@
 //! X_{k+1} = G_k (A_k V_k X_k A_kᵀ − Q) ,   x_{k+1} = G_k A_k V_k (x_k − X_k c_k) + d_k
 //! ```
 //!
-//! It never forms Ψ₁₂ and stays well conditioned where single shooting fails: unstable dynamics.
+//! The sweep never forms Ψ₁₂, and stays well conditioned for unstable dynamics, where single
+//! shooting fails.
 
 use crate::lie;
 use crate::maneuver::solution::Outcome;
@@ -40,14 +42,14 @@ pub(crate) struct Nodes<const N: usize> {
 }
 
 impl<const N: usize> Nodes<N> {
-    /// Those of a candidate.
+    /// Returns the nodes of a candidate.
     pub fn of(candidate: &Candidate) -> Self {
         let costates =
             candidate.costates.iter().map(|costate| SVector::from_column_slice(costate.as_slice()));
         Self { points: candidate.states.clone(), costates: costates.collect() }
     }
 
-    /// `candidate` with these states and costates.
+    /// Returns `candidate` with these states and costates.
     pub fn into_candidate(self, candidate: Candidate) -> Candidate {
         let costates = self.costates.iter().map(|costate| DVector::from_column_slice(costate.as_slice()));
         Candidate { states: self.points, costates: costates.collect(), ..candidate }
@@ -58,7 +60,7 @@ impl<const N: usize> Nodes<N> {
 pub(crate) struct LiftedNewton<'a, const N: usize> {
     pub bvp: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
-    /// How often it may take the iterations that the settings allow.
+    /// Factor on the iterations that the settings allow.
     pub patience: usize,
 }
 
@@ -77,34 +79,34 @@ impl<const N: usize> Method for LiftedNewton<'_, N> {
     }
 }
 
-/// The iteration.
+/// State of the lifted Newton iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct Lifted<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
-    /// The iterate.
+    /// States and costates of the current iterate.
     pub nodes: Nodes<N>,
     residuals: Residuals<N>,
 }
 
-/// All residuals and matrices at an iterate.
+/// Residuals and matrices at an iterate.
 #[derive(Clone, Debug)]
 struct Residuals<const N: usize> {
     d: Vec<SVector<f64, N>>,
     c: Vec<SVector<f64, N>>,
     e: SVector<f64, N>,
     linear: Vec<Linearization<N>>,
-    /// `Q` at node 0 and at node N.
+    /// Matrix `Q` at node 0 and at node N.
     q_start: SMatrix<f64, N, N>,
     q_end: SMatrix<f64, N, N>,
-    /// `K_pq` at node N.
+    /// Matrix `K_pq`, the gradient of the kick, at node N.
     gradient_end: SMatrix<f64, N, N>,
     norm: f64,
     largest: f64,
 }
 
 impl<'a, const N: usize> Lifted<'a, N> {
-    /// Starts at `nodes`.
+    /// Starts the iteration at `nodes`; fails if a step from them fails.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -114,7 +116,8 @@ impl<'a, const N: usize> Lifted<'a, N> {
         Ok(Self { bvp, tolerance, nodes, residuals })
     }
 
-    /// The Newton direction: `(z_k, δλ_k)` for all nodes; `None` where a block is singular.
+    /// Returns the Newton direction `(z_k, δλ_k)` for all nodes; `None` if a block is singular or a
+    /// number is not finite.
     fn direction(&self) -> Option<NewtonDirection<N>> {
         let Residuals { d, c, e, linear, q_start, q_end, gradient_end, .. } = &self.residuals;
         let steps = linear.len();
@@ -181,7 +184,7 @@ impl<'a, const N: usize> Lifted<'a, N> {
     }
 }
 
-/// A direction in the space of nodes.
+/// Direction of a Newton step in states and costates of all nodes.
 struct NewtonDirection<const N: usize> {
     states: Vec<SVector<f64, N>>,
     costates: Vec<SVector<f64, N>>,
@@ -220,7 +223,7 @@ impl<const N: usize> Residuals<N> {
     }
 }
 
-/// The first state of the integrator: half a kick after the boundary state for Lie–Verlet.
+/// Returns the first state of the integrator: for Lie–Verlet, half a kick after the boundary state.
 fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Point {
     let mut point = bvp.start;
     if bvp.dynamics.grid.has_half_kicks() {
@@ -231,7 +234,8 @@ fn opening_point<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVecto
     point
 }
 
-/// The physical last state and its costate: half a kick before the integrator's for Lie–Verlet.
+/// Returns the physical last state and its costate: for Lie–Verlet, half a kick before the
+/// integrator's last state.
 fn closing_point<const N: usize>(dynamics: &Dynamics, last: &Point, costate: &Costate) -> (Point, Costate) {
     let (mut point, mut costate) = (*last, *costate);
     if dynamics.grid.has_half_kicks() {
@@ -282,7 +286,7 @@ impl<const N: usize> Iteration for Lifted<'_, N> {
             }
             fraction *= 0.5;
         }
-        // At the floor of round-off no step reduces the norm any more.
+        // At the level of round-off no step reduces the norm further.
         Some(if self.converged() { Outcome::Converged } else { failure })
     }
 }

@@ -1,4 +1,4 @@
-//! What a method is: something that improves a candidate within a budget.
+//! Interface of a method: it improves a candidate within a budget.
 
 use super::driver::{Interrupt, Report};
 use crate::maneuver::shortfall::Shortfall;
@@ -11,39 +11,39 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// A way to improve a candidate.
+/// A method that improves a candidate.
 pub(crate) trait Method {
-    /// The candidate, improved as far as method and budget go; where that stops, the best that was
-    /// met.
+    /// Improves the candidate as far as the method and the budget allow, and returns the best one
+    /// found.
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt;
 }
 
-/// What a method may use.
+/// Limits of the work of a method.
 #[derive(Clone, Copy)]
 pub(crate) struct Budget<'a> {
-    /// Iterations of one Newton run, and subproblems of one convex run.
+    /// Most iterations of one Newton run, and most subproblems of one convex run.
     pub iterations: usize,
-    /// Who may end the work early, and when it ends by itself.
+    /// Means to stop work early: stop requests and the deadline.
     pub watch: Watch<'a>,
 }
 
-/// Stages between two looks at who may stop the work.
+/// Number of stages between two polls of the stop request.
 const POLLED: usize = 256;
 
-/// Who may end the work early, and when it ends by itself.
+/// Means to stop work early: stop requests and the deadline.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<'a> {
     pub interrupt: Interrupt<'a>,
     pub deadline: Option<Instant>,
-    /// Set where somebody asks to stop, for work that cannot ask.
+    /// Flag that is set when a stop is requested, for code that cannot call `interrupt`.
     pub flag: Option<&'a Arc<AtomicBool>>,
 }
 
 impl Watch<'_> {
-    /// Nobody, and never.
+    /// A watch that never stops the work.
     pub const NONE: Watch<'static> = Watch { interrupt: &|| None, deadline: None, flag: None };
 
-    /// What is left of the time \[s\], more than nothing.
+    /// Returns the remaining time \[s\], at least 1 ms; infinite without a deadline.
     pub fn seconds_left(&self) -> f64 {
         self.deadline.map_or(f64::INFINITY, |deadline| {
             deadline.saturating_duration_since(Instant::now()).as_secs_f64().max(1e-3)
@@ -54,61 +54,65 @@ impl Watch<'_> {
         (self.interrupt)().is_some()
     }
 
-    /// The same of a loop over stages, which looks at a few of them only.
+    /// Returns whether a stop is requested, for a loop over stages; polls only at every 256th
+    /// stage.
     pub fn stopped_at(&self, stage: usize) -> bool {
         stage.is_multiple_of(POLLED) && self.stopped()
     }
 }
 
-/// What a method made of a candidate.
+/// Result of a method for one candidate.
 #[derive(Clone, Debug)]
 pub(crate) struct Attempt {
     pub candidate: Candidate,
     pub outcome: Outcome,
-    /// Its cost, scaled; infinite where it is unknown.
+    /// Cost of the candidate, scaled; infinite if it is unknown.
     pub cost: f64,
-    /// How far it is from a maneuver: the largest terminal error, defect or violation.
+    /// Distance from a valid maneuver: the largest terminal error, defect or constraint violation.
     pub residual: f64,
-    /// Largest residual of all conditions of an optimum, where the method has them all.
+    /// Largest residual of all optimality conditions; not a number if the method does not compute
+    /// all of them.
     pub stationarity: f64,
-    /// What was run, in order.
+    /// Runs of iterations that the method made, in order.
     pub runs: Vec<Run>,
-    /// What convex subproblems it took.
+    /// Work spent on convex subproblems.
     pub work: ConvexWork,
-    /// What the sweep of its first costate showed, where that was kept.
+    /// Nodes of the sweep from the initial costate, if they were kept.
     pub swept: Option<Swept>,
-    /// The last barrier term of an interior point; what all rows together cost by it at most, and
-    /// what those that act cost by it to first order, both as parts of the cost.
+    /// Barrier of an interior-point method: the last barrier parameter; an upper bound on the cost
+    /// that the barrier adds for all rows; and the cost that it adds for the active rows, to first
+    /// order. The last two are fractions of the cost.
     pub barrier: Option<[f64; 3]>,
-    /// What an interior point leaves to a later solve of nearly the same maneuver.
+    /// Warm start that an interior-point method leaves to a later solve of nearly the same
+    /// maneuver.
     pub warm: Option<Box<Warm>>,
-    /// What is missing, where it did not converge.
+    /// Description of what is missing, if the method did not converge.
     pub shortfall: Option<Shortfall>,
 }
 
-/// What the sweep of a costate showed.
+/// Result of the sweep from a costate.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept {
-    /// All nodes.
+    /// All nodes of the sweep.
     pub nodes: Vec<Node>,
-    /// The error of the terminal condition, scaled.
+    /// Error of the terminal condition, scaled.
     pub error: DVector<f64>,
-    /// Cost, scaled.
+    /// Cost of the sweep, scaled.
     pub cost: f64,
 }
 
-/// One run of an attempt.
+/// One run of an iteration within an attempt.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
-    /// Its rung, where that is not the one announced.
+    /// Strategy of the run, if it is not the announced one.
     pub rung: Option<Rung>,
-    /// Steps of its grid.
+    /// Number of steps of the grid of the run.
     pub steps: usize,
     pub report: Report,
 }
 
 impl Attempt {
-    /// A run that ended as `report` says, and left `candidate`.
+    /// Creates an attempt from the report of one run and the candidate that the run left.
     pub fn of(candidate: Candidate, report: Report) -> Self {
         let outcome = report.outcome;
         let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
@@ -129,18 +133,18 @@ impl Attempt {
         }
     }
 
-    /// Returns the share of the cost that the optimum nearby has: what the barrier term adds to it
-    /// is left out, to first order. No optimum costs less than nothing.
+    /// Returns the ratio of the optimum's cost to this cost: the cost that the barrier adds is
+    /// subtracted, to first order. It is at least 0.
     pub fn share_of_optimum(&self) -> f64 {
         1.0 - self.barrier.map_or(0.0, |[.., excess]| excess.min(1.0))
     }
 
-    /// Returns what the optimum nearby costs.
+    /// Returns the estimated cost of the nearby optimum.
     pub fn foreseen(&self) -> f64 {
         self.cost * self.share_of_optimum()
     }
 
-    /// A run that could not begin.
+    /// Creates the attempt of a run that could not begin.
     pub fn failed(candidate: Candidate, outcome: Outcome) -> Self {
         Self::of(candidate, Report::failed(outcome))
     }
@@ -149,7 +153,7 @@ impl Attempt {
         self.outcome == Outcome::Converged
     }
 
-    /// Whether a run began at all.
+    /// Returns whether any run began.
     pub fn began(&self) -> bool {
         self.runs.iter().any(|run| !run.report.residuals.is_empty())
     }

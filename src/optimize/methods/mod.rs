@@ -1,4 +1,4 @@
-//! The methods that improve a candidate, and what drives their iterations.
+//! Methods that improve a candidate solution, and the driver of their iterations.
 
 pub(crate) mod continuation;
 pub(crate) mod descent;
@@ -10,8 +10,9 @@ pub(crate) mod scp;
 pub(crate) mod shooting;
 pub(crate) mod switching;
 
-/// Part of the decrease that the slope promises which a step of a line search must bring (Armijo).
+/// Armijo constant: the fraction of the decrease predicted by the directional derivative that a
+/// line-search step must achieve.
 pub(crate) const ARMIJO: f64 = 1e-4;
 
-/// Part of the decrease that a model promises which a step within its trust region must bring.
+/// Fraction of the decrease predicted by the model that a trust-region step must achieve.
 pub(crate) const PROMISED: f64 = 0.05;

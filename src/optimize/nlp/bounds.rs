@@ -1,8 +1,8 @@
-//! Bounds of differences of unknowns, and how those that act tie unknowns together.
+//! Lower bounds on differences of unknowns, and the elimination of unknowns by active bounds.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// `x_b − x_a ≥ least`; an absent unknown counts as 0.
+/// Bound `x_b − x_a ≥ least`; an absent unknown counts as 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bound {
     pub a: Option<usize>,
@@ -11,12 +11,12 @@ pub(crate) struct Bound {
 }
 
 impl Bound {
-    /// Returns by how much it is kept, or violated where that is negative.
+    /// Returns the slack of the bound: negative if it is violated.
     pub fn slack(&self, x: &DVector<f64>) -> f64 {
         self.b.map_or(0.0, |b| x[b]) - self.a.map_or(0.0, |a| x[a]) - self.least
     }
 
-    /// Writes its slope, times a factor, into one row or column for each unknown.
+    /// Writes the gradient of the difference, times a factor, into one row or column per unknown.
     pub fn write(&self, factor: f64, mut into: impl FnMut(usize, f64)) {
         for (unknown, sign) in [(self.b, factor), (self.a, -factor)] {
             if let Some(unknown) = unknown {
@@ -26,25 +26,25 @@ impl Bound {
     }
 }
 
-/// How unknowns follow from those that are free, `x = x₀ + G y`: the rows of the bounds that act,
-/// in reduced echelon form. Their entries are 0 and ±1, so that times that hang on others do so to
-/// the last bit.
+/// Elimination of the dependent unknowns, `x = x₀ + G y` with the free unknowns `y`: the rows of
+/// the active bounds in reduced echelon form. The entries of the rows are 0 and ±1, so the
+/// dependent times follow from the free ones without round-off in the factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Ties {
     unknowns: usize,
-    /// What follows, and its row with the right side after all unknowns.
+    /// Index of each dependent unknown with its row; the right-hand side comes after all unknowns.
     rows: Vec<(usize, RowDVector<f64>)>,
 }
 
 impl Ties {
-    /// Returns those of bounds that act.
+    /// Returns the elimination of unknowns by the active bounds.
     pub fn of<'a>(unknowns: usize, acting: impl Iterator<Item = &'a Bound>) -> Self {
         let mut ties = Self { unknowns, rows: Vec::new() };
         acting.for_each(|bound| ties.add(bound));
         ties
     }
 
-    /// Adds one more; what the others say already, or deny, is left out.
+    /// Adds one active bound. A bound that is redundant or contradicts the others is ignored.
     pub fn add(&mut self, bound: &Bound) {
         let mut row = RowDVector::zeros(self.unknowns + 1);
         bound.write(1.0, |unknown, sign| row[unknown] += sign);
@@ -53,7 +53,7 @@ impl Ties {
             let part = row[*follows];
             row -= part * other;
         }
-        // The last one follows.
+        // The last unknown in the row becomes the dependent one.
         let Some(follows) = (0..self.unknowns).rev().find(|unknown| row[*unknown].abs() > 0.5) else {
             return;
         };
@@ -69,7 +69,7 @@ impl Ties {
         self.rows.iter().find(|(follows, _)| *follows == unknown).map(|(_, row)| row)
     }
 
-    /// Returns `G`.
+    /// Returns the matrix `G`, unknowns by free unknowns.
     pub fn matrix(&self) -> DMatrix<f64> {
         let free: Vec<usize> = (0..self.unknowns).filter(|unknown| self.row(*unknown).is_none()).collect();
         DMatrix::from_fn(self.unknowns, free.len(), |unknown, column| match self.row(unknown) {
@@ -78,7 +78,8 @@ impl Ties {
         })
     }
 
-    /// Returns unknowns that follow as they should from those given ones that are free.
+    /// Returns `x` with the dependent unknowns recomputed from the free ones, so that the active
+    /// bounds hold exactly.
     pub fn snapped(&self, x: &DVector<f64>) -> DVector<f64> {
         let of_free = |row: &RowDVector<f64>, follows: usize| -> f64 {
             (0..self.unknowns)

@@ -1,43 +1,45 @@
-//! Conditions of Karush, Kuhn and Tucker of a dense nonlinear program, and Newton on them.
+//! The KKT conditions of a dense nonlinear program, and Newton's method on them.
 //!
 //! ```text
 //! min f(x)  with  c(x) = 0 ,      L = f + λ·c ,      r = [ c ; ∂L/∂x ] ,      K = ∂r/∂(λ, x)
 //! ```
 //!
-//! `λ` need not be multipliers of `c` as it stands: of a motion they are costates at the start, and
-//! `∂²L/∂x∂λ` is `(∂c/∂x)ᵀ` times what carries them to the end. Where inputs follow the costates,
-//! `∂c/∂λ` is not zero. Bounds that act, as other conditions that are linear in the unknowns, tie
-//! them together: with `x = x₀ + G y` the conditions in `y` are `Tᵀr`, `TᵀKT`, `T = diag(1, G)`.
+//! `λ` need not be the multipliers of `c` as stated. For a motion they are the costates at the
+//! start, and `∂²L/∂x∂λ` is `(∂c/∂x)ᵀ` times the matrix that propagates costates to the end. If
+//! inputs depend on the costates, `∂c/∂λ` is not zero. Active bounds, like all conditions that are
+//! linear in the unknowns, make some unknowns depend on others: with `x = x₀ + G y` the conditions
+//! in `y` are `Tᵀr`, `TᵀKT`, `T = diag(1, G)`.
 
 use crate::numerics::least_squares::shortest;
 use crate::numerics::matrix_inertia::MatrixInertia;
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
-/// The conditions at one point, and how they answer.
+/// KKT conditions at one point, and their Jacobian.
 #[derive(Clone, Debug)]
 pub(crate) struct KktSystem {
-    /// The number of `c`, and of `λ`.
+    /// Number of conditions `c`, which is also the number of multipliers `λ`.
     pub conditions: usize,
-    /// `r`.
+    /// Residual `r` of the KKT conditions.
     pub residual: DVector<f64>,
-    /// What Newton has to take away: `r`, and what gaps of a path that it starts from carry to it.
+    /// Right-hand side of Newton's method, with opposite sign: `r`, plus the propagated defects of
+    /// the path that it starts from.
     pub carried: DVector<f64>,
-    /// `K`.
+    /// Jacobian `K` of the residual.
     pub jacobian: DMatrix<f64>,
 }
 
-/// Which steps Newton takes.
+/// Kind of Newton step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NewtonSteps {
-    /// To the only solution.
+    /// Step to the unique solution.
     Determined,
-    /// The shortest to a solution, where multipliers or unknowns are open.
+    /// Shortest step to a solution if multipliers or unknowns are not unique.
     Shortest,
-    /// To `c = 0` by the unknowns alone, and to multipliers that leave the least of `∂L/∂x`.
+    /// Step to `c = 0` by the unknowns alone, with multipliers that minimise `|∂L/∂x|`.
     Feasible,
 }
 
-/// Returns the step of `λ` and `x` that one of `λ` and `y` is, for `x = x₀ + G y`.
+/// Converts a step in `λ` and `y` to a step in `λ` and `x`, for `x = x₀ + G y`.
 pub(crate) fn untied(g: &DMatrix<f64>, step: &DVector<f64>) -> DVector<f64> {
     let conditions = step.len() - g.ncols();
     let x = g * step.rows(conditions, g.ncols());
@@ -45,7 +47,7 @@ pub(crate) fn untied(g: &DMatrix<f64>, step: &DVector<f64>) -> DVector<f64> {
 }
 
 impl KktSystem {
-    /// Returns the conditions in `y`, for unknowns that go with these as `x = x₀ + G y`.
+    /// Returns the conditions in `λ` and `y`, for unknowns `x = x₀ + G y`.
     pub fn tied(&self, g: &DMatrix<f64>) -> Self {
         let m = self.conditions;
         let mut t = DMatrix::zeros(m + g.nrows(), m + g.ncols());
@@ -59,8 +61,9 @@ impl KktSystem {
         }
     }
 
-    /// Puts a condition in place of one that vanishes with it, by its value and how it answers to
-    /// `λ`, `x` and 1, for `x = x₀ + G y`.
+    /// Replaces the condition in `row` by another one that vanishes with it. `value` is its value,
+    /// and `answer` contains its derivatives with respect to `λ` and `x`, and its propagated
+    /// defect; `x = x₀ + G y`.
     pub fn replace(&mut self, row: usize, value: f64, answer: &DVector<f64>, g: &DMatrix<f64>) {
         let (m, x) = (self.conditions, answer.rows(self.conditions, g.nrows()));
         (self.residual[row], self.carried[row]) = (value, value + answer[m + g.nrows()]);
@@ -68,45 +71,44 @@ impl KktSystem {
         self.jacobian.view_mut((row, m), (1, g.ncols())).tr_copy_from(&g.tr_mul(&x));
     }
 
-    /// Returns the number of unknowns.
+    /// Returns the number of unknowns `x`.
     pub fn unknowns(&self) -> usize {
         self.residual.len() - self.conditions
     }
 
-    /// Returns `c`.
+    /// Returns the values of the conditions `c`.
     pub fn constraints(&self) -> DVectorView<'_, f64> {
         self.residual.rows(0, self.conditions)
     }
 
-    /// Returns `∂L/∂x`.
+    /// Returns the gradient `∂L/∂x`.
     pub fn slope(&self) -> DVectorView<'_, f64> {
         self.residual.rows(self.conditions, self.unknowns())
     }
 
-    /// Returns `∂c/∂x`.
+    /// Returns the Jacobian `∂c/∂x`.
     pub fn by_unknowns(&self) -> DMatrixView<'_, f64> {
         self.jacobian.view((0, self.conditions), (self.conditions, self.unknowns()))
     }
 
-    /// Returns `∂²L/∂x∂λ`.
+    /// Returns the mixed derivative `∂²L/∂x∂λ`.
     pub fn by_multipliers(&self) -> DMatrixView<'_, f64> {
         self.jacobian.view((self.conditions, 0), (self.unknowns(), self.conditions))
     }
 
-    /// Returns `∂²L/∂x²`.
+    /// Returns the Hessian `∂²L/∂x²`.
     pub fn hessian(&self) -> DMatrixView<'_, f64> {
         let count = self.unknowns();
         self.jacobian.view((self.conditions, self.conditions), (count, count))
     }
 
-    /// Returns how far the conditions are from being met; of steps that meet `c = 0` alone this
-    /// alone.
+    /// Returns the norm of the KKT residual; for [`NewtonSteps::Feasible`] the norm of `c` alone.
     pub fn merit(&self, steps: NewtonSteps) -> f64 {
         if steps == NewtonSteps::Feasible { self.constraints().norm() } else { self.residual.norm() }
     }
 
-    /// Returns a step of Newton in `λ` and `x`. Singular values below the part `none` of the
-    /// largest count as zero.
+    /// Computes a Newton step in `λ` and `x`; `None` if the system is singular. Singular values
+    /// below `none` times the largest count as zero.
     pub fn newton_step(&self, steps: NewtonSteps, none: f64) -> Option<DVector<f64>> {
         let right = -&self.carried;
         match steps {
@@ -122,8 +124,8 @@ impl KktSystem {
         }
     }
 
-    /// Returns whether `f` falls along some `x` that keeps `c = 0`, to second order: the point is
-    /// then no minimum. Pivots below the part `none` of the largest entry count as zero.
+    /// Returns whether `f` decreases to second order along a direction that keeps `c = 0`, so that
+    /// the point is not a minimum. Pivots below `none` times the largest entry count as zero.
     pub fn falls(&self, none: f64) -> bool {
         let (m, n) = (self.conditions, self.unknowns());
         let mut matrix = DMatrix::zeros(n + m, n + m);

@@ -1,4 +1,5 @@
-//! Dense nonlinear programs: a handful of unknowns, as the lengths of arcs and the times of pulses.
+//! Dense nonlinear programs with a handful of unknowns, such as the lengths of arcs and the times
+//! of pulses.
 
 pub(crate) mod bounds;
 pub(crate) mod kkt;

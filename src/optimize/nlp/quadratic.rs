@@ -1,12 +1,12 @@
-//! Small dense quadratic programs: by exchange of the bounds that act, and by the cone solver where
-//! that does not come to an end.
+//! Small dense quadratic programs, solved by a primal-dual active set method, and by the cone
+//! solver if that does not converge.
 //!
 //! ```text
 //! min ½ pᵀHp + gᵀp    with  Jp = c ,   p_b − p_a ≥ ℓ  for every bound (a, b, ℓ)
 //! ```
 //!
-//! A bound is of a difference or, where `a` or `b` is absent, of one unknown. `H` is positive
-//! definite.
+//! A bound applies to a difference of two unknowns or, if `a` or `b` is absent, to one unknown. `H`
+//! is positive definite.
 //!
 //! Hintermüller, Ito, Kunisch, *The primal-dual active set strategy as a semismooth Newton method*,
 //! 2002.
@@ -16,38 +16,40 @@ use crate::optimize::convex::cone::{Cone, ConeSettings, ConeSolver, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
 
-/// Most exchanges of bounds before the cone solver is used: what takes more goes round in circles
-/// as a rule.
+/// Largest number of active set iterations before the cone solver is used: longer iterations
+/// usually cycle.
 const EXCHANGES: usize = 12;
 
-/// Residual of the equations at the bounds that act, by which others may be violated too, relative:
-/// smaller, round-off exchanges bounds; larger, times stand beside their bounds.
+/// Relative tolerance of the equations at the active bounds, and of the violation of inactive
+/// bounds. With a smaller tolerance round-off would change the active set; with a larger one times
+/// would differ from their bounds.
 const EXACT: f64 = 1e-11;
 
-/// A program.
+/// Data of a quadratic program.
 pub(crate) struct Quadratic<'a> {
-    /// `H`, n×n, positive definite.
+    /// Hessian `H`, n×n, positive definite.
     pub hessian: &'a DMatrix<f64>,
-    /// `g`, n.
+    /// Gradient `g`, length n.
     pub gradient: &'a DVector<f64>,
-    /// `J`, of full rank, and `c`.
+    /// Matrix `J` of full rank and right-hand side `c` of the equations; `None` without equations.
     pub equations: Option<(&'a DMatrix<f64>, &'a DVector<f64>)>,
     pub bounds: &'a [Bound],
 }
 
-/// Its solution.
+/// Solution of a quadratic program.
 #[derive(Clone, Debug)]
 pub(crate) struct QuadraticOptimum {
     pub p: DVector<f64>,
-    /// `Jᵀ` times the multipliers of the equations: `Hp + g` without what bounds press.
+    /// `Jᵀ` times the multipliers of the equations: `Hp + g` without the contribution of the active
+    /// bounds.
     pub pull: DVector<f64>,
-    /// Which bounds are met by it and press.
+    /// Whether each bound is active.
     pub acting: Vec<bool>,
 }
 
 impl Quadratic<'_> {
-    /// Begun from a guess of the bounds that act, as of the program before it. `None` where the
-    /// bounds and the equations leave nothing, or a number is not finite.
+    /// Solves the program from a guess of the active bounds, such as those of the previous program.
+    /// Returns `None` if bounds and equations leave no feasible point, or a number is not finite.
     pub fn solve(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         self.exchanged(guess).or_else(|| {
             let mut solver = ConeSolver::new(self.program(), &ConeSettings::default()).ok()?;
@@ -55,7 +57,7 @@ impl Quadratic<'_> {
             let found = answer.step()?;
             let equal = self.equations.map_or(0, |(_, c)| c.len());
             let multipliers = &found.z[equal..];
-            // The larger of a bound's slack and multiplier is the one that does not vanish.
+            // Of a bound's slack and multiplier, the smaller one is zero up to round-off.
             let pairs = multipliers.iter().zip(&found.s[equal..]);
             let acting: Vec<bool> = pairs.map(|(multiplier, slack)| multiplier > slack).collect();
             self.exchanged(&acting).or_else(|| {
@@ -69,8 +71,8 @@ impl Quadratic<'_> {
         })
     }
 
-    /// Bounds are exchanged, those that pull for those that are violated, until none are; `None`
-    /// where that does not come to an end.
+    /// Solves by the active set method: bounds with a negative multiplier are dropped and violated
+    /// bounds are added, until neither occurs. Returns `None` if the iteration does not converge.
     fn exchanged(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         let mut acting = guess.to_vec();
         for _ in 0..EXCHANGES {
@@ -92,7 +94,8 @@ impl Quadratic<'_> {
         None
     }
 
-    /// In the form of the cone solver: the equations first, then `s = p_b − p_a − ℓ ≥ 0`.
+    /// Converts the program to the form of the cone solver: the equations first, then
+    /// `s = p_b − p_a − ℓ ≥ 0`.
     fn program(&self) -> Program {
         let n = self.gradient.len();
         let upper = (0..n).flat_map(|column| (0..=column).map(move |row| (row, column)));
@@ -119,8 +122,9 @@ impl Quadratic<'_> {
         }
     }
 
-    /// The optimum with these bounds met and no others, its pull and the multipliers of bounds;
-    /// `None` where round-off leaves none.
+    /// Solves the program with exactly the bounds in `acting` active. Returns the optimum, its
+    /// `pull` and the multipliers of the bounds; `None` if the linear system cannot be solved to
+    /// the tolerance.
     fn at_bounds(&self, acting: &[bool]) -> Option<(DVector<f64>, DVector<f64>, Vec<f64>)> {
         let n = self.gradient.len();
         let met: Vec<usize> = (0..acting.len()).filter(|index| acting[*index]).collect();

@@ -1,17 +1,17 @@
-//! The way round that is asked for, and how far what was found is from it.
+//! The requested homotopy class, and how far a result deviates from it.
 //!
-//! # When does a saddle stand, and when the wrong way round?
+//! # When is a saddle or the other homotopy class a result?
 //!
-//! A plan by `best`, `shortest` or `long` that has a conjugate point on the requested grid is
-//! descended from there, up to three times in a row; only where that finds nothing lower does the
-//! saddle stand, and the summary, the status and `second_order` in the plan file say so. `shortest`
-//! and `long` are each the cheapest of their sense: from rest to rest, where a body can do all,
-//! that is what Newton meets first, elsewhere starts of that sense are descended from as for
-//! `best`. `as_given` is taken as written, saddle or not, since a lower plan of its class may turn
-//! less; only where torques about an axis are missing does a rotation of less than half a turn,
-//! from rest to rest, mean no more than `shortest`. A plan that goes round in the other class of
-//! rotations than was asked for is not solved: the solution says which way the nearest one goes.
-//! Classes are told on the double cover, against the motion without inputs.
+//! A plan for `best`, `shortest` or `long` that has a conjugate point on the requested grid is
+//! descended from, up to three times in a row. Only if that finds nothing cheaper is the saddle
+//! returned, and the summary, the status and `second_order` in the plan file report it. `shortest`
+//! and `long` are each the cheapest plan of their class. From rest to rest, for a fully actuated
+//! body, that is the first result of Newton; otherwise starts of that class are descended from as
+//! for `best`. `as_given` is used as written, saddle or not, since a cheaper plan of its class may
+//! turn less. Only if torques about an axis are missing does a rotation of less than half a turn,
+//! from rest to rest, mean no more than `shortest`. A plan in the other homotopy class than
+//! requested does not count as solved; the solution states the class of the nearest plan. Classes
+//! are determined on the double cover, relative to the motion without inputs.
 
 use crate::Vector3;
 use crate::maneuver::problem::Path;
@@ -27,16 +27,16 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::way::{Follower, Way};
 use std::f64::consts::TAU;
 
-/// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.
+/// Largest attitude error on another grid \[rad\] at which an extremal is in the same homotopy
+/// class there.
 const NEAR: f64 = 0.2;
-/// How much farther from a rotation that is given all paths of the other class are than those of
-/// its own: more turns than a path has.
+/// Deviation that is added for a path of the other homotopy class: more turns than any path has.
 const OTHER_CLASS: f64 = 1e6;
-/// A path that is farther from the one asked for goes another way round.
+/// Deviation from which a path counts as not the requested one.
 pub(super) const ASTRAY: f64 = 1.0;
 
-/// Whether a solution goes the way that was asked for, and no cheaper one is near it. A rotation
-/// that is given is taken as written: that may be a saddle. So may be what is not to be tested.
+/// Returns whether a solution is in the requested homotopy class and has no conjugate point.
+/// Saddles are accepted for a given rotation, and if the second-order test is disabled.
 pub(super) fn satisfies<const N: usize>(search: &Search<N>, solution: &Solution) -> bool {
     let untested = !search.context.settings.test_second_order;
     let minimal = untested || solution.optimality.conjugate_points == Some(0);
@@ -48,7 +48,7 @@ pub(super) fn goes_as_asked<const N: usize>(search: &Search<N>, solution: &Solut
     asked_sense(search).is_none_or(|sense| sense == solution.sense)
 }
 
-/// The sense that was asked for.
+/// Returns the requested homotopy class; `None` for the best one.
 pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
     match search.problem.path {
         Path::Best => None,
@@ -61,7 +61,7 @@ pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
     }
 }
 
-/// A solution that counts as converged only if it goes the way round that was asked for.
+/// Marks a solution as stalled if it is not in the requested homotopy class.
 pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: Solution) -> Solution {
     if solution.outcome == Outcome::Converged && !goes_as_asked(search, &solution) {
         let (short, turned_deg) = (solution.sense == Sense::Short, solution.turned_deg);
@@ -71,13 +71,14 @@ pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: 
     solution
 }
 
-/// A solution that counts as converged only where it goes the way that was asked for, and ends
-/// where it should.
+/// Marks a solution as stalled if it is not in the requested homotopy class or its terminal error
+/// exceeds the tolerance.
 pub(super) fn held_to_all<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     held_to(search.context.settings.tolerance, held_to_its_way(search, solution))
 }
 
-/// The grid that an extremal is told on: the coarse one, unless its costates lead elsewhere there.
+/// Returns the grid on which the homotopy class of an extremal is determined: the coarse one,
+/// unless the costates of a fine extremal miss the target there.
 pub(super) fn told_on<'s, 'a, const N: usize>(
     search: &'s Search<'a, '_, N>,
     candidate: &Candidate,
@@ -90,7 +91,7 @@ pub(super) fn told_on<'s, 'a, const N: usize>(
     if is_fine && !near() { &search.fine } else { &search.coarse }
 }
 
-/// How a candidate goes round.
+/// Returns the homotopy class of a candidate.
 pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> Way {
     let way = match candidate.provenance.method {
         Road::Scp | Road::InteriorPoint => {
@@ -110,15 +111,15 @@ pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> 
     way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
 }
 
-/// How far a path is from what was asked for: the wrong sense, or another rotation than the given.
+/// Returns the deviation of a path from the request: 1 for the other homotopy class, or the
+/// distance to a given rotation in full turns.
 pub(super) fn astray<const N: usize>(search: &Search<N>, found: &Attempt) -> f64 {
     let way = || way(search, &found.candidate);
     match search.problem.path {
         Path::Best => 0.0,
         Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
         Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-        // In full turns, to a thousandth; a path of the other class is another way whatever it
-        // turns by.
+        // In full turns, to a thousandth; a path of the other class deviates more than any other.
         Path::AsGiven(rotation) => {
             let way = way();
             let other = asked_sense(search).is_some_and(|sense| sense != way.sense);
@@ -128,7 +129,7 @@ pub(super) fn astray<const N: usize>(search: &Search<N>, found: &Attempt) -> f64
     }
 }
 
-/// The nearest to what was asked for first, of these the lowest cost.
+/// Sorts attempts by their deviation from the request, then by cost.
 pub(super) fn ranked<const N: usize>(search: &Search<N>, found: Vec<Attempt>) -> Vec<Attempt> {
     let several = found.len() > 1;
     let mut keyed: Vec<(f64, Attempt)> =
@@ -137,8 +138,8 @@ pub(super) fn ranked<const N: usize>(search: &Search<N>, found: Vec<Attempt>) ->
     keyed.into_iter().map(|(_, found)| found).collect()
 }
 
-/// A solution that counts as converged only where its terminal error, replayed from the start, is
-/// within the tolerance.
+/// Marks a solution as stalled if its terminal error, replayed from the start, exceeds the
+/// tolerance.
 pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     let met = solution.terminal.largest() <= tolerance;
     if solution.outcome == Outcome::Converged && !met {
@@ -148,14 +149,15 @@ pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     solution
 }
 
-/// Whether a path goes the way round that is asked for; short where there is nothing to tell the
-/// senses by.
+/// Returns whether a path is in the requested homotopy class; a path is short if its class cannot
+/// be determined.
 pub(super) fn goes_round_as_asked<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
     let sense = || sense_of(&search.fine, path).unwrap_or(Sense::Short);
     asked_sense(search).is_none_or(|asked| asked == sense())
 }
 
-/// The sense that is asked for, where any path of it will do.
+/// Returns the requested homotopy class if any path in it is acceptable; `None` for the best path
+/// and for a given rotation.
 pub(super) fn asked_for_a_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
     match search.problem.path {
         Path::Shortest => Some(Sense::Short),
@@ -164,21 +166,21 @@ pub(super) fn asked_for_a_sense<const N: usize>(search: &Search<N>) -> Option<Se
     }
 }
 
-/// Whether a path is of that sense, or there is nothing to tell the senses by.
+/// Returns whether a path is in the requested homotopy class, or its class cannot be determined.
 pub(super) fn is_of_the_sense<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
     let is = |asked: Sense| sense_of(&search.coarse, path).is_none_or(|sense| sense == asked);
     asked_for_a_sense(search).is_none_or(is)
 }
 
-/// The sense of a path from node to node; none where the motion without inputs cannot be followed
-/// to its end.
+/// Returns the homotopy class of a path given by its nodes; `None` if the motion without inputs
+/// cannot be computed to its end.
 fn sense_of<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) -> Option<Sense> {
     let mut follower = Follower::new();
     path.states.iter().for_each(|node| follower.node(&node.attitude.value, Vector3::zeros(), 0.0));
     follower.way(bvp).ok().map(|way| way.sense)
 }
 
-/// The lowest cost of some attempts that go as asked.
+/// Returns the lowest cost of the attempts that match the request.
 pub(super) fn lowest<const N: usize>(search: &Search<N>, attempts: &[Attempt]) -> f64 {
     let right = attempts.iter().filter(|attempt| astray(search, attempt) < ASTRAY);
     right.map(|attempt| attempt.cost).fold(f64::INFINITY, f64::min)

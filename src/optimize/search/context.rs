@@ -1,4 +1,5 @@
-//! What every rung shares: settings, the clock, the observer, the record of what was tried.
+//! Data that all strategies share: settings, time limit, observer, and the record of what was
+//! tried.
 
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
@@ -12,53 +13,56 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// What an observer of a solve is told.
+/// Progress of a solve, as reported to an observer.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress<'a> {
-    /// The rung at work.
+    /// The strategy that is running.
     pub rung: Rung,
-    /// The start it works on.
+    /// Name of the start that the strategy works on.
     pub start: &'a str,
-    /// Steps of its grid.
+    /// Number of steps of the strategy's grid.
     pub steps: usize,
     /// Seconds since the solve began.
     pub elapsed: f64,
-    /// The part of a sequence that is planned, such as "leg 2 of 5"; empty for one maneuver.
+    /// The part of a sequence that is being planned, such as "leg 2 of 5"; empty for a single
+    /// maneuver.
     pub part: &'a str,
 }
 
-/// Whether to go on.
+/// Answer of an observer: continue or stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
-    /// Go on.
+    /// Continue the solve.
     Continue,
     /// Stop at the next iteration; the best iterate is kept.
     Stop,
 }
 
-/// Watches a solve, and may stop it.
+/// Observes a solve, and can stop it.
 pub trait Observer {
-    /// Called at every rung and between iterations.
+    /// Called for every strategy and between iterations.
     fn on_progress(&mut self, _progress: &Progress) -> Control {
         Control::Continue
     }
 
-    /// A flag that is set where somebody asks to stop. Inside the cone solver nobody can be called:
-    /// between its iterations it looks at this flag alone. On fine grids it works on a thread of
-    /// its own, which a plan that is stopped leaves behind: it ends with the iteration under way.
+    /// Returns a flag that is set when a stop is requested. The cone solver cannot call the
+    /// observer, and polls only this flag between its iterations. On fine grids it runs on a
+    /// separate thread. A stopped plan does not wait for this thread, which ends with its current
+    /// iteration.
     fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
         None
     }
 }
 
-/// Nobody watches.
+/// An observer that never stops a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
 impl Observer for Silent {}
 
-/// What every rung shares: settings, the clock, the observer, the record of what was tried.
+/// Data that all strategies share: settings, time limit, observer, and the record of what was
+/// tried.
 pub(crate) struct Context<'a> {
     pub settings: &'a Settings,
     pub tuning: SearchTuning,
@@ -84,47 +88,47 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether plans are to land.
+    /// Returns whether plans must land.
     pub fn lands(&self) -> bool {
         self.settings.target == Target::Motion
     }
 
-    /// Announces a rung.
+    /// Announces the strategy that runs, for progress reports.
     pub fn enter(&self, rung: Rung, start: &str, steps: usize) {
         *self.at.borrow_mut() = (rung, start.into(), steps);
     }
 
-    /// When the time limit is over.
+    /// Returns the time at which the time limit ends; `None` without a limit.
     pub fn deadline(&self) -> Option<Instant> {
         self.settings.time_limit.and_then(|limit| self.began.checked_add(limit))
     }
 
-    /// Notes how a run of a rung went.
+    /// Records the report of a run of a strategy.
     pub fn note(&self, rung: Rung, start: &str, steps: usize, report: Report) {
         let Report { outcome, iterations, residuals } = report;
         let start = start.into();
         self.ladder.borrow_mut().push(RungReport { rung, start, steps, outcome, iterations, residuals });
     }
 
-    /// Hands a budget to `work`, with as many iterations as the settings allow.
+    /// Calls `work` with a budget of as many iterations as the settings allow.
     pub fn within<T>(&self, work: impl FnOnce(&Budget) -> T) -> T {
         let interrupt = || self.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.deadline(), flag: self.flag.as_ref() };
         work(&Budget { iterations: self.settings.max_iterations, watch })
     }
 
-    /// Has a method improve a candidate, and notes how that went.
+    /// Improves a candidate by a method, and records the report.
     pub fn attempt(&self, rung: Rung, method: &impl Method, candidate: Candidate) -> Attempt {
         self.noted(rung, self.tried(rung, method, candidate))
     }
 
-    /// Has a method improve a candidate.
+    /// Improves a candidate by a method, without a record.
     pub fn tried(&self, rung: Rung, method: &impl Method, candidate: Candidate) -> Attempt {
         self.enter(rung, &candidate.provenance.start, candidate.steps());
         self.within(|budget| method.improve(candidate, budget))
     }
 
-    /// Notes how a try went.
+    /// Records the reports of an attempt.
     pub fn noted(&self, rung: Rung, mut attempt: Attempt) -> Attempt {
         let Attempt { candidate, work, runs, .. } = &mut attempt;
         for Run { rung: own, steps, report } in runs {
@@ -136,7 +140,7 @@ impl<'a> Context<'a> {
         attempt
     }
 
-    /// Whether something asks to stop; sticky.
+    /// Returns the reason to stop, if any; once stopped, the answer does not change.
     pub fn interrupt(&self) -> Option<Outcome> {
         if self.stopped.get().is_none() {
             let elapsed = self.began.elapsed();

@@ -1,36 +1,38 @@
-//! What a search knows so far: a value that every rung takes and gives.
+//! State of a search: its results so far, which every strategy reads and extends.
 
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::pool::{Pool, SAME};
 use crate::optimize::search::starts::GUESS;
 
-/// Costs of one optimum of a chain differ by less, relative.
+/// Relative difference of cost below which two results of the convex methods are the same optimum.
 pub(super) const SAME_COST: f64 = 1e-9;
 
-/// What is known so far. A rung reads what the ones below it have left, and adds to it.
+/// Results so far. A strategy reads the results of earlier ones, and adds its own.
 #[derive(Default)]
 pub(super) struct Found<const N: usize> {
-    /// What converged, each once.
+    /// Attempts that converged, without duplicates.
     plans: Vec<Attempt>,
-    /// The nearest miss.
+    /// The attempt with the smallest residual among those that did not converge.
     missed: Option<Attempt>,
-    /// The plan of a guess that is one more start beside the search.
+    /// Plans of a guess that is used in addition to the search.
     pub aside: Vec<Attempt>,
-    /// What was found of a coarse grid by the rungs without limits.
+    /// Coarse-grid results of the strategies without limits.
     pub pool: Pool<N>,
-    /// What the convex subproblems of all seeds took.
+    /// Work spent on convex subproblems, summed over all initial paths.
     pub work: ConvexWork,
-    /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
+    /// The complete solution, if a strategy has it: that of the maneuver without limits, if it
+    /// satisfies all limits.
     pub answer: Option<Solution>,
-    /// The answer as it is written, where a rung had to read it.
+    /// The solution as it is reported, if a strategy had to compute it.
     pub told: Option<Solution>,
-    /// The shortest duration that was found \[s\], where none was for the one asked for.
+    /// Shortest duration with a plan \[s\], if the requested duration has no plan.
     pub shortest: Option<f64>,
 }
 
 impl<const N: usize> Found<N> {
-    /// Keeps what converged, once, or else the nearest miss. Whether it converged.
+    /// Keeps an attempt that converged, unless it is a duplicate; otherwise keeps it if its
+    /// residual is the smallest so far. Returns whether it converged.
     pub fn keep(&mut self, attempt: Attempt) -> bool {
         self.add_work(&attempt);
         let converged = attempt.converged();
@@ -46,66 +48,67 @@ impl<const N: usize> Found<N> {
         converged
     }
 
-    /// Adds what an attempt took.
+    /// Adds the convex work of an attempt.
     pub fn add_work(&mut self, attempt: &Attempt) {
         self.work.all_subproblems += attempt.work.all_subproblems;
         self.work.cone_iterations += attempt.work.cone_iterations;
         self.work.cone_seconds += attempt.work.cone_seconds;
     }
 
-    /// Whether anything converged.
+    /// Returns whether any attempt converged.
     pub fn is_done(&self) -> bool {
         !self.plans.is_empty()
     }
 
-    /// All that converged: in the order in which it was found, or as it was ranked.
+    /// Returns the attempts that converged, in the order in which they were found or ranked.
     pub fn plans(&self) -> &[Attempt] {
         &self.plans
     }
 
-    /// The first of what converged: the winner, once that is ranked.
+    /// Returns the first of the attempts that converged; after ranking this is the best.
     pub fn best(&self) -> Option<&Attempt> {
         self.plans.first()
     }
 
-    /// Puts what converged into an order, or leaves some of it out.
+    /// Reorders the attempts that converged, or removes some.
     pub fn reorder(&mut self, order: impl FnOnce(Vec<Attempt>) -> Vec<Attempt>) {
         self.plans = order(std::mem::take(&mut self.plans));
     }
 
-    /// Takes what converged away.
+    /// Removes and returns the attempts that converged.
     pub fn take_plans(&mut self) -> Vec<Attempt> {
         std::mem::take(&mut self.plans)
     }
 
-    /// The nearest miss.
+    /// Returns the attempt with the smallest residual that did not converge.
     pub fn missed(&self) -> Option<&Attempt> {
         self.missed.as_ref()
     }
 
-    /// Takes the nearest miss away, so that another is told, or this one again.
+    /// Removes and returns the attempt with the smallest residual that did not converge, so that
+    /// the caller can replace it.
     pub fn take_missed(&mut self) -> Option<Attempt> {
         self.missed.take()
     }
 
-    /// Tells this miss in place of any other.
+    /// Replaces the attempt that is reported if no plan converged.
     pub fn tell_missed(&mut self, missed: Option<Attempt>) {
         self.missed = missed;
     }
 
-    /// Whether a costate that was given has led to a plan: then nothing else is tried.
+    /// Returns whether a given costate led to a plan; no other strategy is then tried.
     pub fn is_guessed(&self) -> bool {
         self.best().is_some_and(|found| found.candidate.provenance.start == GUESS)
     }
 }
 
-/// The cheapest first.
+/// Sorts attempts by cost, the cheapest first.
 pub(super) fn cheapest_first(mut plans: Vec<Attempt>) -> Vec<Attempt> {
     plans.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     plans
 }
 
-/// Whether two attempts ended at the same plan.
+/// Returns whether two attempts ended at the same plan.
 pub(super) fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
     if b.candidate.provenance.method.is_on_equal_steps() {
         return (a.cost - b.cost).abs() <= SAME_COST * b.cost.abs().max(1e-12);

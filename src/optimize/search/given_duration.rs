@@ -1,4 +1,4 @@
-//! A maneuver in a duration that is known, from its search to its solution.
+//! A maneuver with a known duration, from its search to its solution.
 
 use crate::Vector3;
 use crate::maneuver::infeasible;
@@ -15,12 +15,12 @@ use crate::optimize::search::strategies::shots::shoot_from;
 use crate::optimize::search::strategies::{self, advice};
 use std::f64::consts::PI;
 
-/// The answer of a search, or the proof that there is none.
+/// Solves a maneuver with a known duration, or proves that it is infeasible.
 pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
     let of_motion = || if context.lands() { infeasible::of_motion(problem) } else { None };
     if let Some(proof) = infeasible::proof(problem).or_else(of_motion) {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-        // The bound of a proof need not suffice; a turn about a fixed axis does.
+        // The bound of a proof may not suffice as a duration; a turn about a fixed axis does.
         let longer = ask.advise.then(|| infeasible::sufficient(problem)).flatten();
         return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), longer, ..unsolved };
     }
@@ -32,7 +32,7 @@ pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Soluti
     }
 }
 
-/// A search with the ladder of all rungs.
+/// Creates a search with all strategies.
 pub(super) fn search_of<'a, 'c, const N: usize>(
     problem: &'a Problem,
     context: &'a Context<'c>,
@@ -41,7 +41,7 @@ pub(super) fn search_of<'a, 'c, const N: usize>(
     Search::new(problem, context, ask, strategies::ladder())
 }
 
-/// Climbs the ladder, and writes the solution with all that was tried.
+/// Runs the strategies, and returns the solution with the record of what was tried.
 fn answer<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = search.climb();
     let solution = conclude(search, &mut found);
@@ -60,7 +60,7 @@ fn answer<const N: usize>(search: &Search<N>) -> Solution {
     Solution { ladder: search.context.ladder.take(), ..solution }
 }
 
-/// Newton from the guess alone, on the requested grid, with no ladder behind it.
+/// Solves by Newton from the guess alone, on the requested grid, without other strategies.
 pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = Found::default();
     if let Some(guess) = search.ask.guess {
@@ -69,8 +69,9 @@ pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     Solution { ladder: search.context.ladder.take(), ..conclude(search, &mut found) }
 }
 
-/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands
-/// for one, or the likely attitude where any will do.
+/// Returns the maneuver with its end made specific: the shortest path if that is equivalent to a
+/// given rotation, or a likely attitude if the terminal attitude is free. `None` if nothing
+/// changes.
 fn known_end(problem: &Problem) -> Option<Problem> {
     if problem.ends_in_any_attitude() {
         let mut likely = problem.clone();
@@ -80,13 +81,13 @@ fn known_end(problem: &Problem) -> Option<Problem> {
     turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
 }
 
-/// Rotations that are nearer to half a turn than this go either way round by their last bits
-/// \[rad\].
+/// Difference to half a turn \[rad\] below which round-off decides the homotopy class of a
+/// rotation.
 const HALF_TURN: f64 = 1e-3;
 
-/// Whether the rotation that is given is that of the shortest way between two states at rest, and
-/// cannot be followed as it is written, since torques about some axis are missing: then all that it
-/// tells is the sense.
+/// Returns whether the given rotation is the shortest one between two states at rest, and cannot be
+/// followed as written because torques about some axis are missing. Then it determines only the
+/// homotopy class.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
     let Path::AsGiven(rotation) = problem.path else { return false };
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
@@ -95,9 +96,9 @@ fn turns_the_shortest_way(problem: &Problem) -> bool {
     free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }
 
-/// The shooting's word on an answer on the chain, started from its duals: whether it is an
-/// extremal, and of which second order. Where its terminal error is above the tolerance, the
-/// shooting's own answer.
+/// Confirms a solution of the chain by shooting, started from its dual variables: whether it is an
+/// extremal, and its second order. If the terminal error of the solution exceeds the tolerance, the
+/// result of shooting replaces it.
 fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     if solution.outcome != Outcome::Converged || search.stopped() {
         return solution;

@@ -1,4 +1,4 @@
-//! What another plan suggests for this one.
+//! Initial guess for a plan, from another plan.
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Solution, Trajectory};
@@ -10,41 +10,44 @@ use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::search::starts::GUESS;
 use crate::{Vector3, lie};
 
-/// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
+/// An initial guess from a neighbouring plan: its costates for shooting, its path for the
+/// interior-point method.
 ///
-/// [`crate::plan::plan()`] uses a guess as one more start beside its search, and reports the
-/// cheapest plan. A guess that is [`alone`](Self::alone) replaces the search by shooting where it
-/// leads to a plan.
+/// [`crate::plan::plan()`] uses a guess as one more start in addition to its search, and reports
+/// the cheapest plan. A guess that is [`alone`](Self::alone) replaces the search if shooting
+/// converges from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
-    /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.
+    /// Costates in the form of [`Solution::costates_0`], SI units; empty for a path without
+    /// costates.
     pub costates: Vec<f64>,
-    /// Attitudes at evenly spaced nodes, as [`crate::maneuver::solution::Trajectory::quaternion`]
-    /// has them; two at least, or none: then it guesses no path.
+    /// Attitudes at evenly spaced nodes, in the form of
+    /// [`crate::maneuver::solution::Trajectory::quaternion`]; at least two, or empty if the guess
+    /// has no path.
     pub quaternion: Vec<[f64; 4]>,
-    /// Positions at the same nodes \[m\]; empty where the body does not move.
+    /// Positions at the same nodes \[m\]; empty if the body does not translate.
     pub position: Vec<Vector3>,
-    /// Whether nothing else is searched where the costates lead to a plan, which may not be the
+    /// True if the search is skipped when the costates lead to a plan, which may not be the
     /// cheapest.
     pub alone: bool,
-    /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a
-    /// search set neither.
+    /// True if the whole search runs too, as [`crate::plan::plan()`] sets it. Parts of a search set
+    /// neither flag.
     #[doc(hidden)]
     pub beside: bool,
-    /// When the path is at its nodes \[s\], where it is the plan of a search that is done, and
-    /// empty elsewhere: what its end leaves free is then as this path has it, and nothing else is
-    /// searched where the path leads to a plan.
+    /// Times of the nodes of the path \[s\], if the path is the plan of a finished search;
+    /// otherwise empty. A free terminal state is then fixed as on this path, and the search is
+    /// skipped if the path leads to a plan.
     #[doc(hidden)]
     pub time: Vec<f64>,
 }
 
 impl Guess {
-    /// Costates alone.
+    /// Creates a guess of costates without a path.
     pub fn costates(costates: &[f64]) -> Self {
         Self { costates: costates.to_vec(), ..Self::default() }
     }
 
-    /// All that a solution of `problem` can suggest to its neighbours.
+    /// Creates a guess from a solution of `problem`: costates and path.
     pub fn of(solution: &Solution, problem: &Problem) -> Self {
         Self {
             costates: solution.costates_0(problem).to_vec(),
@@ -54,23 +57,24 @@ impl Guess {
         }
     }
 
-    /// The plan of a neighbour, which is solved from alone.
+    /// Creates a guess from the plan of a neighbour that replaces the search.
     pub(crate) fn near(solution: &Solution, problem: &Problem) -> Self {
         Self { time: solution.trajectory.time.clone(), alone: true, ..Self::of(solution, problem) }
     }
 
-    /// Returns the guess as one that replaces the search where it leads to a plan: quicker, but the
-    /// plan may not be the cheapest.
+    /// Returns the guess as one that replaces the search if it leads to a plan. This is quicker,
+    /// but the plan may not be the cheapest.
     pub fn alone(self) -> Self {
         Self { alone: true, ..self }
     }
 
-    /// Returns the guess as one more start beside the search, unless it is to be alone.
+    /// Returns the guess as one more start in addition to the search, unless it is alone.
     pub(crate) fn beside_the_search(&self) -> Self {
         Self { beside: !self.alone, ..self.clone() }
     }
 
-    /// The path of a plan on the chain of a maneuver in a stated duration.
+    /// Creates a guess from the path of a plan on the chain of a maneuver, whose stated duration is
+    /// `stated`.
     pub(super) fn of_plan(dynamics: &Dynamics, stated: f64, plan: &Candidate) -> Self {
         let poses = || plan.states.iter().map(Point::pose);
         Self {
@@ -81,25 +85,25 @@ impl Guess {
         }
     }
 
-    /// The path of a solution, as that of a search that is done.
+    /// Creates a guess from the path of a solution, as the plan of a finished search.
     pub(super) fn of_solution(plan: &Solution) -> Self {
         let Trajectory { time, quaternion, position, .. } = plan.trajectory.clone();
         Self { time, quaternion, position, ..Self::default() }
     }
 
-    /// Whether it is the path of a search that is done.
+    /// Returns whether the path is the plan of a finished search.
     pub(super) fn is_known(&self) -> bool {
         !self.time.is_empty()
     }
 
-    /// The path of a search that is done, as a motion.
+    /// Returns the path of a finished search as a motion.
     pub(super) fn motion(&self) -> Option<Trajectory> {
         let (time, quaternion, position) =
             (self.time.clone(), self.quaternion.clone(), self.position.clone());
         self.is_known().then(|| Trajectory { time, quaternion, position, ..Trajectory::default() })
     }
 
-    /// Whether every number of the path is usable.
+    /// Returns whether the path has valid quaternions and positions.
     pub(super) fn path_is_sound(&self) -> bool {
         let turns = |q: &[f64; 4]| q.iter().map(|part| part * part).sum::<f64>();
         let moves = self.position.is_empty() || self.position.len() == self.quaternion.len();
@@ -109,8 +113,8 @@ impl Guess {
             && self.position.iter().all(|x| x.iter().all(|part| part.is_finite()))
     }
 
-    /// The path on the grid of `model`, turned and shifted bit by bit so that it has this
-    /// maneuver's ends.
+    /// Returns the path on the grid of `model`. Its attitudes and positions are shifted gradually
+    /// so that it has the boundary states of this maneuver.
     pub(super) fn seed(&self, model: &Model) -> Option<Candidate> {
         let last = self.quaternion.len().checked_sub(1).filter(|last| *last > 0)?;
         let unit = model.dynamics.units.length;
@@ -120,7 +124,7 @@ impl Guess {
         };
         let (first, end) = (node(0), node(last));
         let turn = model.start.attitude * first.attitude.transpose();
-        // Where any attitude will do, that at the end of the path is as good as another.
+        // For a free terminal attitude, the end of the path is kept.
         let is_given = model.given().contains(&model.zeta());
         let turn_left = lie::minus(&model.target.attitude, &(turn * end.attitude));
         let turn_left = if is_given { turn_left } else { Vector3::zeros() };

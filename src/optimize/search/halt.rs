@@ -1,9 +1,9 @@
-//! Why a search over durations or rolls, which solves a maneuver again and again, ends at once.
+//! Reason why a search over durations or rolls, which solves a maneuver repeatedly, ends at once.
 
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::PlanError;
 
-/// What ends it.
+/// Reason why a repeated search ends early.
 pub(super) enum Halt {
     Refused(PlanError),
     /// The solve that was interrupted, or ran out of time.

@@ -1,8 +1,9 @@
-//! One search for free, limited and constrained maneuvers: what is asked, and what a rung of its
-//! ladder is.
+//! The search for unconstrained, limited and constrained maneuvers: its request, and the interface
+//! of a strategy.
 //!
-//! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the
-//! requested grid. Cheap rungs that nearly always work come first (`rungs`).
+//! Every strategy improves candidates, most of them on a coarse grid, and its results are
+//! transferred to the requested grid. Fast strategies that nearly always succeed run first
+//! (`strategies`).
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
@@ -19,34 +20,34 @@ use crate::optimize::search::guess::Guess;
 use crate::optimize::search::starts::coarse::search_grid;
 use crate::optimize::search::starts::wanted_turns;
 
-/// What a search may do, and what it begins from.
+/// Request of a search: the methods that it may use, and its initial data.
 #[derive(Clone)]
 pub(super) struct Ask<'a> {
-    /// Whether the shooting may be tried.
+    /// True if shooting may be tried.
     pub shooting: bool,
-    /// Whether the interior point may be, or SCP where the settings request it.
+    /// True if the interior-point method may be tried, or SCP if the settings request it.
     pub convex: bool,
     pub guess: Option<&'a Guess>,
-    /// A motion to begin from, instead of all other paths.
+    /// Motion that is the only initial path; `None` to use all others.
     pub along: Option<&'a Trajectory>,
-    /// How SCP ends on the requested grid.
+    /// Options of SCP on the requested grid.
     pub last: ScpOptions,
-    /// Whether a maneuver for which no plan is found is told the duration for which there is one.
+    /// True if a sufficient duration is reported when no plan is found.
     pub advise: bool,
-    /// What is minimised in place of the effort (`cheapest`).
+    /// Objective in place of the effort (`cheapest`); `None` for minimum effort.
     pub goal: Option<Goal>,
-    /// The longest duration of a plan with a goal \[s\].
+    /// Longest duration of a plan with such an objective \[s\].
     pub longest: f64,
-    /// The paths that it begins from for a goal.
+    /// Initial paths for such an objective.
     pub paths: &'a [Candidate],
-    /// Whether what is written is made to land.
+    /// True if the result must land.
     pub lands: bool,
-    /// The ends, where the end is one of a family.
+    /// Family of terminal states, if the end is not fixed.
     pub family: Option<&'a Family>,
 }
 
 impl Ask<'_> {
-    /// What is asked of the same maneuver without limits.
+    /// Returns the request for the maneuver without limits.
     pub fn of_relaxed(&self) -> Self {
         Self {
             shooting: true,
@@ -61,7 +62,8 @@ impl Ask<'_> {
         }
     }
 
-    /// The chain alone, for a goal or the effort, from its own seeds.
+    /// Returns the request for the convex methods alone, for an objective or the effort, with their
+    /// own initial paths.
     pub fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
         let last = ScpOptions::default().within(settings.max_iterations);
         Self {
@@ -80,29 +82,29 @@ impl Ask<'_> {
     }
 }
 
-/// A step of the ladder: a rung, or several that belong together.
+/// A step of the fallback sequence: one strategy, or several that belong together.
 pub(super) trait Climb<const N: usize>: Sync {
-    /// Whether it is climbed, after what is known.
+    /// Returns whether the step applies, given the results so far.
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool;
 
-    /// Adds what it finds to what is known.
+    /// Runs the step and adds its results.
     fn climb(&self, search: &Search<N>, found: &mut Found<N>);
 }
 
-/// All steps, from the first to the last.
+/// All steps of the fallback sequence, in order.
 pub(super) type Ladder<const N: usize> = &'static [&'static dyn Climb<N>];
 
-/// A search: what is asked of which maneuver. Nothing of it changes while the ladder is climbed;
-/// what is found is [`Found`].
+/// A search: a maneuver and a request. It does not change while the strategies run; the results are
+/// in [`Found`].
 pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
     pub context: &'a Context<'c>,
     pub ask: Ask<'a>,
-    /// Turns to try, in order.
+    /// Numbers of turns to try, in order.
     pub turns: Vec<i32>,
-    /// On the requested grid.
+    /// Boundary value problem on the requested grid.
     pub fine: BoundaryValueProblem<'a, N>,
-    /// Where the shooting searches.
+    /// Boundary value problem on the coarse grid, on which shooting searches.
     pub coarse: BoundaryValueProblem<'a, N>,
     ladder: Ladder<N>,
 }
@@ -117,7 +119,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Self { problem, context, ask, turns, fine, coarse, ladder }
     }
 
-    /// Another question to the same ladder, whose answer is part of the way to this one.
+    /// Creates a search with the same strategies for another request, whose result is used by this
+    /// search.
     pub fn of<'b>(&self, problem: &'b Problem, ask: Ask<'b>) -> Search<'b, 'c, N>
     where
         'a: 'b,
@@ -125,7 +128,7 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Search::new(problem, self.context, ask, self.ladder)
     }
 
-    /// Climbs the ladder.
+    /// Runs the strategies in order, and returns the results.
     pub fn climb(&self) -> Found<N> {
         let mut found = Found::default();
         for step in self.ladder {
@@ -140,13 +143,13 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.context.interrupt().is_some()
     }
 
-    /// Whether the shooting looks for extremals without limits.
+    /// Returns whether shooting searches for extremals without limits.
     pub fn is_free(&self) -> bool {
         self.ask.shooting && !self.fine.dynamics.is_limited()
     }
 
-    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that
-    /// is sought.
+    /// Returns the chain of the maneuver on `steps` steps, with its given duration or with a free
+    /// one if the objective requires that.
     pub fn chain(&self, steps: usize) -> Chain {
         match &self.ask.goal {
             None => Chain::new(self.problem, steps),
@@ -154,8 +157,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// The same chain where the duration is the one that is stated: its rows are those of the chain
-    /// that seeks it.
+    /// Returns the chain with the given duration. It has the rows of the chain with a free
+    /// duration.
     pub fn chain_of_given_duration(&self, steps: usize) -> Chain {
         match self.ask.goal.as_ref().and_then(Goal::in_given_duration) {
             None => Chain::new(self.problem, steps),

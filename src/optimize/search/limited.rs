@@ -1,25 +1,26 @@
-//! A plan within limits in continuous time: its cost there, and its arcs.
+//! A plan within limits in continuous time: its cost and its arcs.
 //!
-//! The plan is a discrete optimum on steps of equal length. Its cost is off by `O(h²)`, by an
-//! amount that depends on where the switches lie between the nodes. On a grid that has a node at
+//! The plan is a discrete optimum on a uniform grid. The error of its cost is `O(h²)`, with a
+//! factor that depends on the positions of the switches between the nodes. On a grid with a node at
 //! every event the error has an expansion in even powers of the step, because Lie–Verlet is
-//! symmetric and its chain is variational. So the plan is optimised again on three such grids, each
-//! of three times as many steps as the one before ([`grids`]), and its cost and the times of its
-//! events are extrapolated:
+//! symmetric and its chain is variational. The plan is therefore optimised again on three such
+//! grids, each with three times as many steps as the previous one ([`grids`]). Its cost and the
+//! times of its events are extrapolated (Richardson extrapolation):
 //!
 //! ```text
 //! C(h) = C + a h² + b h⁴ + … ,    C' = C(h/3) + (C(h/3) − C(h))/8 ,    C = C'(h/3) + (C'(h/3) − C'(h))/80
 //! ```
 //!
 //! An event is a time at which an input switches, or at which the motion touches a cone
-//! ([`events`]). The optimum on a grid that has an event nearly at a node tells where it is: that
-//! is a fixed point, which a few rounds reach ([`fixed_point`]). No exchange of arcs is cheaper: an
-//! optimum of the interior point has multipliers of the right sign at every node.
+//! ([`events`]). The optimum on a grid with a node near the event indicates the exact time of the
+//! event. This is a fixed-point iteration, which converges in a few rounds ([`fixed_point`]). No
+//! exchange of arcs is cheaper, because an optimum of the interior-point method has multipliers of
+//! the right sign at every node.
 //!
 //! # What of inputs that are at no limit?
 //!
-//! An input that has more than it needs, as forces have where the turn takes longer, has no events.
-//! The cost does not depend on it.
+//! An input with more authority than necessary, such as forces if the rotation takes longer, has no
+//! events. The cost does not depend on it.
 
 mod events;
 mod fixed_point;
@@ -42,15 +43,16 @@ use grids::{Grids, OnGrid, distance};
 use settings::ON_EVENTS;
 use std::cell::Cell;
 
-/// Most wheels whose torques a torque about all axes determines. More wheels share it in many ways
-/// while a limit of the rates, a cone or a full wheel acts. A thorough search alone looks for arcs
-/// then: time against arcs that are rarely found (`slew plan -v --set solver.search=thorough` on a
-/// spec of `cargo run --release -p evidence -- everyday rate 0 1`).
+/// Most wheels whose torques are determined by a torque about all axes. More wheels can share it in
+/// many ways while a rate limit, a cone or a saturated wheel is active. Only a thorough search
+/// looks for arcs then, because arcs are rarely found and the search takes long
+/// (`slew plan -v --set solver.search=thorough` on a spec of
+/// `cargo run --release -p evidence -- everyday rate 0 1`).
 const AXES: usize = 3;
 
-/// Returns the plan with the arcs that it leads to, and the same plan where they are not found.
+/// Returns the plan with its arcs in continuous time; without arcs if none are found.
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
-    // Up to a longest duration it is the chain that knows whether all of it is used.
+    // With a longest duration, the chain determines whether all of it is used.
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
     let formulation = Formulation::of(&problem.clone().planned_by(context.settings.method));
     let switches = formulation == Formulation::Chain && problem.objective.switches();
@@ -62,19 +64,19 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     plan
 }
 
-/// Returns whether the plans of a maneuver may have arcs that more than limits of the torques
-/// shapes, in notations that plan files have.
+/// Returns whether plans of a maneuver may have arcs that depend on more than torque limits, in a
+/// form that plan files can hold.
 fn may_have_arcs(problem: &Problem) -> bool {
     let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
     let moves = problem.motion == Motion::RigidBody;
-    // Where the norm is limited the direction turns smoothly, and fuel of torques that change at
-    // limited rates is no sum over arcs.
+    // Under a norm limit the direction turns smoothly, and the fuel of torques with rate limits is
+    // not a sum over arcs.
     let within_limits_of_each = |set: &ActuatorSet| {
         let limits = set.limits();
         let ramps = limits.rate.is_some() && problem.objective.fuel().is_some();
         limits.size.is_some() && limits.norm.is_none() && !ramps
     };
-    // A cone that acts at stated times begins and ends to act between nodes.
+    // A cone with stated times becomes active or inactive between nodes.
     let at_all_times = |constraint: &Constraint| match &constraint.rule {
         Rule::Pointing(pointing) => pointing.during.given().is_none(),
         Rule::RateNorm(_) | Rule::RateAxes(_) => true,
@@ -87,7 +89,7 @@ fn may_have_arcs(problem: &Problem) -> bool {
         && problem.shortest_pulse().is_none()
 }
 
-/// Returns the arcs of a plan by the first attempt that finds them, from few steps to many.
+/// Returns the arcs of a plan from the first attempt that finds them, from few steps to many.
 fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let thorough = context.settings.search == Thoroughness::Thorough;
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
@@ -106,7 +108,8 @@ fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Swit
     arcs.next()
 }
 
-/// Returns the arcs of a plan by grids of which the first has so many steps.
+/// Returns the arcs of a plan, extrapolated from grids of which the first has the given number of
+/// steps.
 fn extrapolated_arcs(
     stated: &Problem,
     goal: &Goal,
@@ -118,7 +121,7 @@ fn extrapolated_arcs(
     let coarse = grids.settled(&grids.first(&plan.trajectory)?, None)?;
     let counts = grids.counts(&coarse.events);
     let middle = grids.settled(&coarse, Some((&counts, 3)))?;
-    // Times of events have an expansion in the step as costs have.
+    // Times of events have the same kind of expansion in the step as costs.
     let pairs = coarse.events.iter().zip(&middle.events);
     let ahead = pairs.map(|(a, b)| Event { at: b.at + (b.at - a.at) / 9.0, ..b.clone() }).collect();
     let fine = grids.settled(&middle.with_events(ahead), Some((&counts, 9)))?;
@@ -153,16 +156,17 @@ fn extrapolated_arcs(
     })
 }
 
-/// Returns the limit of what three grids give, each of three times as many steps as the one before,
-/// and its error.
+/// Returns the extrapolated limit of values on three grids, each with three times as many steps as
+/// the previous one, and its error.
 fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
     let [first, second] = [(coarse, middle), (middle, fine)].map(|(a, b)| b + (b - a) / 8.0);
     let limit = second + (second - first) / 80.0;
     (limit, (limit - second).abs())
 }
 
-/// Returns the arcs between events, which are parts of the duration \[s\], and the inputs that are
-/// within their limits on an arc that holds none. There such an input has its mean.
+/// Returns the arcs between events, whose times are fractions of the duration \[s\], and the inputs
+/// that are between their limits on an arc without an active state limit. The value of such an
+/// input is its mean on the arc.
 fn told(
     grids: &Grids,
     on: [&OnGrid; 3],
@@ -218,8 +222,8 @@ fn told(
     Some((arcs, inputs.filter(|input| singular[*input]).collect()))
 }
 
-/// Returns the limits of the rates of all inputs \[N·m/s or N/s\], zero where there is none;
-/// `forces` of them come first.
+/// Returns the rate limits of all inputs \[N·m/s or N/s\], zero if an input has none. The first
+/// `forces` inputs are forces.
 fn rates(problem: &Problem, forces: usize, inputs: usize) -> Vec<f64> {
     let mut rates = vec![0.0; inputs];
     for limit in problem.actuation.limits().filter(|limit| limit.kind == LimitKind::Rate) {

@@ -1,21 +1,22 @@
-//! What a solve will hold in memory, told before it begins.
+//! Estimate of the memory of a solve, before it begins.
 //!
-//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much
-//! again. The interior point also holds its workspace, in proportion to the square of the unknowns
-//! of a stage. SCP holds its cone program with the factors.
+//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses need as
+//! much again. The interior-point method also holds its workspace, which is proportional to the
+//! square of the number of unknowns of a stage. SCP holds its cone program with the factors.
 //!
 //! # How does a plan know what memory it takes?
 //!
-//! Of the interior point by counting what its parts allocate for a step, of all else by a measured
-//! rule: so many bytes a step, for each unknown and each row of a limit. `slew check` tells two
-//! figures where the shooting may be followed by the interior point. A plan of which even the
-//! smaller does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused
-//! with 6 and the steps that would fit; one of which the larger does not is warned of.
-//! `cargo run --release -p evidence -- memory` holds both against what plans take. An allocation
-//! that fails all the same ends with 6 as well: the standard library aborts, and the handler of
-//! that signal ends with our code. That the words are the library's ("memory allocation of … bytes
-//! failed") is the price of having no unsafe code; where a system promises more than it has, its
-//! killer comes first, which is what the estimate is for.
+//! For the interior-point method, by counting what its parts allocate for a step; for all else, by
+//! a measured rule: a number of bytes per step, for each unknown and each row of a limit.
+//! `slew check` reports two figures if the interior-point method may follow shooting. If even the
+//! smaller figure exceeds the available memory (free memory, its group, `ulimit -v`), the plan is
+//! refused with exit code 6 and the number of steps that would fit; if only the larger one does, a
+//! warning is printed. `cargo run --release -p evidence -- memory` compares both with measurements
+//! of plans. An allocation that nevertheless fails also ends with exit code 6: the standard library
+//! aborts, and the handler of that signal exits with this code. The words of the message are the
+//! library's ("memory allocation of … bytes failed"), because there is no unsafe code. Where a
+//! system promises more memory than it has, its out-of-memory killer acts first; the estimate
+//! serves for this case.
 
 use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::{Formulation, Problem};
@@ -25,40 +26,44 @@ use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::chain::rows::LimitRow;
 use crate::optimize::discrete::control_law;
 
-/// The program itself, its threads and small grids \[bytes\].
+/// Memory of the program itself, its threads and small grids \[bytes\].
 const BASE: f64 = 12e6;
-/// The same of a search on the chain, with its coarse grids.
+/// Memory of the program for a search by the interior-point method or SCP, with coarse grids
+/// \[bytes\].
 const CHAIN_BASE: f64 = 17e6;
-/// Of each step, by what moves.
+/// Memory of a plan per step, for attitude alone \[bytes\].
 const NODE: f64 = 200.0;
+/// Memory of a plan per step, for attitude and position \[bytes\].
 const NODE_WITH_POSITION: f64 = 650.0;
-/// Of each step in the cone program and its factors: for each unknown of a stage, and for each row
-/// of a limit.
+/// Memory of the cone program and its factors per step \[bytes\]: for each unknown of a stage, and
+/// for each row of a limit.
 const CONVEX: [f64; 2] = [2500.0, 1500.0];
 
-/// A number \[bytes\].
+/// Memory of a floating-point number \[bytes\].
 const NUMBER: f64 = 8.0;
-/// Numbers that the interior point holds for each unknown of a stage and for each row: points,
-/// multipliers, residuals, slacks, steps, and the best of each.
+/// Numbers that the interior-point method holds for each unknown of a stage: points, multipliers,
+/// residuals, steps, and the best of each.
 const OF_UNKNOWN: f64 = 18.0;
+/// Numbers that the interior-point method holds for each row: multipliers, residuals, slacks,
+/// steps, and the best of each.
 const OF_ROW: f64 = 28.0;
-/// Numbers of a stage, and of each row, that the plan holds, and what it lands from.
+/// Numbers that the plan and its landing hold, for each stage and for each row.
 const OF_PLAN: [f64; 2] = [360.0, 20.0];
-/// Numbers of a stage that do not go with its size: the attitude, three times, and what a step
-/// allocates.
+/// Numbers of a stage that do not depend on its size: the attitude, three times, and the
+/// allocations of a step.
 const OF_STAGE: f64 = 80.0;
 
-/// Peak memory of a plan \[bytes\].
+/// Estimated peak memory of a plan \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeakMemory {
-    /// What it takes as a rule.
+    /// Memory that a plan usually takes.
     pub likely: f64,
-    /// What it may take, where the shooting does not find the plan alone.
+    /// Memory that a plan may take if shooting alone does not find it.
     pub most: f64,
 }
 
 impl PeakMemory {
-    /// Of a plan with its verification.
+    /// Returns the estimate for a plan with its verification.
     pub fn of(problem: &Problem, settings: &Settings) -> Self {
         let steps = problem.steps as f64;
         let moves = problem.motion == Motion::RigidBody;
@@ -82,8 +87,8 @@ impl PeakMemory {
         Self { likely: if shooting { plain } else { chain }, most: chain }
     }
 
-    /// Steps of a maneuver that likely fit into `room` \[bytes\], in two digits; `None` where not
-    /// even a few do.
+    /// Returns the number of steps of a maneuver that likely fit into `room` \[bytes\], in two
+    /// digits; `None` if fewer than the minimum number fit.
     pub fn steps_within(problem: &Problem, settings: &Settings, room: f64) -> Option<usize> {
         let base = Self::of(&Problem { steps: 0, ..problem.clone() }, settings).likely;
         let per_step = (Self::of(problem, settings).likely - base) / problem.steps as f64;
@@ -96,9 +101,9 @@ impl PeakMemory {
     }
 }
 
-/// What the interior point allocates for a step \[bytes\]: the plan, the chain with its rows, and
-/// the workspace. Where time or fuel is the cost, the optimum on half of the steps is found beside
-/// the plan.
+/// Returns the memory that the interior-point method allocates for a step \[bytes\]: the plan, the
+/// chain with its rows, and the workspace. For minimum time or fuel the optimum on half of the
+/// steps is also computed.
 fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (inputs, given) = (problem.actuation.count() as f64, state(problem));
     let changes = problem.actuation.limits().any(|limit| limit.kind == LimitKind::Rate);
@@ -108,9 +113,10 @@ fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (z, ends) = (n + m, if problem.motion == Motion::RigidBody { 12.0 } else { 8.0 });
     let (limits, constraints) = (limits(problem), constraints(problem));
     let rows = limits + constraints;
-    // Two Hessians and a step; P, W and U; vectors.
+    // Memory for two Hessians and a step, for the matrices P, W and U, and for vectors.
     let solver = NUMBER * (2.0 * z * z + n * z + (n + m) * (n + ends) + m * m + OF_UNKNOWN * z + OF_STAGE)
-        // Slopes with their places: a limit depends on few unknowns, a constraint on all.
+        // Derivatives of rows with their indices: a limit depends on few unknowns, a constraint on
+        // all.
         + NUMBER * OF_ROW * rows + (NUMBER + 2.0) * (3.0 * limits + z * constraints);
     let [of_stage, of_row] = OF_PLAN;
     let plan = NUMBER * (given + 3.0 * inputs + OF_STAGE + of_stage + of_row * rows);
@@ -118,24 +124,24 @@ fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     plan + size_of::<LimitRow>() as f64 * rows + solvers
 }
 
-/// Numbers of a state in a given duration.
+/// Returns the number of values of a state for a given duration.
 fn state(problem: &Problem) -> f64 {
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
     if problem.motion == Motion::RigidBody { 12.0 } else { 6.0 + wheels as f64 }
 }
 
-/// Rows of the limits of actuators at one step.
+/// Returns the number of rows of the actuator limits at one step.
 fn limits(problem: &Problem) -> f64 {
     let of_limits = problem.actuation.limits().map(|limit| match limit.kind {
         LimitKind::Norm => 1,
         _ => 2 * limit.bounds.iter().filter(|bound| bound.is_finite()).count(),
     });
-    // What burns is not less than nothing, to each side.
+    // Fuel-burning inputs have a lower bound of zero in each direction.
     let of_fuel = burning(problem).map(|set| set.count() + lanes(set));
     of_limits.chain(of_fuel).sum::<usize>() as f64
 }
 
-/// Rows of the constraints of one step, at the node and on the arc.
+/// Returns the number of rows of the constraints of one step, at the node and on the arc.
 fn constraints(problem: &Problem) -> f64 {
     let of_constraints = problem.constraints.iter().map(|constraint| match &constraint.rule {
         Rule::RateNorm(_) => 2,
@@ -145,15 +151,15 @@ fn constraints(problem: &Problem) -> f64 {
     of_constraints.sum::<usize>() as f64
 }
 
-/// The sets whose fuel is counted.
+/// Returns the actuator sets whose fuel is counted.
 fn burning(problem: &Problem) -> impl Iterator<Item = &ActuatorSet> {
     let torque = Some(&problem.actuation.torque).filter(|_| problem.actuation.thrusters.is_none());
     let burning = [torque, problem.actuation.force.as_ref()];
     burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some())
 }
 
-/// Inputs that the interior point adds to a set whose fuel is counted: its norm, or the other side
-/// of each.
+/// Returns the number of inputs that the interior-point method adds to a set whose fuel is counted:
+/// its norm, or the opposite direction of each input.
 fn lanes(set: &ActuatorSet) -> usize {
     if Fuel::is_of_norm(set) {
         1
@@ -185,8 +191,8 @@ mod tests {
         assert_eq!(PeakMemory::steps_within(&problem, &settings, BASE), None);
     }
 
-    /// Peak resident memory of the program on Linux, as the growth from 2,000 to 6,000 steps of the
-    /// plans of `problems/` that are named, each over the steps between.
+    /// Measured: peak resident memory of the program on Linux, as the growth from 2,000 to 6,000
+    /// steps of the named plans of `problems/`, divided by the number of added steps.
     #[test]
     fn the_interior_point_is_said_to_take_what_it_takes() {
         let plain = || attitude_only(moving_ends(&mut Random(1), AxisFrame::Body));
@@ -225,7 +231,7 @@ mod tests {
             let said = (to.likely - from.likely) / 4_000.0;
             assert!((1.0..1.5).contains(&(said / measured)), "{name}: {said:.0} of {measured:.0}");
         }
-        // A cone program takes several times as much: the same from 500 to 2,000 steps.
+        // A cone program takes several times as much; measured from 500 to 2,000 steps.
         let settings = Settings { method: Method::Scp, ..Settings::default() };
         for (problem, measured) in [(ruled(Rule::RateNorm(1.0)), 23_342.0), (wheeled(4), 55_342.0)] {
             let of = |steps: usize| PeakMemory::of(&problem.clone().with_steps(steps), &settings).most;

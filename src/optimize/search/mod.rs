@@ -1,4 +1,5 @@
-//! The search: every sense and winding, each up the ladder, what it finds compared.
+//! The search: for every homotopy class and winding the strategies run in order, and their results
+//! are compared.
 
 mod asked;
 mod context;
@@ -43,75 +44,76 @@ use std::time::Instant;
 use strategies::shots::shoot_fine;
 use thiserror::Error;
 
-/// Why a plan was not attempted.
+/// Reason why a plan was not attempted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
-    /// The maneuver cannot be planned as it stands.
+    /// The maneuver is invalid.
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// A setting is out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The shooting cannot take what limits the maneuver.
+    /// Shooting does not support a limit of the maneuver.
     #[error("the shooting cannot plan this maneuver: {reason}; use method = \"interior_point\" or \"auto\"")]
     NotForShooting {
-        /// What it cannot take.
+        /// The limit or constraint that shooting does not support.
         reason: Obstacle,
     },
-    /// SCP minimises the effort alone, in a given duration.
+    /// SCP supports only minimum effort for a given duration.
     #[error(
         "SCP plans least effort in a given duration only; leave `method` out or use method = \"interior_point\""
     )]
     NotForScp,
-    /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
+    /// A setting does not apply to a maneuver with switching inputs or free duration.
     #[error("this maneuver does not go with the settings: {0}")]
     Unsuited(Misfit),
-    /// A grid beyond the memory of SCP.
+    /// The grid has more steps than SCP or the interior-point method can hold in memory.
     #[error(
         "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
     )]
     TooManySteps {
-        /// Steps of the maneuver.
+        /// Number of steps of the maneuver.
         steps: usize,
     },
     /// A guess has the wrong number of costates, or one that is not finite.
     #[error("the guess has {found} usable costates, the problem needs {needed}")]
     Guess {
-        /// Finite costates found.
+        /// Number of finite costates in the guess.
         found: usize,
-        /// Costates needed.
+        /// Number of costates that the problem needs.
         needed: usize,
     },
-    /// A guess has a path that is none.
+    /// The path of a guess is invalid.
     #[error(
         "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or none"
     )]
     GuessPath,
 }
 
-/// What is asked of a maneuver that it does not go with.
+/// A request that does not apply to the maneuver.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Misfit {
-    /// A guess, where none is used.
+    /// A guess for a maneuver that does not use one.
     #[error("it takes no guess: leave it out")]
     Guess,
-    /// Costates to polish, where effort in a given duration is not what is minimised.
+    /// Costates to polish, for a maneuver that is not minimum-effort with a given duration.
     #[error("only a maneuver of least effort in a given duration has costates to polish")]
     Polish,
-    /// One method by itself, of a maneuver with sets of cones that hold in turns.
+    /// A single method without the search, for a maneuver with alternative sets of cones: only the
+    /// search determines which set holds when.
     #[error("which set of cones holds when is what a plan finds: no method has it by itself")]
     Turns,
-    /// A comparison of the ways to plan inputs that switch.
+    /// A comparison of the methods for switching inputs, for a maneuver without such inputs.
     #[error("ways are compared on maneuvers whose inputs switch")]
     Ways,
-    /// A comparison of shooting and SCP.
+    /// A comparison of shooting and SCP, for a maneuver that is not minimum-effort.
     #[error("methods are compared on maneuvers of least effort")]
     Methods,
 }
 
-/// Most steps of a plan on the chain: its methods hold all of them at once, in some gigabytes of
-/// memory.
+/// Most steps of a plan by the interior-point method or SCP, which hold all steps in memory at once
+/// (some gigabytes).
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {
@@ -127,10 +129,10 @@ fn check_costates(problem: &Problem, costates: &[f64]) -> Result<(), PlanError> 
     if usable { Ok(()) } else { Err(PlanError::Guess { found, needed }) }
 }
 
-/// Checks that costates and path of a guess are of use.
+/// Checks that the costates and the path of a guess are usable.
 fn check_guess(problem: &Problem, guess: Option<&Guess>) -> Result<(), PlanError> {
     let Some(guess) = guess else { return Ok(()) };
-    // A path alone is a guess too.
+    // A guess may be a path without costates.
     if !guess.costates.is_empty() || guess.quaternion.is_empty() {
         check_costates(problem, &guess.costates)?;
     }
@@ -142,14 +144,14 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Whether nothing is to be begun from but the plan of a search that is done.
+/// Reports an error if there is a guess other than the plan of a finished search.
 fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
     let given = guess.filter(|guess| !guess.is_known());
     given.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
-/// Checks that settings and guess are such that least time or fuel, or a duration, can be sought on
-/// the chain.
+/// Checks that settings and guess are compatible with minimum time, minimum fuel or a free duration
+/// on a uniform grid.
 fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     match settings.method {
         Method::Shooting => return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps }),
@@ -160,7 +162,7 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
     check_for_scp(problem)
 }
 
-/// Whether the effort is what is minimised, in a given duration.
+/// Reports an error unless the maneuver is minimum-effort with a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
     if !problem.alternatives.is_empty() {
         return Err(PlanError::Unsuited(Misfit::Turns));
@@ -172,20 +174,21 @@ fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
     Ok(())
 }
 
-/// Whether the shooting can take what limits a maneuver.
+/// Reports an error if shooting does not support a limit of the maneuver.
 fn check_for_shooting(problem: &Problem) -> Result<(), PlanError> {
     control_law::obstacle(problem).map_or(Ok(()), |reason| Err(PlanError::NotForShooting { reason }))
 }
 
-/// Polishes a costate guess, as [`Solution::costates_0`] gives it (SI units; `λ_0` for Lie–Euler,
-/// `λ_{−1}` for Lie–Verlet), by the shooting's Newton alone, without the ladder: what the duals of
-/// another method need.
+/// Polishes a costate guess, as given by [`Solution::costates_0`] (SI units; `λ_0` for Lie–Euler,
+/// `λ_{−1}` for Lie–Verlet), by Newton shooting alone, without the other strategies. It serves for
+/// the dual variables of another method.
 ///
-/// Limits of the inputs act through the saturated control law, so that a guess within Newton's
-/// reach is brought to the tolerance in a step or two.
+/// Limits of the inputs are included in the saturated control law, so that a guess within Newton's
+/// region of convergence reaches the tolerance in one or two steps.
 ///
 /// # Errors
-/// [`PlanError`] when problem, settings or guess cannot be used. A Newton that stops is no error.
+/// [`PlanError`] if the problem, the settings or the guess cannot be used. A Newton iteration that
+/// does not converge is reported in the solution, not as an error.
 pub fn polish(
     problem: &Problem,
     settings: &Settings,
@@ -205,12 +208,13 @@ pub fn polish(
     })
 }
 
-/// Polishes `λ_{−1}`, SI units, by Newton alone in `most` steps, without the ladder: what is near
-/// an extremal already. The plan is recorded and tested, made to land where `settings` ask for it,
-/// and held to the way round that `problem` asks for.
+/// Polishes `λ_{−1}` (SI units) near an extremal by Newton alone, in at most `most` steps. The plan
+/// is recorded and tested. It lands if `settings` require it, and it must be in the homotopy class
+/// that `problem` requests.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used. A Newton that stops is no error.
+/// [`PlanError`] if the problem or the settings cannot be used. A Newton iteration that does not
+/// converge is reported in the solution, not as an error.
 pub(crate) fn warm(
     problem: &Problem,
     settings: &Settings,
@@ -235,22 +239,23 @@ pub(crate) fn warm(
     Ok(with_true_motion(problem, &settings, Solution { ladder, ..solution }))
 }
 
-/// Solves a maneuver. The solution says how the solve ended; it is not yet verified.
+/// Solves a maneuver. The solution states how the solve ended; it is not yet verified.
 ///
-/// The shooting takes limits of the size of the inputs, or of the norm of what they give, through
-/// the saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies;
-/// where it finds nothing the interior point does, whose costates then start the shooting once
-/// more. Everything else (constraints on pointing or rates, limits of how fast inputs change,
-/// reaction wheels) takes the interior point.
+/// Shooting includes limits on the size of the inputs, or on the norm of the torque, in the
+/// saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies. If
+/// it finds no plan, the interior-point method is used, and its costates then start shooting once
+/// more. All other limits (constraints on pointing or rates, limits on the rate of change of
+/// inputs, reaction wheels) require the interior-point method.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by the interior point.
+/// `guess` is tried first: its costates by shooting, its path by the interior-point method.
 ///
-/// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none
-/// were given ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in
-/// [`Solution::chosen`].
+/// A plan that must land takes more steps than [`Problem::steps`] if it needs them and none were
+/// given ([`Problem::with_steps`]). [`Solution::steps`] states their number, and
+/// [`Solution::chosen`] the reason.
 ///
 /// # Errors
-/// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
+/// [`PlanError`] if the problem, the settings or the guess cannot be used. A solver that does not
+/// converge is reported in the solution, not as an error.
 pub fn solve(
     problem: &Problem,
     settings: &Settings,
@@ -264,7 +269,7 @@ pub fn solve(
     Ok(limited::with_arcs(problem, &Context::new(&settings, observer), found))
 }
 
-/// Solves a maneuver, and leaves what it is in continuous time for its best plan.
+/// Solves a maneuver without the extrapolation of its arcs to continuous time.
 pub(crate) fn without_arcs(
     problem: &Problem,
     settings: &Settings,
@@ -290,10 +295,10 @@ pub(crate) fn without_arcs(
     solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, settings, found))
 }
 
-/// A plan that lands, with the true motion at its nodes on record, which is what flies.
+/// Replaces the trajectory of a plan that lands by its true motion at the nodes.
 fn with_true_motion(problem: &Problem, settings: &Settings, mut found: Solution) -> Solution {
     if settings.target == Target::Discrete {
-        // Its discrete motion is at the end that it met.
+        // A plan for the discrete target ends where its discrete motion does.
         (found.trajectory.target, found.landing) = (None, None);
     }
     if found.trajectory.target.is_some() {
@@ -307,14 +312,14 @@ fn with_true_motion(problem: &Problem, settings: &Settings, mut found: Solution)
                 found.turned_deg = rates.map(turned).sum::<f64>().to_degrees();
                 found.trajectory = flown;
             }
-            // A motion that cannot be followed lands nowhere.
+            // If the true motion cannot be computed, the plan does not land.
             None => found.trajectory.target = None,
         }
     }
     found
 }
 
-/// Solves a maneuver on its own number of steps.
+/// Solves a maneuver on the number of steps of `problem`.
 fn solve_on(
     problem: &Problem,
     settings: &Settings,
@@ -349,15 +354,15 @@ fn solve_on(
     }
 }
 
-/// Most steps on which equal steps are tried unasked: ten thousand take the interior point seconds,
-/// and memory that is told of no plan of arcs (`cargo run --release -p evidence -- best_known
-/// fuel_price_rod 1000`).
+/// Most steps with which a uniform grid is tried without a request: ten thousand steps take the
+/// interior-point method seconds, and memory that the estimate for a plan of arcs does not include
+/// (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
 const MOST_EQUAL_STEPS: usize = 10_000;
 
-/// The plan of arcs, or that of the interior point on equal steps if it is cheaper. This is tried
-/// where there are no arcs, where they are dearer than their certificate and the grid account for,
-/// and where the body spins at an end: where inputs are singular no arcs that the grid can hold may
-/// be near, and a first path may lead nowhere.
+/// Returns the plan of arcs, or the plan of the interior-point method on a uniform grid if that is
+/// cheaper. The second is tried in three cases: no arcs were found, their cost exceeds the part
+/// that their certificate and the grid explain, or the body spins at an end. For singular inputs no
+/// arcs that fit the grid may be near, and an initial path may fail.
 fn or_on_equal_steps(
     problem: &Problem,
     context: &Context,
@@ -365,14 +370,14 @@ fn or_on_equal_steps(
     guess: Option<&Guess>,
 ) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
-    // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest
-    // extremal takes there is none.
+    // Arcs that miss the end only by round-off are the plan, and no plan is faster than the
+    // quickest extremal.
     let settled =
         if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
-    // Where the motion without inputs turns the body by more than half a turn, there are ways round
-    // that smoothed extremals rarely find.
+    // If the motion without inputs turns the body by more than half a turn, smoothed extremals
+    // rarely find all homotopy classes.
     let fastest =
         [&problem.start, &problem.end].map(|end| end.angular_velocity.norm()).into_iter().fold(0.0, f64::max);
     let spins = fastest * found.trajectory.time.last().copied().unwrap_or(0.0) > PI;
@@ -384,10 +389,10 @@ fn or_on_equal_steps(
     let equal = problem.clone().planned_by(Method::InteriorPoint);
     let known = guess.and_then(Guess::motion).and_then(|motion| known::along(&equal, context, &motion));
     let other = known.unwrap_or_else(|| cheapest::solve(&equal, context, &found.trajectory));
-    // What was stopped is told as such, with its best iterate.
+    // A stopped solve is reported as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
-    // Arcs are dearer on their grid than in continuous time: what is another plan is cheaper by
-    // more.
+    // Arcs cost more on their grid than in continuous time; another plan must be cheaper by more
+    // than this difference.
     let least = if settled { found.cost * (1.0 - switching::OF_THE_GRID) } else { found.cost };
     let better = stopped || converged(&other) && !(converged(&found) && least <= other.cost);
     let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
@@ -395,8 +400,8 @@ fn or_on_equal_steps(
     chosen
 }
 
-/// Solves a maneuver of least effort in a known duration, by shooting, by the interior point, or by
-/// SCP where it is requested.
+/// Solves a minimum-effort maneuver with a given duration, by shooting, by the interior-point
+/// method, or by SCP if requested.
 fn in_given_duration(
     problem: &Problem,
     settings: &Settings,
@@ -414,7 +419,7 @@ fn in_given_duration(
         fits.clone()?;
     }
     let convex = settings.method != Method::Shooting && fits.is_ok();
-    // From here on the clock runs.
+    // The time limit counts from here.
     let context = Context::new(settings, observer);
     Ok(searched(
         problem,
@@ -423,10 +428,10 @@ fn in_given_duration(
     ))
 }
 
-/// Solves a maneuver whose inputs switch by the smoothed law alone: no switching times.
+/// Solves a maneuver with switching inputs by the smoothed law alone, without switching times.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used.
+/// [`PlanError`] if the problem or the settings cannot be used.
 #[doc(hidden)]
 pub fn solve_smoothed(
     problem: &Problem,
@@ -437,15 +442,15 @@ pub fn solve_smoothed(
     Ok(switching::solve_smoothed(problem, &Context::new(settings, observer)))
 }
 
-/// Solves a maneuver by SCP, limited or not, from its own seeds or along a trajectory on the
-/// same grid.
+/// Solves a maneuver by SCP, with or without limits, from its own initial paths or from a
+/// trajectory on the same grid.
 ///
-/// Without `polish` the iteration on the requested grid goes on to its own convergence, and Newton
-/// does not touch what it returns: the costates are the duals of the last subproblem, and
-/// [`Solution::optimality`] has the residual of all the conditions.
+/// Without `polish` the iteration on the requested grid continues to its own convergence, and
+/// Newton does not change its result. The costates are the dual variables of the last subproblem,
+/// and [`Solution::optimality`] holds the residual of all conditions.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used.
+/// [`PlanError`] if the problem or the settings cannot be used.
 #[doc(hidden)]
 pub fn solve_convex(
     problem: &Problem,

@@ -1,36 +1,37 @@
-//! Extremals of the coarse grid, and what was lost on the way from there.
+//! Extremals on the coarse grid, and paths that were lost on the transfer to the requested grid.
 
 use crate::numerics::factor::effective;
 use crate::optimize::methods::method::Attempt;
 use nalgebra::SVector;
 
-/// Two extremals whose costates differ by less, relative, are one.
+/// Relative difference of costates below which two extremals are the same.
 pub(super) const SAME: f64 = 1e-6;
 
-/// What the rungs without limits know of the coarse grid.
+/// Coarse-grid results of the strategies without limits.
 #[derive(Default)]
 pub(super) struct Pool<const N: usize> {
-    /// Extremals that wait for the requested grid.
+    /// Extremals to be transferred to the requested grid.
     waiting: Vec<Attempt>,
-    /// Costates of all that were met.
+    /// Costates of all extremals found.
     met: Vec<SVector<f64, N>>,
-    /// Starts that have led to an extremal, new or known.
+    /// Starts that led to an extremal, new or known.
     arrived: Vec<String>,
-    /// Minima, or extremals as paths, that no extremal of the requested grid was found near.
+    /// Paths of minima or extremals near which no extremal of the requested grid was found.
     lost: Vec<Attempt>,
-    /// Extremals that are too dear for the requested grid.
+    /// Extremals that cost too much to be transferred to the requested grid.
     pub rivals: Vec<Attempt>,
-    /// Whether descents have been tried.
+    /// True if descents have been tried.
     pub descended: bool,
 }
 
 impl<const N: usize> Pool<N> {
-    /// Adds an extremal, once.
+    /// Adds an extremal, unless it is a duplicate.
     pub fn add(&mut self, extremal: Attempt) {
         let coarse = &extremal.candidate;
         self.arrived.push(coarse.provenance.start.clone());
         let costate = coarse.costate::<N>();
-        // Under a symmetry costates of one extremal differ by what has no effect: leave that out.
+        // With a symmetry, the costates of one extremal may differ by a part that has no effect; it
+        // is omitted.
         let effective = coarse.sensitivity().map_or(costate, |psi| effective(&psi, &costate));
         let scale = effective.amax().max(1.0);
         if !self.met.iter().any(|met| (met - effective).amax() < SAME * scale) {
@@ -39,27 +40,27 @@ impl<const N: usize> Pool<N> {
         }
     }
 
-    /// Adds a path that no extremal of the requested grid was found near.
+    /// Adds a path near which no extremal of the requested grid was found.
     pub fn lose(&mut self, path: Attempt) {
         self.lost.push(path);
     }
 
-    /// Extremals that wait for the requested grid.
+    /// Returns the extremals to be transferred to the requested grid.
     pub fn waiting(&self) -> &[Attempt] {
         &self.waiting
     }
 
-    /// Whether a start has led to an extremal.
+    /// Returns whether a start led to an extremal.
     pub fn has_arrived(&self, start: &str) -> bool {
         self.arrived.iter().any(|arrived| arrived == start)
     }
 
-    /// Hands over what waits for the requested grid.
+    /// Removes and returns the extremals to be transferred to the requested grid.
     pub fn take_waiting(&mut self) -> Vec<Attempt> {
         std::mem::take(&mut self.waiting)
     }
 
-    /// Hands over what was lost.
+    /// Removes and returns the lost paths.
     pub fn take_lost(&mut self) -> Vec<Attempt> {
         std::mem::take(&mut self.lost)
     }

@@ -1,45 +1,48 @@
-//! Every number of the search on equal steps that neither the maneuver nor the theory gives.
+//! Tuning constants of the search on a uniform grid, which neither the maneuver nor the theory
+//! determines.
 
-/// Settings of the search on equal steps: how many paths it begins from, and which plans it takes
-/// for one.
+/// Settings of the search on a uniform grid: the number of initial paths, and the differences below
+/// which plans are equal.
 #[derive(Clone, Debug)]
 pub struct SearchTuning {
-    /// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is
-    /// that of the straight one, and one that is bent more crosses more cones (`cargo bench -p
-    /// benches --bench everyday`).
+    /// Displacement of a bent initial path to either side \[rad\]. A smaller one leads to the
+    /// optimum of the straight path; a larger one crosses more cones
+    /// (`cargo bench -p benches --bench everyday`).
     pub bend: f64,
-    /// A turn by more than this may be longer than the other way round \[rad\]: a smaller one takes
+    /// Angle beyond which a turn may be longer than the long way \[rad\]. A smaller value takes
     /// more starts (`evidence -- guard --part best_known`).
     pub nearly_half: f64,
-    /// Durations in which a body that moves at an end begins, as parts of the stated one, where the
-    /// duration is sought: more of them find quicker plans with fewer turns, and take longer
+    /// Initial durations for a free duration and a body that moves at an end, as fractions of the
+    /// stated one. More values find quicker plans with fewer turns, and take longer
     /// (`evidence -- ends --only spins`).
     pub durations: [f64; 4],
-    /// Duration of a motion that is nearly a plan, as a multiple of its own, with which a search of
-    /// the duration begins: a larger one leaves more room within the limits, and turns a body that
-    /// spins farther.
+    /// Initial duration of a search for the duration, as a multiple of the duration of a nearly
+    /// feasible motion. A larger one leaves more margin to the limits, and turns a spinning body
+    /// farther.
     pub slowed: f64,
-    /// Angle by which a body turns by itself in a maneuver \[rad\] from which turns more and less
-    /// are paths too: a smaller one takes more starts (`evidence -- ends --only "matched rates"`).
+    /// Angle of the uncontrolled motion \[rad\] from which initial paths with more and fewer turns
+    /// are also used. A smaller value takes more starts
+    /// (`evidence -- ends --only "matched rates"`).
     pub carried_on: f64,
-    /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the
-    /// requested grid: a larger one takes more solves there (`cargo bench -p benches --bench
-    /// everyday`).
+    /// Relative difference of the coarse costs of two plans below which both are refined on the
+    /// requested grid. A larger value takes more solves there
+    /// (`cargo bench -p benches --bench everyday`).
     pub close: f64,
-    /// How many are carried at most: time against optima whose order changes with the grid
-    /// (`evidence -- guard --part best_known`).
+    /// Most plans that are refined: more take longer, but find optima whose order changes with the
+    /// grid (`evidence -- guard --part best_known`).
     pub carried: usize,
-    /// By how much coarse costs of one optimum differ, relative: a larger one loses optima that
-    /// cost about the same (`cargo bench -p benches --bench everyday`).
+    /// Relative difference of coarse costs below which two plans are the same optimum. A larger
+    /// value loses optima of nearly equal cost (`cargo bench -p benches --bench everyday`).
     pub one: f64,
-    /// A violation on the coarse grid that spares the fine solve of the maneuver without limits: a
-    /// smaller one loses its proof that nothing is cheaper (`evidence -- guard --part problems`).
+    /// Violation on the coarse grid above which the maneuver without limits is not solved on the
+    /// fine grid. A smaller value loses the proof that nothing is cheaper
+    /// (`evidence -- guard --part problems`).
     pub clear_violation: f64,
-    /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of
-    /// this body (`evidence -- guard --part problems`).
+    /// Largest scaled terminal error of the true motion of a plan. A plan with a larger error is
+    /// rejected (`evidence -- guard --part problems`).
     pub far: f64,
-    /// First stride from the roll of the chain \[rad\], of second order in the step: a larger one
-    /// takes more plans (`evidence -- rolls`).
+    /// First change of the roll from the result of the chain \[rad\], of second order in the step.
+    /// A larger one takes more plans (`evidence -- rolls`).
     pub stride: f64,
 }
 

@@ -1,5 +1,5 @@
-//! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of
-//! the plan.
+//! Minimum time and minimum fuel: the search for the best extremal, and the discrete optimum on the
+//! grid of the plan.
 
 pub(super) mod followed;
 mod pulses;
@@ -36,41 +36,41 @@ use crate::optimize::search::way::Follower;
 use crate::{Vector3, lie};
 use record::{Planned, untold};
 
-/// Attitudes this near, and rates in the unit of time, are the same.
+/// Distance below which two attitudes, or two rates in the unit of time, are equal.
 const SAME: f64 = 1e-14;
 
-/// Costs that differ by this part are those of two extremals.
+/// Relative difference of costs above which two extremals are different.
 const DISTINCT: f64 = 1e-6;
 
-/// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what
-/// `O(h²)` is on some ten steps an arc.
+/// Relative amount by which a plan of arcs on the grid usually costs more than its extremal at
+/// most: the `O(h²)` term on some ten steps per arc.
 pub(super) const OF_THE_GRID: f64 = 1e-3;
 
-/// Multiples of the shortest duration that are tried for one of least fuel.
+/// Multiples of the shortest duration that are tried as a duration of a minimum-fuel plan.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
 
-/// Arcs shorter than this part of the duration are none.
+/// Length, as a fraction of the duration, below which an arc is omitted.
 const NO_ARC: f64 = 1e-10;
 
-/// Solves a maneuver of minimum time or fuel. It must have been checked.
+/// Solves a minimum-time or minimum-fuel maneuver, which must have been checked.
 ///
-/// Up to a longest duration the plan takes all of the time or, where a second has a price or the
-/// body moves at an end, the duration at which the Hamiltonian vanishes.
+/// With a longest duration, the plan takes all of it or, if time has a price or the body moves at
+/// an end, the duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, true)
 }
 
-/// The same as a path to begin from, which need not land.
+/// Solves for a plan that serves as an initial path and need not land.
 pub(super) fn solve_discrete(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, false)
 }
 
-/// The same by the smoothed law alone, to compare.
+/// Solves by the smoothed law alone, for comparison.
 pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, false, false)
 }
 
-/// With arcs at the limits, or without.
+/// Solves with bang-bang arcs or without, for a plan that lands or need not.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
     let once = |problem: &Problem| {
         let found = Extremals::of(problem, context, arcs)
@@ -84,9 +84,9 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> So
     }
 }
 
-/// Least effort or fuel up to a longest duration: all of it or, where a second has a price or the
-/// body cannot wait, the duration sought, whichever is cheaper. `once` solves for a given duration,
-/// or for one that is sought.
+/// Solves a minimum-effort or minimum-fuel maneuver with a longest duration. The plan takes all of
+/// it or, if time has a price or the body cannot wait, the optimal duration, whichever is cheaper.
+/// `once` solves for a given or a free duration.
 pub(super) fn up_to(
     longest: f64,
     problem: &Problem,
@@ -104,26 +104,27 @@ pub(super) fn up_to(
     let sought = once(&sought);
     let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
     let stopped = matches!(sought.outcome, Outcome::Interrupted | Outcome::TimeLimit);
-    // The grid's own duration too: it is off the continuous one by the square of the step.
+    // Also the duration on the grid, which differs from the continuous one by the square of the
+    // step.
     let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
     let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
     let chosen = if cheaper || stopped && !is_plan(&all) { sought } else { all };
     Solution { solve_time: context.began.elapsed().as_secs_f64(), ..chosen }
 }
 
-/// What a maneuver without its constraints comes to.
+/// Plans of a maneuver without its constraints.
 pub(super) struct Unconstrained {
     /// The cheapest plan, which need not land.
     pub cheapest: Solution,
-    /// The cheapest that keeps the constraints too, made to land where that is asked for.
+    /// The cheapest plan that satisfies the constraints too; it lands if required.
     pub within: Option<Solution>,
 }
 
-/// The plans of a maneuver without constraints: the cheapest, and the cheapest of those that are
-/// `kept`.
+/// Solves a maneuver without constraints: returns the cheapest plan, and the cheapest plan for
+/// which `kept` is true.
 ///
-/// Mirror images and other extremals of one cost are plans of their own: one may keep what another
-/// does not.
+/// Symmetric maneuvers and other extremals of equal cost are separate plans: one may satisfy
+/// constraints that another violates.
 pub(super) fn solve_unconstrained(
     problem: &Problem,
     context: &Context,
@@ -140,13 +141,13 @@ pub(super) fn solve_unconstrained(
     found
 }
 
-/// Whether a plan is dearer than its certificate and the grid account for.
+/// Returns whether a plan costs more than its certificate and the grid explain.
 pub(super) fn is_dear(plan: &Solution) -> bool {
     let least = plan.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
     plan.cost > least * (1.0 + OF_THE_GRID)
 }
 
-/// The extremals of a maneuver, on their way to its grid.
+/// Extremals of a maneuver, to be placed on its grid.
 struct Extremals<'a, 'c> {
     of: Scaled<'a>,
     context: &'a Context<'c>,
@@ -155,7 +156,8 @@ struct Extremals<'a, 'c> {
 }
 
 impl<'a, 'c> Extremals<'a, 'c> {
-    /// The search for them; what it ends with where there are none to take to the grid.
+    /// Searches for the extremals; the error is the final solution if there are no extremals to
+    /// place on the grid.
     fn of(problem: &'a Problem, context: &'a Context<'c>, arcs: bool) -> Result<Self, Box<Solution>> {
         let tolerance = context.settings.tolerance;
         let mut unsolved = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
@@ -193,7 +195,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         }
     }
 
-    /// Those that last no longer than they may, the cheapest first. What is given has no bound.
+    /// Returns the extremals within the longest duration, the cheapest first. A given duration has
+    /// no bound.
     fn allowed(&self) -> impl Iterator<Item = &BranchEnd> {
         let Scaled { problem, extremal, units } = &self.of;
         let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
@@ -201,7 +204,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         self.found.limits.iter().filter(move |limit| longest.is_none_or(|longest| lasts(limit) <= longest))
     }
 
-    /// The plan of one of them on the grid, where it goes the way that is asked for.
+    /// Returns the plan of an extremal on the grid; `None` if it has none or is not in the
+    /// requested homotopy class.
     fn planned(&self, limit: &BranchEnd) -> Option<Planned> {
         let Self { of, context, .. } = self;
         context.enter(Rung::Aligned, limit.name(), of.problem.steps);
@@ -210,7 +214,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         plan.filter(|plan| of.follows(plan))
     }
 
-    /// The cheapest plan.
+    /// Returns the cheapest plan of all extremals as a solution.
     fn cheapest(self, lands: bool) -> Solution {
         let context = self.context;
         if let Some(shortest) = self.of.problem.shortest_pulse() {
@@ -219,8 +223,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         let mut chosen: Option<(Planned, &BranchEnd)> = None;
         let arrives = |plan: &Planned| plan.error() <= context.settings.tolerance;
         for limit in self.allowed() {
-            // Extremals come cheapest first: the next is of use where the plan of the last is
-            // dearer than its grid accounts for, or misses the end.
+            // Extremals are sorted by cost: the next one is needed only if the last plan costs more
+            // than its grid explains, or misses the end.
             let beats = |(plan, _): &(Planned, &BranchEnd)| {
                 !arrives(plan) || self.named(limit).1 < plan.solution.cost * (1.0 - OF_THE_GRID)
             };
@@ -243,7 +247,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         }
     }
 
-    /// The cheapest plan that is kept, with those for rivals that are kept as well.
+    /// Returns the cheapest plan for which `kept` is true, with other such plans as rivals.
     fn cheapest_kept(&self, lands: bool, kept: &dyn Fn(&Solution) -> bool) -> Option<Solution> {
         let stops = || self.context.interrupt().is_some();
         let plan = |limit: &BranchEnd, lands: bool| {
@@ -256,12 +260,12 @@ impl<'a, 'c> Extremals<'a, 'c> {
         Some(Solution { rivals, ..found })
     }
 
-    /// The name of an extremal, and what it costs.
+    /// Returns the name of an extremal and its cost.
     fn named(&self, limit: &BranchEnd) -> (&'static str, f64) {
         (limit.name(), limit.cost(&self.of.extremal) * self.of.units.cost())
     }
 
-    /// The solution that a plan is.
+    /// Completes a plan to a solution.
     fn told(&self, mut plan: Planned, limit: &BranchEnd, lands: bool) -> Solution {
         let Self { of, context, found, .. } = self;
         if lands {
@@ -276,7 +280,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         finished(plan, rivals, context)
     }
 
-    /// What there is to say where none has a plan.
+    /// Returns the solution if no extremal has a plan, with the reason.
     fn without_plan(self) -> Solution {
         let Self { of: Scaled { problem, extremal, .. }, context, found, mut unsolved } = self;
         if extremal.halt.is_raised() {
@@ -300,7 +304,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
     }
 }
 
-/// A maneuver, and its extremals in units of their own.
+/// A maneuver and its extremal problem in scaled units.
 struct Scaled<'a> {
     problem: &'a Problem,
     extremal: Extremal,
@@ -308,15 +312,15 @@ struct Scaled<'a> {
 }
 
 impl<'a> Scaled<'a> {
-    /// `None` where the torques do not span the space or a number is out of range.
+    /// Scales a maneuver; `None` if the torques do not span the space or a number is out of range.
     fn of(problem: &'a Problem, context: &Context) -> Option<Self> {
         let (extremal, units) = scaled(problem)?;
         let halt = context.within(|budget| StopRequest::of(&budget.watch));
         Some(Self { problem, extremal: Extremal { halt, ..extremal }, units })
     }
 
-    /// The best extremals, how many sweeps of smoothed problems they took, and how many Newtons on
-    /// switching times.
+    /// Searches for the best extremals; also returns the number of sweeps over smoothed problems
+    /// and of Newton solutions for switching times.
     fn searched(&self, context: &Context, arcs: bool) -> (BranchEnds, usize, usize) {
         let ask = SearchRequest { path: self.problem.path, thoroughness: context.settings.search, arcs };
         context.within(|budget| {
@@ -325,8 +329,8 @@ impl<'a> Scaled<'a> {
         })
     }
 
-    /// The plan of a body that is where it should be: no time and no steps, or as many of a given
-    /// duration without any input.
+    /// Returns the plan of a body that is already at its terminal state: no time and no steps or,
+    /// for a given duration, all steps without input.
     fn at_rest(&self) -> Option<Planned> {
         let (none, first) = (Vector3::zeros(), Node::at_start(&self.extremal, Vector3::zeros()));
         let given = self.extremal.given_duration;
@@ -344,9 +348,9 @@ impl<'a> Scaled<'a> {
         Some(plan)
     }
 
-    /// A plan whose true motion meets the end as nearly as corrections bring it, where that is
-    /// asked for: solved again, warm or else `afresh`, for the extremal that ends where the
-    /// discrete motion has to. What comes after somebody asks to stop is not corrected.
+    /// Corrects a plan until its true motion meets the end as closely as corrections allow, if that
+    /// is required. Each correction solves for the extremal with a corrected discrete target, from
+    /// a warm start or else `afresh`. A stop request ends the corrections.
     fn landed(
         &self,
         first: Planned,
@@ -390,8 +394,9 @@ impl<'a> Scaled<'a> {
         best.unwrap_or(plan)
     }
 
-    /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to
-    /// it; otherwise that of the next looser ones, or of the smoothed law if it is cheaper.
+    /// Returns the discrete optimum of the best arcs, or the nearest plan to it, if they fit the
+    /// grid. Otherwise returns the plan of arcs with a larger gap, or of the smoothed law if that
+    /// is cheaper.
     fn cheapest(&self, limit: &BranchEnd) -> Option<Planned> {
         let Self { problem, extremal, .. } = self;
         let goes_on = || (!extremal.halt.is_raised()).then_some(());
@@ -413,14 +418,14 @@ impl<'a> Scaled<'a> {
             let least = limit.smooth.epsilon;
             let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
             let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;
-            // Of the arcs that it takes the place of it is none.
+            // The arcs that the smoothed plan replaces are not reported.
             self.planned(&BranchEnd { arcs: None, ..limit.clone() }, &grid, Some(epsilon))
         };
         let cheaper = |a: &Planned, b: &Planned| a.solution.cost.total_cmp(&b.solution.cost);
         looser.into_iter().chain(smooth()).min_by(cheaper)
     }
 
-    /// What a limit is on its grid; with ε where the inputs are smoothed there.
+    /// Returns the plan of a limit on its grid; `smoothing` is ε if the inputs are smoothed there.
     fn planned(&self, limit: &BranchEnd, grid: &OnGrid, smoothing: Option<f64>) -> Option<Planned> {
         let Self { problem, extremal, units } = self;
         let mut recorded = self.record(grid)?;
@@ -445,7 +450,7 @@ impl<'a> Scaled<'a> {
             }
             switching.arcs = self.told(&found.arcs);
         } else {
-            // A sum of terms that are not negative but for round-off.
+            // The gap is a sum of terms that are nonnegative up to round-off.
             let gap = limit.smooth.gap(extremal) * units.cost();
             switching.gap = if gap < 0.0 { 0.0 } else { gap };
             let norm = matches!(extremal.law, TorqueLimit::Norm(_)) && !extremal.counts_fuel();
@@ -454,8 +459,8 @@ impl<'a> Scaled<'a> {
         Some(recorded)
     }
 
-    /// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one
-    /// time: what round-off leaves between them is no arc.
+    /// Returns the arcs with the inputs of the maneuver, in seconds. Switches that coincide within
+    /// round-off have the same time, without an arc between them.
     fn told(&self, arcs: &Arcs) -> Vec<SwitchingArc> {
         let Self { problem, extremal, units } = self;
         let least = NO_ARC * arcs.duration * units.time;
@@ -477,7 +482,7 @@ impl<'a> Scaled<'a> {
         told
     }
 
-    /// Whether a plan goes the way that is asked for.
+    /// Returns whether a plan is in the requested homotopy class.
     fn follows(&self, plan: &Planned) -> bool {
         match self.problem.path {
             Path::Best => true,
@@ -491,7 +496,7 @@ impl<'a> Scaled<'a> {
     }
 }
 
-/// The solution that a plan on its grid is.
+/// Completes a plan on its grid to a solution.
 fn finished(plan: Planned, rivals: Vec<Rival>, context: &Context) -> Solution {
     let tolerance = context.settings.tolerance;
     let outcome = if plan.error() <= tolerance { Outcome::Converged } else { Outcome::Stalled };
@@ -499,8 +504,8 @@ fn finished(plan: Planned, rivals: Vec<Rival>, context: &Context) -> Solution {
     ended(Solution { method, tolerance, rivals, switching, ..plan.solution }, outcome, context)
 }
 
-/// The shortest duration of a maneuver of given duration that no extremal of fuel was found for,
-/// where that is longer, and a duration for which one was found.
+/// Returns the shortest duration of a maneuver, if it exceeds the given one and no minimum-fuel
+/// extremal was found; also a duration for which one was found.
 fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option<(f64, Option<f64>)> {
     if found.branches > 0 || problem.seeks_duration() || problem.objective.fuel().is_none() {
         return None;
@@ -519,8 +524,8 @@ fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option
     Some((shortest, longer))
 }
 
-/// What is dearer than a plan of this cost, by its name and cost, each cost once: mirror images
-/// cost the same.
+/// Returns the rivals that cost more than a plan of cost `cost`, one for each cost, because
+/// mirrored maneuvers cost the same.
 fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Sense) -> Vec<Rival> {
     let (mut rivals, mut last) = (Vec::new(), cost);
     for (start, cost) in dearer {
@@ -533,7 +538,7 @@ fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Se
     rivals
 }
 
-/// Notes whether something has a place on the grid of a plan, as it was announced.
+/// Records whether arcs have a discrete optimum on the grid of the plan.
 fn noted(context: &Context, name: &str, steps: usize, grid: Option<&OnGrid>) {
     let outcome = if grid.is_some() { Outcome::Converged } else { Outcome::Stalled };
     let iterations = grid.map_or(0, |grid| grid.iterations);

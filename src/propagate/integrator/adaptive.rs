@@ -1,8 +1,8 @@
-//! The references of the crate `differential-equations`: DOP853 and Verner's 9(8), with error
+//! Reference methods from the crate `differential-equations`: DOP853 and Verner's 9(8), with error
 //! control.
 //!
-//! Each step is a separate integration, so that inputs may jump at the nodes. The solvers of that
-//! crate allocate; these two are for accuracy, not for speed.
+//! Each step is a separate integration, so inputs may jump at the nodes. The solvers of that crate
+//! allocate memory: these two methods are for accuracy, not for speed.
 
 use super::ambient::Ambient;
 use super::course::{Course, Method};
@@ -16,28 +16,28 @@ use std::cell::RefCell;
 type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
 type Verner98 = ExplicitRungeKutta<Ordinary, Adaptive, f64, Vec<f64>, 9, 16, 21>;
 
-/// Parts a step may be divided into before it is given up.
+/// Largest number of parts into which a step may be divided.
 const MAX_PARTS: usize = 100_000;
 
-/// A reference method.
+/// A reference method with its solver.
 pub(super) struct Reference {
     ambient: Ambient,
     solver: Solver,
     tolerance: f64,
-    /// Length of the part to try first, the last one of the step before.
+    /// Length of the first part to try: the length of the last part of the step before.
     part: f64,
     scales: Vec<f64>,
-    /// Parts rejected so far.
+    /// Number of parts rejected so far.
     rejected: u64,
 }
 
-/// The kind of the solver.
+/// The solver of the reference method.
 enum Solver {
     Dop853(Box<Dop853>),
     Verner98(Box<Verner98>),
 }
 
-/// The change over a step as an ODE in the time since its start.
+/// The change over a step as an ODE in the time since the start of the step.
 struct Change<'a> {
     ambient: RefCell<&'a mut Ambient>,
     inputs: &'a [Input],
@@ -80,7 +80,7 @@ impl Method for Reference {
         let allowed = Tolerance::Vector(self.scales.iter().map(|scale| self.tolerance * scale).collect());
         let change = Change { ambient: RefCell::new(&mut self.ambient), inputs, step };
         let (part, rejected) = (&mut self.part, &mut self.rejected);
-        // The changes start at zero: the error is measured against the sizes alone.
+        // The changes start at zero, so the error is measured relative to the scales only.
         let none = Tolerance::Scalar(0.0);
         let result = match &mut self.solver {
             Solver::Dop853(solver) => {

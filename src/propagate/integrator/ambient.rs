@@ -1,12 +1,12 @@
-//! The equations of motion in the entries of the rotation matrices, for methods that do not use the
-//! group.
+//! The equations of motion in the elements of the rotation matrices, for methods that do not use
+//! the group structure.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
 //! Ṙ = R S(Ω) ,  Π̇ = Π × Ω + M ,  ẋ = γ/m ,  γ̇ = f ,  Ω = J⁻¹Π
 //! ```
-//! Methods work with the change of y since the start of the step: its rounding is then relative to
-//! the change, and the sum of the changes is compensated like everywhere.
+//! The methods compute the change of y since the start of the step. Rounding errors are then
+//! relative to the change, and the sum of the changes is compensated, as in all methods.
 
 use super::course::Course;
 use super::{Input, StepError};
@@ -14,27 +14,27 @@ use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// The number of entries for each body: attitude and momentum, and position and linear momentum if
-/// the body translates.
+/// Number of components per body: attitude and angular momentum, and also position and linear
+/// momentum if the body translates.
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 
-/// The largest norm of the difference of two rotations: √8, if they are 180° apart.
+/// Largest norm of the difference between two rotations: √8 if they are 180° apart.
 const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that
-/// step \[rad\].
+/// Largest change of angular momentum over a step to which errors are relative, expressed as the
+/// turn of the body in this step \[rad\].
 const MOST_TURNED: f64 = std::f64::consts::TAU;
 
-/// Largest change of position over a step that errors are relative to, in distances of the farthest
-/// body from the origin.
+/// Largest change of position over a step to which errors are relative, in units of the distance of
+/// the farthest body from the origin.
 const MOST_MOVED: f64 = 10.0;
 
-/// The vector field, with the step's start and the buffers of one evaluation.
+/// The vector field of the equations, with the start of the step and buffers for one evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Ambient {
     pub course: Course,
-    /// Numbers in all.
+    /// Total number of components.
     pub size: usize,
     poses: Vec<Pose>,
     wrenches: Vec<Wrench>,
@@ -55,13 +55,14 @@ impl Ambient {
         }
     }
 
-    /// Computes the rate of change at `fraction` of the step, where the state has changed by `y`.
+    /// Computes the rate of change at the fraction `fraction` of the step, for a state changed by
+    /// `y`.
     pub fn rate(&mut self, fraction: f64, y: &[f64], inputs: &[Input], out: &mut [f64]) {
         self.load(fraction, y, inputs);
         self.rate_under_load(y, out);
     }
 
-    /// Evaluates the loads at `fraction` of the step, with the state changed by `y`.
+    /// Evaluates the loads at the fraction `fraction` of the step, for a state changed by `y`.
     pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
         self.place(y);
         if !self.course.loads.is_free(inputs) {
@@ -69,7 +70,7 @@ impl Ambient {
         }
     }
 
-    /// Computes the poses of the state changed by `y`.
+    /// Computes the poses of a state changed by `y` since the start of the step.
     fn place(&mut self, y: &[f64]) {
         let mut at = 0;
         for (body, pose) in self.poses.iter_mut().enumerate() {
@@ -83,8 +84,8 @@ impl Ambient {
         }
     }
 
-    /// Computes the rate of change of the state changed by `y`, under the last evaluated forces and
-    /// moments.
+    /// Computes the rate of change of a state changed by `y`, under the forces and moments
+    /// evaluated last.
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;
@@ -106,7 +107,7 @@ impl Ambient {
         }
     }
 
-    /// Ends a step over which the state has changed by `y`.
+    /// Ends a step by adding the change `y` to the state.
     pub fn finish(&mut self, y: &[f64]) -> Result<(), StepError> {
         let mut at = 0;
         for (index, body) in self.course.loads.system.bodies().iter().enumerate() {
@@ -123,14 +124,14 @@ impl Ambient {
         self.course.finish()
     }
 
-    /// Writes the sizes to which errors are relative, one for each number: 1 for attitudes, and
-    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A
-    /// change that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because
-    /// any error is small relative to a change without bound.
+    /// Writes the scales to which errors are relative, one per component. The scale is 1 for
+    /// attitudes. For other quantities it is the norm of the quantity or of its change over the
+    /// step, whichever is larger. Very large changes count only up to [`MOST_TURNED`] and
+    /// [`MOST_MOVED`], because any error would be small relative to an unbounded change.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
-        // All bodies at the origin: there is no length to hold a change against.
+        // If all bodies are at the origin, no length limits the scale of a change.
         let shift = if farthest > 0.0 { MOST_MOVED * farthest } else { f64::MAX };
         let (mut at, mut fill) = (0, |at: &mut usize, count: usize, start: f64, most: f64| {
             let norm = change[*at..*at + count].iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -151,12 +152,12 @@ impl Ambient {
         }
     }
 
-    /// Computes the scales of an error control, so that the part `tolerance` of a scale has an
-    /// effect on a pose over the step. The moments on a body that hardly turns carry more
-    /// round-off than a small part of its momentum.
+    /// Computes the scales of an error control, so that the fraction `tolerance` of a scale has an
+    /// effect on a pose over the step. On a body that hardly turns, moments may have more round-off
+    /// than a small fraction of the body's momentum.
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
-        // An estimate is a sum of a dozen evaluations with weights above one.
+        // An error estimate is a sum of a dozen evaluations with weights above one.
         let least = 16.0 * f64::EPSILON / (tolerance * self.course.loads.step);
         let mut at = 0;
         for body in self.course.loads.system.bodies() {
@@ -166,12 +167,12 @@ impl Ambient {
         }
     }
 
-    /// Returns the effect of `change` on the poses over a step: the largest turn [rad], or shift
-    /// relative to the farthest body.
+    /// Returns the effect of `change` on the poses over a step: the largest turn \[rad\], or the
+    /// largest shift relative to the distance of the farthest body.
     pub fn noticed(&self, change: &[f64]) -> f64 {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
-        // All bodies at the origin, or none that moves: any length will do.
+        // If all bodies are at the origin or none translates, any length is valid.
         let length = if farthest > 0.0 { farthest } else { 1.0 };
         let (mut at, mut worst) = (0, 0.0_f64);
         for body in self.course.loads.system.bodies() {
@@ -190,7 +191,7 @@ impl Ambient {
     }
 }
 
-/// Returns the largest `|error|` relative to `scales`; NaN stays.
+/// Returns the largest `|error|` relative to its scale; a NaN stays.
 pub(super) fn largest(errors: impl Iterator<Item = f64>, scales: &[f64]) -> f64 {
     let mut worst = 0.0;
     for (error, scale) in errors.zip(scales) {

@@ -1,10 +1,9 @@
-//! The common part of all methods: the loads on the bodies, the state, and the counts of their
-//! work.
+//! The common data of all methods: the loads on the bodies, the state, and counts of the work.
 
 use super::system::Loads;
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 
-/// A motion in progress.
+/// An integration in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     pub loads: Loads,
@@ -13,9 +12,9 @@ pub(crate) struct Course {
     facts: Facts,
 }
 
-/// A method that advances a course; an [`Integrator`] with the state of the course.
+/// A method that advances a course. It is an [`Integrator`] with the state of the course.
 pub(crate) trait Method: Send {
-    /// Advances the state by one step, which is counted at its end.
+    /// Advances the state by one step, and counts the step at its end.
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError>;
 
     fn course(&self) -> &Course;
@@ -31,14 +30,14 @@ impl Course {
         self.state.poses().len()
     }
 
-    /// Turns the state into the axes of the frame at the end of a step.
+    /// Transforms the state to the axes of the reference frame at the end of a step.
     pub fn turn_frame(&mut self) {
         if let Some(turn) = self.loads.frame_turn() {
             self.state.turn_frame(self.loads.system.bodies(), &turn);
         }
     }
 
-    /// Counts a step, whose numbers must be finite.
+    /// Counts a step, and reports an error if a number of the state is not finite.
     pub fn finish(&mut self) -> Result<(), StepError> {
         self.work.steps += 1;
         if self.state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }

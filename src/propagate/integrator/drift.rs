@@ -10,12 +10,12 @@ use crate::Vector3;
 use crate::mechanics::body::Body;
 use crate::mechanics::drift_equation::solve_from;
 
-/// One body's implicit equation, step after step.
+/// The implicit attitude equation of one body, solved step after step.
 #[derive(Clone, Debug)]
 pub(super) struct Rotor {
     equation: AttitudeEquation,
     step: f64,
-    /// Cayley vectors of the last two steps; NaN before they are made.
+    /// Cayley vectors of the last two steps; NaN before these steps exist.
     last: Vector3,
     before: Vector3,
 }
@@ -30,12 +30,12 @@ impl Rotor {
         bodies.iter().map(rotor).collect()
     }
 
-    /// Returns the Cayley vector of the step's rotation `F = cay(c)`, for momentum `p`; iterations
-    /// are added to `iterations`.
+    /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)` for the momentum `p`, and
+    /// adds the number of iterations to `iterations`.
     ///
-    /// The line through the last two solutions has the accuracy `O(h³)` of one pass of the fixed
-    /// point, and does not depend on the momentum. If the iteration does not converge from it,
-    /// the solution is computed from the start.
+    /// Linear extrapolation of the last two solutions gives the initial guess. It is as accurate,
+    /// `O(h³)`, as one pass of the fixed-point iteration, and does not depend on the momentum. If
+    /// the iteration does not converge from it, the equation is solved without it.
     #[inline(always)]
     pub fn turn(&mut self, body: usize, p: &Vector3, iterations: &mut u64) -> Result<Vector3, StepError> {
         let g = self.equation.scale * p;

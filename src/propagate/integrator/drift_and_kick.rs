@@ -11,10 +11,11 @@
 //!
 //! Lie–Euler  a = 0, b = h      its adjoint  a = h, b = 0      Lie velocity Verlet  a = b = h/2
 //! ```
-//! All are symplectic, with one evaluation for each step: where both kicks act, the potential at
-//! the end of a step is kept, because it is the potential at the start of the next one. Lie–Verlet
-//! is of second order. Either Lie–Euler is Lie–Verlet in the variable `Π̃ = Π + (h/2) M`: its error
-//! is the missing half kick at the ends, and does not grow.
+//! All three methods are symplectic and evaluate the potential once per step. If both kicks act,
+//! the potential at the end of a step is kept, because it is also the potential at the start of the
+//! next step. Lie–Verlet is of second order. Both Lie–Euler methods equal Lie–Verlet in the
+//! variable `Π̃ = Π + (h/2) M`: their error is the missing half kick at the ends, and does not
+//! grow.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -24,24 +25,24 @@ use super::{Input, StepError};
 use crate::Vector3;
 use crate::mechanics::environment::Wrench;
 
-/// Kick, drift, kick.
+/// The method kick, drift, kick, with buffers for one step.
 #[derive(Clone, Debug)]
 pub(super) struct DriftAndKick {
     course: Course,
     rotors: Vec<Rotor>,
-    /// The weights `a` and `b` \[s\].
+    /// The kick weights `a` (before the drift) and `b` (after it) \[s\].
     before: f64,
     after: f64,
-    /// The potential's wrenches at the reached node, and the wrenches including the inputs of one
-    /// end of a step.
+    /// The wrenches of the potential at the present node, and the wrenches that include the inputs
+    /// at one end of a step.
     field: Vec<Wrench>,
     wrenches: Vec<Wrench>,
-    /// Cayley vector of each body's step.
+    /// Cayley vector of each body's rotation in the step.
     turns: Vec<Vector3>,
 }
 
 impl DriftAndKick {
-    /// Builds the method; `before` is the part of a step's kick that acts before the drift.
+    /// Builds the method; `before` is the fraction of a step's kick that acts before the drift.
     pub fn new(mut course: Course, before: f64) -> Self {
         let (n, h) = (course.count(), course.loads.step);
         let mut field = vec![Wrench::zero(); n];
@@ -59,10 +60,12 @@ impl DriftAndKick {
         }
     }
 
-    /// Applies the first kick and the drift; without the kick it omits its arithmetic.
+    /// Applies the first kick and the drift. Without the kick (`KICKED` false) its arithmetic is
+    /// omitted.
     fn drift<const KICKED: bool>(&mut self) -> Result<(), StepError> {
         let Self { course, rotors, before, wrenches, turns, .. } = self;
-        // All turns before any change: a step that fails leaves the state as it was.
+        // All turns are computed before the state changes, so a step that fails leaves the state
+        // unchanged.
         for (body, rotor) in rotors.iter_mut().enumerate() {
             let mut momentum = course.state.momenta()[body].angular;
             if KICKED {
@@ -92,8 +95,8 @@ impl DriftAndKick {
         Ok(())
     }
 
-    /// Evaluates potential and inputs at one end of the step; the potential only if it differs from
-    /// the potential of the last step.
+    /// Evaluates potential and inputs at one end of the step. The potential is evaluated only if
+    /// `anew` is true, otherwise the last value is used.
     fn look(&mut self, anew: bool, end: f64, inputs: &[Input]) {
         if anew {
             self.course.loads.field(self.course.state.poses(), &mut self.field);

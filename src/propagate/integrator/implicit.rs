@@ -1,10 +1,12 @@
-//! The implicit attitude equation `h S(Π) = F J_d − J_d Fᵀ` on its own, solved in three ways.
+//! The implicit attitude equation `h S(Π) = F J_d − J_d Fᵀ` on its own, with three solution
+//! methods.
 //!
 //! ```text
 //! exponential  F = exp S(f)   A Jf + B f×(Jf) = g                     A = sin t/t, B = (1 − cos t)/t²   (2.3)
 //! Cayley       F = cay(c)     g + g×c + (g·c) c − 2Jc = 0             g = hΠ, t = |f|                   (2.6)
 //! ```
-//! The methods use [`AttitudeEquation::solve`]; the other two are the survey's, for comparison.
+//! The integrators use [`AttitudeEquation::solve`]. The other two methods are from the survey, for
+//! comparison.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
@@ -12,7 +14,7 @@ use crate::mechanics::drift_equation::{newton, solve_counting, solve3};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 
-/// The equation for one body and one step length.
+/// The implicit attitude equation of one body for one step length.
 ///
 /// ```
 /// use slewkit::{Inertia, Vector3, lie};
@@ -32,12 +34,12 @@ pub struct AttitudeEquation {
     /// The inertia in units of the mean principal moment.
     pub(super) j: Matrix3,
     pub(super) j_inverse: Matrix3,
-    /// `h` over that.
+    /// The step `h` divided by the mean principal moment.
     pub(super) scale: f64,
 }
 
 impl AttitudeEquation {
-    /// Newton needs 2–4 iterations below 0.6 rad.
+    /// Largest number of Newton iterations; 2 to 4 suffice below 0.6 rad.
     const MAX_ITERATIONS: u32 = 40;
 
     /// Builds the equation for steps of `step` \[s\].
@@ -46,23 +48,24 @@ impl AttitudeEquation {
         Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, scale: step / mean }
     }
 
-    /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)`, and the iterations: a
-    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` if no step below
-    /// 90° carries the momentum `Π` [N·m·s].
+    /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)`, and the number of
+    /// iterations. The first is a fixed-point iteration, followed by Newton's method with
+    /// Chebyshev's correction. `None` if no step below 90° has the momentum `Π` [N·m·s].
     #[inline]
     pub fn solve(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         solve_counting(&self.j, &self.j_inverse, &(self.scale * momentum))
     }
 
-    /// Returns the solution by plain Newton from `½J⁻¹hΠ`: the survey's Cayley form (2.6).
+    /// Returns the Cayley vector by plain Newton iterations from `½J⁻¹hΠ`, the survey's Cayley form
+    /// (2.6), and the number of iterations.
     #[inline]
     pub fn newton(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         newton(&self.j, &g, 0.5 * (self.j_inverse * g))
     }
 
-    /// Returns the rotation vector `f` of `F = exp S(f)`, by Newton from `J⁻¹hΠ`: the survey's
-    /// exponential form (2.3, 2.4).
+    /// Returns the rotation vector `f` of `F = exp S(f)` by Newton's method from `J⁻¹hΠ`, the
+    /// survey's exponential form (2.3, 2.4), and the number of iterations.
     pub fn exponential(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         let mut f = self.j_inverse * g;
@@ -70,7 +73,7 @@ impl AttitudeEquation {
             let t2 = f.norm_squared();
             let t = t2.sqrt();
             let (sin, cos) = t.sin_cos();
-            // Below a milliradian the closed forms of the derivatives are rounding noise.
+            // Below a milliradian the closed forms of the derivatives consist of rounding errors.
             let (a, b, a_prime, b_prime) = if t < 1e-3 {
                 (1.0 - t2 / 6.0, 0.5 - t2 / 24.0, t2 / 30.0 - 1.0 / 3.0, t2 / 180.0 - 1.0 / 12.0)
             } else {

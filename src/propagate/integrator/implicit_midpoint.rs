@@ -1,22 +1,23 @@
-//! The implicit midpoint rule on the nine numbers of an attitude (SRK), by two nested fixed-point
-//! iterations.
+//! The implicit midpoint rule on the nine elements of the rotation matrix (SRK), solved by two
+//! nested fixed-point iterations.
 //!
 //! ```text
 //! y⁺ = y + h f((y + y⁺)/2)
 //! ```
-//! It keeps quadratic invariants, hence `RᵀR = I` to the tolerance of the iteration, but it is not
-//! symplectic in these variables and loses the angular momentum of several bodies.
+//! The rule conserves quadratic invariants, and thus `RᵀR = I` to the tolerance of the iteration.
+//! It is not symplectic in these variables, and does not conserve the angular momentum of several
+//! bodies.
 //!
-//! The inner iteration holds forces and moments. It shrinks the error by about `h|Ω|/2`, slowly
-//! where bodies turn far in a step; the outer one evaluates the potential and shrinks it by about
-//! `h²|f'|/4`. One iteration for both takes 75 evaluations of the potential a step of 1.4 rad,
-//! where two take a dozen.
+//! The inner iteration keeps forces and moments fixed. It reduces the error by a factor of about
+//! `h|Ω|/2`, which is slow if bodies turn far in a step. The outer iteration evaluates the
+//! potential and reduces the error by a factor of about `h²|f'|/4`. A single iteration for both
+//! needs 75 evaluations of the potential for a step of 1.4 rad; two nested iterations need a dozen.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};
 use super::{Input, StepError};
 
-/// Largest change of the last iteration, relative to the size of each quantity.
+/// Tolerance on the change in the last iteration, relative to the size of each quantity.
 ///
 /// A quantity may be so small that its own round-off exceeds the tolerance. For example, the
 /// momentum of a body that hardly turns comes from moments in which large forces cancel. The
@@ -24,18 +25,18 @@ use super::{Input, StepError};
 /// and their effect on the poses is within the tolerance.
 const TOLERANCE: f64 = 1e-13;
 
-/// The inner iteration stops at this part of the last change of the outer iteration.
+/// Tolerance of the inner iteration, as a fraction of the last change of the outer iteration.
 const INNER: f64 = 1e-2;
 
-/// The largest number of iterations; ten suffice at the usual steps.
+/// Largest number of iterations; ten suffice for usual steps.
 const MAX_ITERATIONS: u32 = 200;
 
-/// The implicit midpoint rule.
+/// The implicit midpoint rule, with buffers for one step.
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitMidpoint {
     ambient: Ambient,
     change: Vec<f64>,
-    /// The change before an outer iteration.
+    /// The change of the state before an outer iteration.
     before: Vec<f64>,
     middle: Vec<f64>,
     rate: Vec<f64>,
@@ -62,7 +63,7 @@ impl ImplicitMidpoint {
         self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
     }
 
-    /// Solves for the change under the last evaluated forces and moments, until an iteration
+    /// Solves for the change under the forces and moments evaluated last, until an iteration
     /// changes the poses by no more than `goal`, or no longer improves.
     fn solve_under_load(&mut self, goal: f64) {
         let h = self.ambient.course.loads.step;

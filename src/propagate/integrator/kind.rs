@@ -1,4 +1,4 @@
-//! The methods by name.
+//! The integration methods and their names.
 
 use super::adaptive::Reference;
 use super::course::Course;
@@ -14,23 +14,24 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// A method. Its name is stable: files and commands use it.
+/// An integration method. Its name is stable, because files and commands use it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// `lie_euler`: drift, then kick; first order. Inputs act at the end of a step.
     LieEuler,
     /// `lie_euler_adjoint`: kick, then drift; first order. Inputs act at the start of a step.
     LieEulerAdjoint,
-    /// `lie_verlet`: Lie velocity Verlet, Hamiltonian form; second order. The one to start with.
+    /// `lie_verlet`: Lie velocity Verlet in Hamiltonian form; second order. The recommended first
+    /// choice.
     LieVerlet,
-    /// `lie_verlet_lagrangian`: the same map as a discrete Lagrangian map.
+    /// `lie_verlet_lagrangian`: the map of `lie_verlet`, computed as a discrete Lagrangian map.
     LieVerletLagrangian,
-    /// `galerkin_gauss_1` … `galerkin_lobatto_6`: variational with curves of a degree; order twice
-    /// that.
+    /// `galerkin_gauss_1` … `galerkin_lobatto_6`: variational methods with polynomial curves of
+    /// degree 1 to 6; the order is twice the degree.
     Galerkin {
-        /// Degree of the curves, 1 … 6.
+        /// Degree of the curves, 1 to 6.
         degree: usize,
-        /// The points at which the action is sampled.
+        /// The quadrature rule for the action of a step.
         quadrature: Quadrature,
     },
     /// `explicit_midpoint`: Runge's rule of order 2 on the matrix elements (RK).
@@ -44,9 +45,9 @@ pub enum Kind {
     CrouchGrossman3,
     /// `rkmk4`: Runge–Kutta–Munthe-Kaas with Kutta's method, order 4.
     MuntheKaas4,
-    /// `rkf78`: Fehlberg's 7(8) at a fixed step, order 8.
+    /// `rkf78`: Fehlberg's 7(8) with a fixed step, order 8.
     Fehlberg78,
-    /// `rkf78_adaptive`: the same with error control within each step.
+    /// `rkf78_adaptive`: Fehlberg's 7(8) with error control within each step.
     Fehlberg78Adaptive,
     /// `dop853`: Dormand and Prince's 8(5,3) with error control within each step.
     Dop853,
@@ -54,11 +55,11 @@ pub enum Kind {
     Verner98,
 }
 
-/// The accuracy of the methods with an error control.
+/// The accuracy of methods with error control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorControl {
-    /// Error that an error control allows per step, relative to the size of each quantity, 1e-14 to
-    /// 0.1. Default 1e-13; methods of fixed step length have no use for it.
+    /// Allowed error per step, relative to the size of each quantity, from 1e-14 to 0.1. Default:
+    /// 1e-13. Methods with a fixed step ignore it.
     pub tolerance: f64,
 }
 
@@ -68,11 +69,11 @@ impl Default for ErrorControl {
     }
 }
 
-/// No method has this name.
+/// No integration method has this name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("no integrator is called '{name}'; the integrators are {}", Kind::NAMES.join(", "))]
 pub struct UnknownKind {
-    /// The name given.
+    /// The unknown name.
     pub name: String,
 }
 
@@ -84,7 +85,7 @@ const fn lobatto(degree: usize) -> Kind {
     Kind::Galerkin { degree, quadrature: Quadrature::Lobatto }
 }
 
-/// All methods by name.
+/// All methods with their names.
 const NAMES: [(Kind, &str); 25] = [
     (Kind::LieEuler, "lie_euler"),
     (Kind::LieEulerAdjoint, "lie_euler_adjoint"),
@@ -125,7 +126,7 @@ impl Kind {
         names
     };
 
-    /// Returns all methods.
+    /// Returns all methods, in the order of [`Kind::NAMES`].
     pub fn all() -> impl Iterator<Item = Self> {
         NAMES.into_iter().map(|(kind, _)| kind)
     }
@@ -135,7 +136,7 @@ impl Kind {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }
 
-    /// Returns the properties of the method.
+    /// Returns the theoretical properties of the method.
     pub fn facts(self) -> Facts {
         let variational = Facts::VARIATIONAL;
         let on_group = |tableau: &Tableau| Facts {
@@ -165,10 +166,11 @@ impl Kind {
         }
     }
 
-    /// Starts the method at `state` with steps of `step` seconds.
+    /// Starts the method at `state`, with steps of length `step` \[s\].
     ///
     /// # Errors
-    /// A [`SystemError`] when the state is not one of the system or the step not a positive number.
+    /// A [`SystemError`] if the state does not fit the system, or if the step is not a positive
+    /// number.
     pub fn start(
         self,
         system: &System,

@@ -5,13 +5,14 @@
 //! F J_d − J_d Fᵀ = J_d F⁻ − F⁻ᵀ J_d + h² S(M + Bu) ,   R⁺ = R F                          (3.19, 3.20)
 //! x⁺ = x + Δ ,   Δ = Δ⁻ + (h²/m)(f + B_f u)                                              (3.18)
 //! ```
-//! The method has no momenta. The momenta of the state come from the discrete Legendre transform
-//! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step has no step
-//! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides acts.
+//! The method has no momenta. The state obtains its momenta from the discrete Legendre transform
+//! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step has no
+//! preceding step and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
+//! acts.
 //!
-//! It is the same map as the Hamiltonian form. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in
-//! every step would accumulate rounding in a steady rotation. It equals `h F⁻ᵀΠ̃⁻`, and is
-//! therefore the sum of its changes, which is compensated.
+//! The Hamiltonian form has an identical map. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in every
+//! step would accumulate rounding errors in a steady rotation. This term equals `h F⁻ᵀΠ̃⁻`, so it
+//! is computed as a compensated sum of its changes.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -22,27 +23,27 @@ use crate::mechanics::environment::Wrench;
 use crate::numerics::compensated::Sum3;
 use crate::{Vector3, lie};
 
-/// Lie–Verlet in pairs of configurations.
+/// The Lagrangian form of Lie–Verlet, with its last step and buffers.
 #[derive(Clone, Debug)]
 pub(super) struct LagrangianVerlet {
     course: Course,
     rotors: Vec<Rotor>,
     /// The last step of each body.
     last: Vec<Last>,
-    /// The potential's wrenches at the node reached.
+    /// The wrenches of the potential at the present node.
     field: Vec<Wrench>,
-    /// The wrenches with the inputs on the side of the last step, and of the next one.
+    /// The wrenches including the inputs, on the side of the last step and of the next one.
     before: Vec<Wrench>,
     after: Vec<Wrench>,
     turns: Vec<Vector3>,
 }
 
-/// The motion of a body from the node before to the last one.
+/// The motion of a body in the last step.
 #[derive(Clone, Debug)]
 struct Last {
-    /// `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h`.
+    /// Angular momentum `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h` at the end of the step.
     carried: Sum3,
-    /// `Δ`.
+    /// Change of position `Δ` in the step.
     shift: Sum3,
 }
 
@@ -70,8 +71,8 @@ impl LagrangianVerlet {
         }
     }
 
-    /// Returns `Π̃` of a body: the result of the last step, and both half kicks; at the start,
-    /// the half kick that opens the step.
+    /// Returns the momentum `Π̃` of a body for the next step: the momentum carried from the last
+    /// step, plus both half kicks at the node. The first step has the opening half kick only.
     fn kicked(&self, body: usize) -> Sum3 {
         let mut momentum = self.last[body].carried;
         let opening = self.course.work.steps == 0;

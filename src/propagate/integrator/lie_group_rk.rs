@@ -5,7 +5,7 @@
 //! Munthe-Kaas       R_i = R exp S(σ_i) ,  σ_i = h Σ a_ij σ'_j ,  σ'_j = J_r⁻¹(σ_j) Ω_j
 //!                   R⁺ = R exp S(h Σ b_j σ'_j)
 //! ```
-//! Momenta and positions as in the Runge–Kutta method of the same tableau. Attitudes stay
+//! Momenta and positions follow the Runge–Kutta method of the same tableau. Attitudes stay
 //! rotations; energy and momenta drift.
 
 use super::course::{Course, Method};
@@ -14,17 +14,17 @@ use super::{Input, Momentum, StepError};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// The composition of stages on the group.
+/// The way in which the rotations of the stages are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Composition {
     CrouchGrossman,
     MuntheKaas,
 }
 
-/// Rates of change of one body at one stage.
+/// Rates of change of one body at one stage: turn, angular momentum, position and linear momentum.
 #[derive(Clone, Copy, Debug)]
 struct Rates {
-    /// `Ω`, or `σ'` in the chart.
+    /// Angular velocity `Ω`, or its image `σ'` in the chart.
     turn: Vector3,
     angular: Vector3,
     velocity: Vector3,
@@ -37,7 +37,7 @@ pub(super) struct LieGroupRk {
     course: Course,
     tableau: Tableau,
     composition: Composition,
-    /// One row of bodies per stage.
+    /// Rates of change, one row of bodies per stage.
     rates: Vec<Vec<Rates>>,
     poses: Vec<Pose>,
     momenta: Vec<Momentum>,
@@ -63,7 +63,8 @@ impl LieGroupRk {
         }
     }
 
-    /// Returns the change of a body with these weights: `F − I`, σ, and the sums of the rates.
+    /// Returns the change of a body for these stage weights: `F − I`, σ, and the weighted sums of
+    /// the rates.
     fn change(&self, body: usize, weights: &[f64]) -> (Matrix3, Vector3, Rates) {
         let h = self.course.loads.step;
         let (mut turn, mut sigma) = (Matrix3::zeros(), Vector3::zeros());

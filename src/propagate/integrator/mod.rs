@@ -17,9 +17,10 @@
 //! therefore symplectic, conserve the momentum of every symmetry to round-off, and have a bounded
 //! energy error.
 //!
-//! A reference frame that turns at a constant rate costs one more factor for each step, for every
-//! method. The methods use one set of inertial axes within a step, which coincides with the axes of
-//! the frame at its start; then `exp(−h S(n))` turns everything back.
+//! A reference frame that rotates at a constant rate requires one more factor in each step of every
+//! method. Within a step the methods use fixed inertial axes, which coincide with the axes of the
+//! frame at the start of the step. At the end of the step `exp(−h S(n))` transforms all quantities
+//! to the frame.
 
 mod adaptive;
 mod ambient;
@@ -50,7 +51,7 @@ pub use system::{Input, Invariants, System, SystemError};
 use crate::numerics::figures;
 use thiserror::Error;
 
-/// A method on its way: it owns the state and advances it by steps of one length.
+/// A running integration: it owns the state and advances it by steps of one length.
 ///
 /// ```
 /// # use slewkit::{Body, Inertia, Matrix3, State, Vector3};
@@ -66,21 +67,21 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Integrator: Send {
-    /// Advances all bodies by one step under the potential and `inputs`: one for each body, or an
-    /// empty slice. Inputs beyond the number of bodies are ignored.
+    /// Advances all bodies by one step under the potential and `inputs`. The slice contains one
+    /// input for each body, or is empty. Inputs beyond the number of bodies are ignored.
     ///
     /// # Errors
-    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`]
-    /// leaves the state as it was, the others may leave it halfway.
+    /// A [`StepError`], after which the method must not be stepped again. [`StepError::TooLong`]
+    /// leaves the state unchanged; the other errors may leave it partly advanced.
     fn step(&mut self, inputs: &[Input]) -> Result<(), StepError>;
 
-    /// Returns the state after the steps so far.
+    /// Returns the state after the steps made so far.
     fn state(&self) -> &SystemState;
 
-    /// Returns the properties of the method.
+    /// Returns the theoretical properties of the method.
     fn facts(&self) -> Facts;
 
-    /// Returns the work of the steps so far.
+    /// Returns the work of the steps made so far.
     fn work(&self) -> Work;
 }
 
@@ -90,16 +91,16 @@ pub struct Facts {
     /// Order of convergence.
     pub order: u32,
     /// Whether a step needs no iteration that involves the potential. (The implicit attitude
-    /// equation of a Lie–Verlet step is local to a body: that method counts as explicit.)
+    /// equation of a Lie–Verlet step involves one body only, so that method counts as explicit.)
     pub explicit: bool,
-    /// Whether the map of a step is symplectic.
+    /// Whether the map from step to step is symplectic.
     pub symplectic: bool,
-    /// Whether the momentum of every symmetry of the potential is kept, to round-off.
+    /// Whether the momentum of every symmetry of the potential is conserved to round-off.
     pub preserves_momentum: bool,
-    /// Whether attitudes stay rotations, to round-off (or to the tolerance of an inner iteration).
+    /// Whether attitudes stay rotations to round-off, or to the tolerance of an inner iteration.
     pub preserves_group: bool,
-    /// Evaluations of the potential for each step; `None` if iterations or error control
-    /// determine their number.
+    /// Number of evaluations of the potential per step; `None` if iterations or error control
+    /// determine it.
     pub force_evaluations: Option<u32>,
 }
 
@@ -115,24 +116,24 @@ impl Facts {
     };
 }
 
-/// The work of the steps so far.
+/// The work of the steps made so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Steps made.
+    /// Number of steps made.
     pub steps: u64,
-    /// The number of evaluations of the potential, each for all bodies at once, including the
-    /// evaluations at the start.
+    /// Number of evaluations of the potential, including evaluations at the start. One evaluation
+    /// covers all bodies.
     pub force_evaluations: u64,
-    /// Newton or fixed-point iterations, summed over the bodies where each has its own.
+    /// Number of Newton or fixed-point iterations, summed over the bodies if each body has its own.
     pub iterations: u64,
-    /// Steps that an error control has rejected.
+    /// Number of steps that an error control has rejected.
     pub rejected: u64,
 }
 
-/// The reason for which a step failed.
+/// The reason why a step failed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepError {
-    /// The implicit attitude equation has no physical solution.
+    /// The implicit attitude equation has no physical solution, because the step is too long.
     #[error(
         "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and a step must turn the body \
         by less than 90°; use a step of {} s or less",
@@ -142,32 +143,32 @@ pub enum StepError {
     TooLong {
         /// Number of the body, from 1.
         body: usize,
-        /// The step \[s\].
+        /// Length of the step \[s\].
         step: f64,
-        /// `h|J⁻¹Π|` \[rad\].
+        /// Turn of the body in the step, `h|J⁻¹Π|` \[rad\].
         turn: f64,
     },
-    /// An iteration over the whole step does not converge.
+    /// An iteration for the equations of the whole step did not converge.
     #[error(
         "the equations of a step of {} s did not converge in {iterations} iterations; shorten the step",
         figures::rounded(*step, 4)
     )]
     NotConverged {
-        /// The step \[s\].
+        /// Length of the step \[s\].
         step: f64,
-        /// Iterations made.
+        /// Number of iterations made.
         iterations: u32,
     },
-    /// The error control requires steps that are too small to make progress, or too many of them.
+    /// The error control requires steps that are too short to make progress, or too many of them.
     #[error(
         "the error control failed within a step of {} s; increase the tolerance or look for a collision",
         figures::rounded(*step, 4)
     )]
     GaveUp {
-        /// The step \[s\].
+        /// Length of the step \[s\].
         step: f64,
     },
-    /// A number is NaN or infinite.
+    /// A number of the state became NaN or infinite.
     #[error("the step gives numbers that are not finite; look for a collision, or shorten the step")]
     NotFinite,
 }

@@ -1,32 +1,32 @@
-//! Explicit Runge–Kutta methods on the nine numbers of an attitude: the usual choice, for
-//! comparison.
+//! Explicit Runge–Kutta methods on the nine elements of the rotation matrix, which are the usual
+//! choice, for comparison.
 //!
 //! ```text
 //! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i
 //! ```
-//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. A step with
-//! an embedded pair and a tolerance is divided until the estimated error of each part, relative to
-//! the size of each quantity, is within the tolerance.
+//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. If the
+//! tableau has an embedded pair and a tolerance is given, a step is divided. Each part is shortened
+//! until its estimated error, relative to the size of each quantity, is within the tolerance.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};
 use super::tableau::Tableau;
 use super::{Input, StepError};
 
-/// Parts a step may be divided into before it is given up.
+/// Largest number of parts into which a step may be divided.
 const MAX_PARTS: u32 = 1_000_000;
 
-/// An explicit Runge–Kutta method, of fixed steps or adaptive.
+/// An explicit Runge–Kutta method with fixed steps or with error control.
 #[derive(Clone, Debug)]
 pub(super) struct RungeKutta {
     ambient: Ambient,
     tableau: Tableau,
-    /// Error allowed per part; `None`: the step is not divided.
+    /// Allowed error per part; `None` if steps are not divided.
     tolerance: Option<f64>,
     /// Length of the part to try next \[s\].
     part: f64,
     stages: Vec<Vec<f64>>,
-    /// Change at the start of the part, at a stage, and its error.
+    /// The change since the start of the step, at the start of the part and at a stage.
     base: Vec<f64>,
     y: Vec<f64>,
     scales: Vec<f64>,
@@ -49,7 +49,8 @@ impl RungeKutta {
         }
     }
 
-    /// Fills the stages of a part that starts at `from` [s], and leaves its end in `y`.
+    /// Computes the stages of a part that starts `from` \[s\] after the start of the step, and
+    /// writes the change at its end to `y`.
     fn part(&mut self, from: f64, length: f64, inputs: &[Input]) {
         let step = self.ambient.course.loads.step;
         for i in 0..self.stages.len() {
@@ -73,18 +74,19 @@ impl RungeKutta {
             let stages = &self.stages;
             let errors = (0..self.y.len())
                 .map(|index| length * error.iter().zip(stages).map(|(e, k)| e * k[index]).sum::<f64>());
-            // A part so long that its numbers overflow is rejected like any other that is too long.
+            // A part so long that its numbers overflow is rejected like any other part that is too
+            // long.
             let ratio = match largest(errors, &self.scales) / tolerance {
                 ratio if ratio.is_finite() => ratio,
                 _ => f64::MAX,
             };
-            // The estimate is of order 7: err ~ h⁸.
+            // The estimate is of order 7, so the error is proportional to h⁸.
             let factor = 0.9 * ratio.powf(-1.0 / f64::from(self.tableau.order));
             if ratio <= 1.0 {
                 self.base.copy_from_slice(&self.y);
                 if last {
-                    // A rest shorter than the possible length gives no estimate for the next
-                    // part.
+                    // A last part that is shorter than the allowed length gives no estimate for the
+                    // next part.
                     self.part = self.part.max(length * factor.clamp(0.2, 4.0)).min(step);
                     return Ok(());
                 }
@@ -107,7 +109,7 @@ fn combine(base: &[f64], h: f64, weights: &[f64], stages: &[Vec<f64>], y: &mut [
     y.copy_from_slice(base);
     for (weight, stage) in weights.iter().zip(stages) {
         let weight = h * weight;
-        // Fehlberg's rows are half zeros.
+        // Half of the entries of Fehlberg's tableau are zero.
         if weight.abs() > 0.0 {
             y.iter_mut().zip(stage).for_each(|(y, k)| *y += weight * k);
         }

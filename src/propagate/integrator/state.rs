@@ -1,10 +1,10 @@
-//! The state of all bodies, as compensated sums.
+//! The state of all bodies, stored as compensated sums.
 //!
-//! # Why does a steady rotation need care in the attitude update?
+//! # Why does the attitude update need care in a steady rotation?
 //!
-//! It repeats the same `F`, so the rounding of its elements adds up instead of averaging out. The
-//! update multiplies by factors that move with `R` only, and takes the rest to an ulp of its small
-//! part.
+//! A steady rotation repeats the same `F`, so the rounding errors of its elements add up instead of
+//! averaging out. The update therefore multiplies only by factors that change with `R`, and
+//! computes the remaining scalar to an ulp of its small part.
 
 use super::{Momentum, StepError};
 use crate::mechanics::body::Body;
@@ -12,22 +12,22 @@ use crate::mechanics::environment::{Pose, Wrench};
 use crate::numerics::compensated::compensated_add;
 use crate::{Matrix3, Vector3, lie};
 
-/// Poses and momenta of all bodies, each with the round-off that its sum has shed so far.
+/// The poses and momenta of all bodies, each with the round-off that its sum has lost so far.
 ///
-/// The methods add small increments over and over; the sums are compensated (Kahan). Naive updates
-/// lose four digits of orthogonality and momentum over 10⁶ steps of a steady rotation.
+/// The methods add many small increments, so the sums are compensated (Kahan). Naive updates lose
+/// four digits of orthogonality and momentum over 10⁶ steps of a steady rotation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemState {
     poses: Vec<Pose>,
     momenta: Vec<Momentum>,
-    /// The compensation of the poses: the excess that was added.
+    /// Compensation of the poses: the excess that was added.
     pose_excess: Vec<Pose>,
     momentum_excess: Vec<Momentum>,
 }
 
 impl SystemState {
-    /// Builds a state from poses and momenta, one of each for each body.
-    /// [`System::check`](super::System::check) and the start of every method check it.
+    /// Builds a state from one pose and one momentum for each body. The numbers are not checked
+    /// here; [`System::check`](super::System::check) and the start of every method check them.
     pub fn new(poses: Vec<Pose>, momenta: Vec<Momentum>) -> Self {
         let none = Pose { position: Vector3::zeros(), attitude: Matrix3::zeros() };
         let at_rest = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };
@@ -45,10 +45,10 @@ impl SystemState {
         &self.momenta
     }
 
-    /// Returns whether all numbers are finite.
+    /// Returns whether all numbers of the state are finite.
     pub fn is_finite(&self) -> bool {
-        // A sum is finite only if all terms are; large ones may overflow together, and are useless
-        // too.
+        // A sum is finite only if all terms are. Very large finite terms may overflow together, but
+        // such states are useless too.
         let pose = |pose: &Pose| pose.position.sum() + pose.attitude.sum();
         let momentum = |momentum: &Momentum| momentum.linear.sum() + momentum.angular.sum();
         let poses: f64 = self.poses.iter().map(pose).sum();
@@ -65,11 +65,13 @@ impl SystemState {
         compensated_add(&mut self.poses[body].attitude, &mut self.pose_excess[body].attitude, increment);
     }
 
-    /// Turns a body by `F = cay(c)`: `R⁺ = R + a (W + W S(c))`, `W = R S(c)`, `a = 2/(1 + |c|²)`.
+    /// Turns a body by `F = cay(c)`: `R⁺ = R + a (W + W S(c))`, with `W = R S(c)` and
+    /// `a = 2/(1 + |c|²)`.
     ///
-    /// A steady rotation repeats the same `F`, so the rounding of its elements adds up. Here every
-    /// product has a factor that moves with `R`, and `a` is computed as `2 − 2|c|²/(1 + |c|²)`,
-    /// which is accurate to an ulp of the small part: the remaining error is a random walk.
+    /// A steady rotation repeats the same `F`, so the rounding errors of its elements would add up.
+    /// Here every product has a factor that changes with `R`, and `a` is computed as
+    /// `2 − 2|c|²/(1 + |c|²)`, which is accurate to an ulp of the small part. The remaining error
+    /// is a random walk.
     #[inline(always)]
     pub(crate) fn turn_attitude(&mut self, body: usize, c: &Vector3) {
         let attitude = &self.poses[body].attitude;
@@ -93,7 +95,7 @@ impl SystemState {
         compensated_add(&mut self.momenta[body].angular, &mut self.momentum_excess[body].angular, increment);
     }
 
-    /// Adds the impulses `weight · wrench` to the momenta.
+    /// Adds the impulse `weight · wrench` of each body to its momenta; `weight` is in \[s\].
     #[inline(always)]
     pub(crate) fn kick(
         &mut self,
@@ -113,8 +115,8 @@ impl SystemState {
         if check.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Turns all quantities in the reference frame by `exp S(f)`. The position of a body that only
-    /// turns is fixed in that frame.
+    /// Rotates all quantities that are given in the reference frame by `exp S(f)`. The position of
+    /// a body that only rotates is fixed in that frame and does not change.
     pub(crate) fn turn_frame(&mut self, bodies: &[Body], f: &Vector3) {
         let turn = lie::exp_minus_identity(f);
         for (index, body) in bodies.iter().enumerate() {
@@ -127,14 +129,14 @@ impl SystemState {
         }
     }
 
-    /// Overwrites the momenta of one body.
+    /// Sets the momenta of one body.
     pub(crate) fn set_momentum(&mut self, body: usize, momentum: Momentum) {
         self.momenta[body] = momentum;
         self.momentum_excess[body] = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };
     }
 }
 
-/// Returns `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`,
+/// Returns `Fᵀp − p` for the rotation `F` with the Cayley vector `c`: `a (S(c)² − S(c)) p`,
 /// `a = 2/(1 + |c|²)`.
 #[inline(always)]
 pub(super) fn carried(c: &Vector3, p: &Vector3) -> Vector3 {

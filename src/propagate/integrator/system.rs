@@ -1,4 +1,5 @@
-//! The bodies and the forces on them: n rigid bodies, a potential, inputs held by actuators.
+//! The bodies of a simulation and the forces on them: n rigid bodies, a potential, and actuator
+//! inputs.
 
 use super::state::SystemState;
 use crate::lie::Rotation;
@@ -11,10 +12,10 @@ use crate::{Matrix3, Vector3, lie};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// n rigid bodies and the potential that acts on and between them.
+/// A system of n rigid bodies, and the potential that acts on and between them.
 ///
-/// A body without a mass only turns: its position is part of the potential's poses and stays where
-/// it is.
+/// A body without a mass rotates only. Its position is part of the poses that the potential
+/// receives, and does not change.
 ///
 /// ```
 /// use slewkit::{Body, Inertia, State, UniformGravity, Vector3, lie};
@@ -41,17 +42,17 @@ use thiserror::Error;
 pub struct System {
     bodies: Vec<Body>,
     potential: Option<Arc<dyn Potential>>,
-    /// Angular velocity `n` of the reference frame, in its own axes [rad/s].
+    /// Angular velocity `n` of the reference frame in its own axes [rad/s].
     frame_rate: Vector3,
 }
 
-/// The reason for which bodies and states make no system.
+/// The reason why bodies and states do not form a valid system.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SystemError {
-    /// The system has no body.
+    /// The system has no bodies.
     #[error("a system needs at least one body")]
     Empty,
-    /// A mass that is not positive, or not finite.
+    /// The mass of a body is not positive, or not finite.
     #[error("body {body}: the mass is {mass} kg: it must be positive; remove it if the body only turns")]
     Mass {
         /// Number of the body, from 1.
@@ -62,9 +63,9 @@ pub enum SystemError {
     /// The number of states differs from the number of bodies.
     #[error("{states} states for {bodies} bodies; give one for each")]
     Count {
-        /// Bodies of the system.
+        /// Number of bodies in the system.
         bodies: usize,
-        /// States given.
+        /// Number of states given.
         states: usize,
     },
     /// A number in a state is NaN or infinite.
@@ -78,7 +79,7 @@ pub enum SystemError {
     Attitude {
         /// Number of the body, from 1.
         body: usize,
-        /// `max |RᵀR − I|`, or 2 for a reflection.
+        /// Largest element of `|RᵀR − I|`; 2 for a reflection.
         error: f64,
     },
     /// The step is not a positive number.
@@ -93,7 +94,7 @@ pub enum SystemError {
         /// The degree given.
         degree: usize,
     },
-    /// The tolerance is unusable.
+    /// The tolerance is outside its range.
     #[error("the tolerance is {tolerance:e}: it must be between 1e-14, the limit of round-off, and 0.1")]
     Tolerance {
         /// The tolerance given.
@@ -101,10 +102,10 @@ pub enum SystemError {
     },
 }
 
-/// The output of the actuators on one body during a step, linear in time between its ends.
+/// The actuator output on one body during a step, linear in time between the ends of the step.
 ///
-/// Held inputs have equal ends. Forces are in the reference frame, moments in body axes. A method
-/// that uses one end only documents it.
+/// Held inputs have equal ends. Forces are in the reference frame, moments in body axes. Methods
+/// that use the output at one end only state this.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input {
     /// The output at the start of the step.
@@ -114,12 +115,12 @@ pub struct Input {
 }
 
 impl Input {
-    /// Builds an input with one wrench throughout the step.
+    /// Builds an input with a constant wrench throughout the step.
     pub fn held(wrench: Wrench) -> Self {
         Self { start: wrench, end: wrench }
     }
 
-    /// Returns the output at `fraction` of the step.
+    /// Returns the output at the fraction `fraction` of the step.
     pub fn at(&self, fraction: f64) -> Wrench {
         let mix = |a: &Vector3, b: &Vector3| a * (1.0 - fraction) + b * fraction;
         Wrench {
@@ -129,29 +130,29 @@ impl Input {
     }
 }
 
-/// The conserved quantities of an exact motion without inputs, and the distance of the attitudes
-/// from the group.
+/// Quantities that an exact motion without inputs conserves, and the deviation of the attitudes
+/// from rotations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Invariants {
-    /// Kinetic plus potential energy \[J\]. If the frame turns, `n · Σ(x×γ + RΠ)` is subtracted:
-    /// this is Jacobi's integral, which a field fixed in that frame conserves.
+    /// Kinetic plus potential energy \[J\]. In a rotating frame `n · Σ(x×γ + RΠ)` is subtracted:
+    /// the result is Jacobi's integral, which a field fixed in this frame conserves.
     pub energy: f64,
-    /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of
-    /// positions.
+    /// Linear momentum `Σγ`, reference frame [N·s]. It is conserved if the potential depends only
+    /// on differences of positions.
     pub linear_momentum: Vector3,
-    /// `Σ(x×γ + RΠ)` about the origin, reference frame [N·m·s]; its component along an axis of
-    /// symmetry of the potential is conserved.
+    /// Angular momentum `Σ(x×γ + RΠ)` about the origin, reference frame [N·m·s]. Its component
+    /// along an axis of symmetry of the potential is conserved.
     pub angular_momentum: Vector3,
-    /// Largest `‖I − RᵀR‖` (Frobenius) of all bodies.
+    /// Largest `‖I − RᵀR‖` (Frobenius norm) over all bodies.
     pub orthogonality: f64,
 }
 
 impl System {
-    /// Builds the bodies under a potential; `None`: free bodies.
+    /// Builds a system of bodies under a potential; `None` for free bodies.
     ///
     /// # Errors
-    /// [`SystemError::Empty`], [`SystemError::Mass`].
+    /// [`SystemError::Empty`] without bodies, or [`SystemError::Mass`] for an invalid mass.
     pub fn new(bodies: Vec<Body>, potential: Option<Arc<dyn Potential>>) -> Result<Self, SystemError> {
         if bodies.is_empty() {
             return Err(SystemError::Empty);
@@ -164,11 +165,11 @@ impl System {
         Ok(Self { bodies, potential, frame_rate: Vector3::zeros() })
     }
 
-    /// Returns one body in an environment, whose frame may turn. A body with a mass also
-    /// translates.
+    /// Builds a system of one body in an environment, whose frame may rotate. A body with a mass
+    /// also translates.
     ///
     /// # Errors
-    /// [`SystemError::Mass`].
+    /// [`SystemError::Mass`] for an invalid mass.
     pub fn single(body: Body, environment: Arc<dyn Environment>) -> Result<Self, SystemError> {
         let frame_rate = environment.frame_rate();
         let potential = (!environment.is_free())
@@ -176,7 +177,7 @@ impl System {
         Self::turning(vec![body], potential, frame_rate)
     }
 
-    /// Builds the bodies and potential in a reference frame that turns.
+    /// Builds a system of bodies under a potential in a rotating reference frame.
     pub(crate) fn turning(
         bodies: Vec<Body>,
         potential: Option<Arc<dyn Potential>>,
@@ -185,34 +186,35 @@ impl System {
         Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
     }
 
-    /// Builds the system in a reference frame that turns at this angular velocity, in its own axes
-    /// [rad/s]: the potential is fixed in it, and states are given against it.
+    /// Sets the angular velocity of the reference frame, in its own axes [rad/s]. The potential is
+    /// fixed in this frame, and states are relative to it.
     #[must_use]
     pub fn with_frame_rate(self, frame_rate: Vector3) -> Self {
         Self { frame_rate, ..self }
     }
 
-    /// Returns the bodies.
+    /// Returns the bodies of the system.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// Returns the potential; `None`: free bodies.
+    /// Returns the potential; `None` for free bodies.
     pub fn potential(&self) -> Option<&dyn Potential> {
         self.potential.as_deref()
     }
 
-    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]; zero:
-    /// inertial.
+    /// Returns the angular velocity of the reference frame in its own axes [rad/s]; zero for an
+    /// inertial frame.
     pub fn frame_rate(&self) -> Vector3 {
         self.frame_rate
     }
 
-    /// Returns the state of all bodies from position, velocity, attitude and angular velocity of
-    /// each.
+    /// Builds the state of all bodies from the position, velocity, attitude and angular velocity of
+    /// each body.
     ///
     /// # Errors
-    /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
+    /// [`SystemError::Count`], [`SystemError::NotFinite`], or [`SystemError::Attitude`] if an
+    /// attitude is not a rotation.
     pub fn state(&self, states: &[State]) -> Result<SystemState, SystemError> {
         if states.len() != self.bodies.len() {
             return Err(SystemError::Count { bodies: self.bodies.len(), states: states.len() });
@@ -232,10 +234,11 @@ impl System {
         Ok(state)
     }
 
-    /// Checks that `state` fits this system: the number of bodies, finite numbers, rotations.
+    /// Checks that `state` fits this system: the number of bodies, finite numbers, and rotations.
     ///
     /// # Errors
-    /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
+    /// [`SystemError::Count`], [`SystemError::NotFinite`], or [`SystemError::Attitude`] if an
+    /// attitude is not a rotation.
     pub fn check(&self, state: &SystemState) -> Result<(), SystemError> {
         let (bodies, states) = (self.bodies.len(), state.poses().len());
         if states != bodies || state.momenta().len() != bodies {
@@ -255,12 +258,12 @@ impl System {
         Ok(())
     }
 
-    /// Returns the symmetry that determines the conserved momenta.
+    /// Returns the symmetry of the potential, which determines the conserved momenta.
     pub fn symmetry(&self) -> Symmetry {
         self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
     }
 
-    /// Returns energy, momenta and orthogonality.
+    /// Returns the energy, momenta and orthogonality error of a state.
     pub fn invariants(&self, state: &SystemState) -> Invariants {
         let (poses, momenta) = (state.poses(), state.momenta());
         let potential = self.potential.as_ref().map_or(0.0, |potential| potential.energy(poses));
@@ -268,7 +271,7 @@ impl System {
         let kinetic = invariants::kinetic_energy(&self.bodies, momenta);
         let mut worst = 0.0_f64;
         for error in poses.iter().map(|pose| lie::orthogonality(&pose.attitude)) {
-            // Written so that a NaN stays.
+            // A NaN value stays in this comparison.
             worst = if error <= worst { worst } else { error };
         }
         Invariants {
@@ -280,7 +283,7 @@ impl System {
     }
 }
 
-/// An environment as the potential of the only body.
+/// Adapts an environment to the potential of a system with one body.
 #[derive(Clone, Debug)]
 struct EnvironmentPotential {
     environment: Arc<dyn Environment>,
@@ -305,16 +308,16 @@ impl Potential for EnvironmentPotential {
     }
 }
 
-/// The loads on all bodies within a step, counted.
+/// The loads on all bodies within a step, with a count of the evaluations.
 ///
-/// The methods use one set of inertial axes within a step, which coincides with the axes of the
-/// reference frame at its start. The potential is fixed in the reference frame: its poses are
-/// turned back by the rotation of the frame so far, and its forces forward.
+/// Within a step the methods use fixed inertial axes, which coincide with the axes of the reference
+/// frame at the start of the step. The potential is fixed in the reference frame. Poses are
+/// therefore transformed to the rotated frame, and the resulting forces back.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     pub system: System,
     pub step: f64,
-    /// Evaluations of the potential so far.
+    /// Number of evaluations of the potential so far.
     pub evaluations: u64,
     turned: Vec<Pose>,
 }
@@ -327,18 +330,18 @@ impl Loads {
         Self { system: system.clone(), step, evaluations: 0, turned }
     }
 
-    /// Returns whether the bodies are free: no potential and no inputs.
+    /// Returns whether all bodies are free: no potential and no inputs.
     pub fn is_free(&self, inputs: &[Input]) -> bool {
         self.system.potential.is_none() && inputs.is_empty()
     }
 
-    /// Returns the rotation vector that turns all quantities into the frame's axes at the end of a
-    /// step; `None`: the frame is inertial.
+    /// Returns the rotation vector that transforms all quantities to the axes of the frame at the
+    /// end of a step; `None` if the frame is inertial.
     pub fn frame_turn(&self) -> Option<Vector3> {
         (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)
     }
 
-    /// Evaluates the potential's wrenches at a node.
+    /// Evaluates the wrenches of the potential at a node.
     pub fn field(&mut self, poses: &[Pose], wrenches: &mut [Wrench]) {
         let Some(potential) = &self.system.potential else {
             wrenches.fill(Wrench::zero());
@@ -348,8 +351,8 @@ impl Loads {
         potential.wrenches(poses, wrenches);
     }
 
-    /// Evaluates the potential's gradient at `fraction` of the step, n×n blocks, poses and forces
-    /// as in `total`.
+    /// Evaluates the gradient of the potential at the fraction `fraction` of the step, as n×n
+    /// blocks. Poses and forces are in the axes that [`Self::total`] uses.
     ///
     /// # Panics
     /// Panics if the system has no potential, or if the potential does not provide its gradient.
@@ -380,7 +383,7 @@ impl Loads {
         }
     }
 
-    /// Turns poses of the axes at the start of the step into the frame.
+    /// Transforms poses from the axes at the start of the step to the rotated frame.
     fn turn_poses(&mut self, frame: &Matrix3, poses: &[Pose]) {
         for ((turned, pose), body) in self.turned.iter_mut().zip(poses).zip(&self.system.bodies) {
             let position = if body.mass.is_some() { frame * pose.position } else { pose.position };
@@ -388,8 +391,8 @@ impl Loads {
         }
     }
 
-    /// Evaluates potential and inputs at `fraction` of the step, poses and forces in the axes of
-    /// its start.
+    /// Evaluates potential and inputs at the fraction `fraction` of the step. Poses and forces are
+    /// in the axes at the start of the step.
     pub fn total(&mut self, fraction: f64, poses: &[Pose], inputs: &[Input], wrenches: &mut [Wrench]) {
         let Some(turn) = self.frame_turn() else {
             self.field(poses, wrenches);
@@ -408,7 +411,7 @@ impl Loads {
     }
 }
 
-/// Adds the inputs at `fraction` of the step.
+/// Adds the actuator outputs at the fraction `fraction` of the step to the wrenches.
 pub(crate) fn add_inputs(inputs: &[Input], fraction: f64, wrenches: &mut [Wrench]) {
     for (wrench, input) in wrenches.iter_mut().zip(inputs) {
         let input = input.at(fraction);

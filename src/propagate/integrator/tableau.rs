@@ -1,21 +1,22 @@
 //! Butcher tableaux of the explicit Runge–Kutta methods.
 
-/// `k_i = f(y + h Σ_{j<i} a_ij k_j)`, `y⁺ = y + h Σ b_i k_i`; row i of `a` has i entries.
+/// The coefficients of a method `k_i = f(y + h Σ_{j<i} a_ij k_j)`, `y⁺ = y + h Σ b_i k_i`; row i of
+/// `a` has i entries.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tableau {
     pub c: &'static [f64],
     pub a: &'static [&'static [f64]],
     pub b: &'static [f64],
-    /// Weights of the error estimate, `h Σ e_i k_i`, of an embedded pair.
+    /// Weights `e_i` of the error estimate `h Σ e_i k_i` of an embedded pair; `None` without one.
     pub error: Option<&'static [f64]>,
     pub order: u32,
 }
 
 impl Tableau {
-    /// Checks shapes and row sums.
+    /// Checks the shapes and the row sums of the coefficients.
     ///
     /// # Panics
-    /// Panics if the coefficients do not fit, because of a misprint.
+    /// Panics if the coefficients are inconsistent, because one of them is misprinted.
     pub fn checked(self) -> Self {
         let near = |sum: f64, expected: f64| (sum - expected).abs() < 1e-14;
         assert_eq!((self.a.len(), self.b.len()), (self.c.len(), self.c.len()), "one row per stage");
@@ -35,7 +36,7 @@ impl Tableau {
 pub(super) const MIDPOINT: Tableau =
     Tableau { c: &[0.0, 0.5], a: &[&[], &[0.5]], b: &[0.0, 1.0], error: None, order: 2 };
 
-/// The classical method (Kutta 1901).
+/// The classical fourth-order method (Kutta 1901).
 pub(super) const KUTTA_4: Tableau = Tableau {
     c: &[0.0, 0.5, 0.5, 1.0],
     a: &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],
@@ -44,8 +45,8 @@ pub(super) const KUTTA_4: Tableau = Tableau {
     order: 4,
 };
 
-/// Order 3 with products of exponentials (Crouch, Grossman, J. Nonlinear Sci. 3, 1993; as in
-/// Hairer, Lubich, Wanner, Geometric Numerical Integration, IV.8).
+/// A method of order 3 with products of exponentials (Crouch, Grossman, J. Nonlinear Sci. 3, 1993;
+/// as in Hairer, Lubich, Wanner, Geometric Numerical Integration, IV.8).
 pub(super) const CROUCH_GROSSMAN_3: Tableau = Tableau {
     c: &[0.0, 3.0 / 4.0, 17.0 / 24.0],
     a: &[&[], &[3.0 / 4.0], &[119.0 / 216.0, 17.0 / 108.0]],
@@ -54,8 +55,8 @@ pub(super) const CROUCH_GROSSMAN_3: Tableau = Tableau {
     order: 3,
 };
 
-/// Fehlberg's pair of orders 7 and 8 with 13 stages (NASA TR R-287, 1968, table X). The result of
-/// order 8 is carried on.
+/// Fehlberg's pair of orders 7 and 8 with 13 stages (NASA TR R-287, 1968, table X). Integration
+/// continues from the result of order 8.
 #[rustfmt::skip]
 pub(super) const FEHLBERG_78: Tableau = Tableau {
     c: &[
@@ -100,15 +101,16 @@ pub(super) const FEHLBERG_78: Tableau = Tableau {
 mod tests {
     use super::*;
 
-    /// A rooted tree: its subtrees, as places in a list of smaller trees, not increasing.
+    /// A rooted tree, as the indices of its subtrees in a list of smaller trees, in non-increasing
+    /// order.
     type Tree = Vec<usize>;
 
-    /// Returns all rooted trees up to an order, smaller ones first.
+    /// Returns all rooted trees up to an order, smaller trees first, and their sizes.
     fn trees(order: usize) -> (Vec<Tree>, Vec<usize>) {
         let (mut trees, mut sizes): (Vec<Tree>, Vec<usize>) = (vec![vec![]], vec![1]);
         for size in 2..=order {
             let known = trees.len();
-            // Partial trees with subtrees not increasing: (subtrees, size so far).
+            // Partial trees whose subtrees are in non-increasing order: (subtrees, size so far).
             let mut open = vec![(Vec::new(), 1)];
             while let Some((tree, so_far)) = open.pop() {
                 if so_far == size {

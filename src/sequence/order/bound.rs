@@ -1,23 +1,25 @@
-//! A lower bound of all orders: spanning trees with prices at the stops (Held and Karp 1970).
+//! A lower bound on the end time of all orders: spanning trees with prices at the stops (Held and
+//! Karp 1970).
 //!
-//! An order is a path from the start. With a dummy stop between its last stop and the start it is a
-//! tour, and a tour is a spanning tree of the stops with two edges of the dummy added, in which
-//! every stop has two edges. A price at each stop, paid for each of its edges and given back twice,
-//! changes no tour, so for any prices the cheapest such tree bounds all of them. The prices follow
-//! the subgradient, the number of edges less two.
+//! An order is a path from the start. A dummy stop between its last stop and the start closes it to
+//! a tour. A tour is a spanning tree of the stops plus the two edges of the dummy, in which every
+//! stop has two edges. Each stop has a price that is added to the length of each of its edges;
+//! twice the sum of all prices is subtracted from the result. This changes the length of no tour,
+//! so for any prices the shortest such tree is a lower bound for all tours. The prices are updated
+//! along the subgradient, which is the number of edges of a stop minus two.
 
 use super::Stops;
 
-/// Steps of the subgradient: with more the bound hardly rises (`evidence -- orders`).
+/// Number of subgradient steps. More steps hardly raise the bound (`evidence -- orders`).
 const STEPS: usize = 400;
 
-/// Returns a lower bound of the end of all orders.
+/// Returns a lower bound of the end time of all orders \[s\].
 pub fn of(stops: &Stops) -> f64 {
     let count = stops.visits.len() + 1;
     let at_stops: f64 = stops.visits.iter().map(super::Visit::rest).sum();
     let opens = |visit: &super::Visit| visit.window[0] + visit.hold;
     let latest = stops.visits.iter().map(opens).fold(f64::NEG_INFINITY, f64::max);
-    // A tree has no directions: a leg counts as the shorter one of both.
+    // Edges of a tree have no direction, so an edge has the shorter duration of the two legs.
     let leg = |a: usize, b: usize| {
         let [there, back] = [(a, b), (b, a)].map(|(from, to)| (stops.least)(from, to));
         if a == 0 {
@@ -41,15 +43,15 @@ pub fn of(stops: &Stops) -> f64 {
         if index == 0 {
             step = cost / count as f64;
         }
-        // From about the mean leg down to nothing, so that the prices settle.
+        // The step length decreases from about the mean leg to zero, so that the prices converge.
         let length = step * (1.0 - index as f64 / STEPS as f64).powi(2) / norm.sqrt();
         prices.iter_mut().zip(&edges).for_each(|(price, edges)| *price += length * (edges - 2.0));
     }
     (best + at_stops).max(latest)
 }
 
-/// The cheapest tree with the two edges of the dummy, less what the prices give back, and the number
-/// of edges of each stop.
+/// The shortest tree with the two edges of the dummy: its length minus twice the sum of the prices,
+/// and the number of edges of each stop.
 struct Tree {
     cost: f64,
     edges: Vec<f64>,
@@ -59,7 +61,7 @@ fn tree(legs: &[f64], prices: &[f64], last: Option<usize>) -> Tree {
     let count = prices.len();
     let priced = |a: usize, b: usize| legs[a * count + b] + prices[a] + prices[b];
     let (mut edges, mut cost) = (vec![0.0; count], 0.0);
-    // Prim: the nearest stop of the tree, for each stop outside.
+    // Prim's algorithm: for each stop outside the tree, the nearest stop inside.
     let mut nearest: Vec<(f64, usize)> = (0..count).map(|stop| (priced(0, stop), 0)).collect();
     let mut inside = vec![false; count];
     inside[0] = true;
@@ -77,7 +79,7 @@ fn tree(legs: &[f64], prices: &[f64], last: Option<usize>) -> Tree {
             }
         }
     }
-    // The dummy goes to the start, and to the last stop.
+    // The dummy has an edge to the start and an edge to the last stop.
     let of_dummy = |stop: &usize| prices[*stop];
     let cheapest = (1..count).min_by(|a, b| of_dummy(a).total_cmp(&of_dummy(b)));
     for stop in [Some(0), last.or(cheapest)].into_iter().flatten() {

@@ -1,16 +1,17 @@
-//! The exact order: dynamic programming over the sets of visited stops.
+//! The exact order of stops, by dynamic programming over the sets of visited stops.
 
 use super::Stops;
 
-/// Returns the order of the `free` stops, and the last one behind them, that ends first of all that
-/// keep their windows; `None` where none does.
+/// Returns the order of the `free` stops, followed by a given last stop, that ends earliest among
+/// all orders that keep their windows; `None` if no order keeps them.
 pub fn best(stops: &Stops, free: &[usize]) -> Option<Vec<usize>> {
     let count = free.len();
     if count == 0 {
         let order: Vec<usize> = stops.last.into_iter().collect();
         return (stops.followed(&order).1 == 0.0).then_some(order);
     }
-    // The earliest end of the hold at a stop, after a set of stops that it is the last of.
+    // The earliest end of the hold at a stop, for each set of visited stops and each last stop of
+    // the set.
     let mut earliest = vec![f64::INFINITY; count << count];
     let mut before = vec![u8::MAX; count << count];
     let place = |set: usize, last: usize| set * count + last;

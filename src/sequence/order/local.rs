@@ -1,18 +1,20 @@
-//! Orders of many stops: a nearest neighbour first, then runs of one to three stops moved and
-//! turned round (Or 1976), stretches turned round (Croes 1958), and the best order shaken by
-//! exchanges of two stretches (Martin, Otto and Felten 1991), with a fixed seed.
+//! Local search for the order of many stops. It starts from nearest neighbours, moves and reverses
+//! runs of one to three stops (Or 1976), and reverses longer stretches (Croes 1958). The best order
+//! is then perturbed by exchanges of two stretches (Martin, Otto and Felten 1991), with a fixed
+//! seed.
 
 use super::Stops;
 use crate::numerics::random::Stream;
 
-/// The longest run of stops that is moved at a time.
+/// Length of the longest run of stops that is moved at once.
 const LONGEST_RUN: usize = 3;
 
-/// Shakes without a better order after which the search ends: more of them find a better order now
-/// and then, and take as much longer (`evidence -- orders`).
+/// Number of perturbations without a better order after which the search ends. More of them
+/// occasionally find a better order, and take proportionally longer (`evidence -- orders`).
 const PATIENCE: u32 = 60;
 
-/// Returns the best order that is found of the `free` stops, with the last one behind them.
+/// Returns the best order that is found for the `free` stops, followed by the stop that must stay
+/// last, if one must.
 pub fn best(stops: &Stops, free: Vec<usize>) -> Vec<usize> {
     let search = Search { stops };
     let mut best = search.improved(search.nearest(free));
@@ -36,14 +38,14 @@ struct Search<'s, 'a> {
 }
 
 impl Search<'_, '_> {
-    /// What an order is judged by: lateness first, then its end.
+    /// Returns the value of an order as a pair to be minimised: its delay first, then its end time.
     fn value(&self, order: &[usize]) -> (f64, f64) {
         let whole: Vec<usize> = order.iter().copied().chain(self.stops.last).collect();
         let (end, late) = self.stops.followed(&whole);
         (late, end)
     }
 
-    /// Goes to the stop that is done first, again and again.
+    /// Builds an order greedily: the next stop is the one whose hold ends first.
     fn nearest(&self, mut left: Vec<usize>) -> Vec<usize> {
         let (mut at, mut time, mut order) = (0, 0.0, Vec::with_capacity(left.len()));
         while !left.is_empty() {
@@ -64,7 +66,7 @@ impl Search<'_, '_> {
         order
     }
 
-    /// Changes an order as long as that makes it better.
+    /// Improves an order by local changes until no change makes it better.
     fn improved(&self, mut order: Vec<usize>) -> Vec<usize> {
         let mut value = self.value(&order);
         loop {
@@ -83,12 +85,13 @@ impl Search<'_, '_> {
     }
 }
 
-/// A change of an order.
+/// A local change of an order.
 #[derive(Clone, Copy)]
 enum Change {
-    /// The stops from one place up to another are turned round.
+    /// Reversal of the stops from the first index up to, but not including, the second.
     Turn(usize, usize),
-    /// So many stops from a place are moved to another place of what is left, turned round or not.
+    /// Move of a run: its first index, its length, its index in the remaining stops, and whether it
+    /// is reversed.
     Move(usize, usize, usize, bool),
 }
 
@@ -109,7 +112,7 @@ impl Change {
     }
 }
 
-/// All changes of an order of so many stops.
+/// Returns all local changes of an order of `count` stops.
 fn neighbours(count: usize) -> impl Iterator<Item = Change> {
     let turns = (0..count).flat_map(move |from| (from + 2..=count).map(move |to| Change::Turn(from, to)));
     let moves = (1..=LONGEST_RUN.min(count.saturating_sub(1))).flat_map(move |run| {
@@ -121,7 +124,7 @@ fn neighbours(count: usize) -> impl Iterator<Item = Change> {
     turns.chain(moves)
 }
 
-/// An order whose two inner quarters have changed places.
+/// Returns a perturbed order: cut at random into four pieces, with the two inner pieces exchanged.
 fn shaken(order: &[usize], shake: u32) -> Vec<usize> {
     let count = order.len();
     let mut stream = Stream::new(0, 0, shake);

@@ -1,18 +1,18 @@
-//! The best order of stops, by the times or costs of all legs between them.
+//! Search for the best order of stops, given the durations or costs of all legs between them.
 //!
-//! A leg from stop i to stop j that begins at time t takes `T_ij(t)`. At a stop the body settles,
-//! waits until its window opens, and holds. The end of the last hold is minimised. Up to
-//! [`MOST_EXACT`] stops the order is exact (dynamic programming over the sets of visited stops,
-//! Held and Karp 1962; Bellman 1962), and beyond that it is the best that a local search finds,
-//! with a proved lower bound. The exactness needs that an earlier arrival never hurts, which holds
-//! where one may wait at a stop.
+//! A leg from stop i to stop j that begins at time t lasts `T_ij(t)`. At a stop the body settles,
+//! waits until the window opens, and holds. The search minimises the end of the last hold. For up
+//! to [`MOST_EXACT`] stops the order is exact (dynamic programming over the sets of visited stops,
+//! Held and Karp 1962; Bellman 1962). For more stops it is the best order that a local search
+//! finds, with a proved lower bound. Exactness requires that an earlier arrival never delays the
+//! end. This holds because the body may wait at a stop.
 //!
-//! Times that were *found* order the legs: no order is better with these legs. They prove nothing
-//! about the legs themselves.
+//! The search uses the durations of plans that were found. Its result is that no order of these
+//! legs is better. It proves nothing about the legs themselves.
 //!
-//! Least effort without limits in a total time T is a case of this. A leg from rest to rest costs
-//! `c/T_i³`, so the best split has `T_i ∝ c_i^{1/4}`, and all legs together cost
-//! `(Σ c_i^{1/4})⁴/T³`: the weights of the legs are `c_i^{1/4}`, and no stop has a window.
+//! Minimum effort without limits in a total time T is a special case. A leg from rest to rest costs
+//! `c/T_i³`, so the best split of the time has `T_i ∝ c_i^{1/4}`, and all legs together cost
+//! `(Σ c_i^{1/4})⁴/T³`. The weights of the legs are then `c_i^{1/4}`, and no stop has a window.
 
 mod bound;
 mod exact;
@@ -20,48 +20,49 @@ mod local;
 #[cfg(test)]
 mod tests;
 
-/// The most stops, besides the start and a last one that is given, whose order is exact: sixteen
-/// would take 17 MB and twice the time.
+/// Largest number of stops whose order is found exactly, not counting the start and a given last
+/// stop. Sixteen stops would take 17 MB and twice the time.
 pub const MOST_EXACT: usize = 15;
 
-/// What happens at a stop.
+/// The times of a visit to a stop: settling, hold and window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visit {
-    /// The rest before the hold \[s\].
+    /// Time from the arrival to the start of the hold in which the body settles \[s\].
     pub settling: f64,
-    /// The hold \[s\].
+    /// Duration of the hold \[s\].
     pub hold: f64,
-    /// The earliest begin of the hold and its latest end \[s\].
+    /// The window: earliest start and latest end of the hold \[s\].
     pub window: [f64; 2],
-    /// Whether the hold begins when the window opens, and not later.
+    /// Whether the hold must begin exactly when the window opens.
     pub pinned: bool,
 }
 
 impl Visit {
-    /// A stop without a window, nor a hold.
+    /// The visit to a stop that has neither a window nor a hold.
     pub const PASSED: Self =
         Self { settling: 0.0, hold: 0.0, window: [f64::NEG_INFINITY, f64::INFINITY], pinned: false };
 
-    /// The round-off of sums of times, as a part of them: a hold that fills its window is not late.
+    /// Relative round-off of sums of times, within which a hold that fills its window is not late.
     pub const ROUND_OFF: f64 = 1e-12;
 
-    /// Returns how long the body rests here at least \[s\].
+    /// Returns the shortest time that the body rests at the stop \[s\].
     pub fn rest(&self) -> f64 {
         self.settling + self.hold
     }
 
-    /// Returns the latest begin of the hold \[s\].
+    /// Returns the latest start of the hold \[s\].
     fn latest(&self) -> f64 {
         if self.pinned { self.window[0] } else { self.window[1] - self.hold }
     }
 
-    /// Returns the earliest arrival after which the body need not wait, and the latest one that is in
-    /// time, both \[s\].
+    /// Returns two arrival times \[s\]: the earliest from which the body need not wait, and the
+    /// latest that keeps the window.
     pub fn arrival(&self) -> [f64; 2] {
         [self.window[0] - self.settling, self.latest() - self.settling]
     }
 
-    /// Returns the end of the hold after an arrival \[s\], and by how much it is late \[s\].
+    /// Returns the end of the hold for an arrival at this time \[s\], and the delay past the window
+    /// \[s\], zero if the window is kept.
     pub fn after(&self, arrival: f64) -> (f64, f64) {
         let begin = (arrival + self.settling).max(self.window[0]);
         let late = begin - self.latest();
@@ -70,56 +71,59 @@ impl Visit {
     }
 }
 
-/// Stops to be ordered; stop 0 is the start.
+/// The stops to be ordered, with the durations of their legs. Index 0 is the start.
 pub struct Stops<'a> {
-    /// All stops but the start, from 1.
+    /// The visits to all stops in the order of their indices 1, 2, …, without the start.
     pub visits: &'a [Visit],
-    /// Returns how long a leg takes \[s\], or what it weighs: from a stop, to a stop, and the time
-    /// at which it begins. The end of a leg must not be earlier where it begins later.
+    /// The duration \[s\] or the weight of a leg, as a function of the index of its first stop, the
+    /// index of its second stop, and its start time \[s\]. A leg that begins later must not end
+    /// earlier.
     pub leg: &'a dyn Fn(usize, usize, f64) -> f64,
-    /// Returns the least that the leg takes at any time.
+    /// The smallest duration or weight of a leg over all start times.
     pub least: &'a dyn Fn(usize, usize) -> f64,
-    /// The stop that stays last.
+    /// Index of the stop that must stay last; `None` if all stops may be reordered.
     pub last: Option<usize>,
 }
 
-/// What is known of an order.
+/// The evidence that an order of stops is the best one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proof {
     /// No order of these legs ends earlier.
     AllOrders,
-    /// The lower bound is proved; the order is the best that was found.
+    /// The order is the best that was found; the lower bound on all orders is proved.
     LowerBound,
-    /// Legs depend on when they begin, and are known at the times of the orders that were tried:
-    /// the order is the best of these.
+    /// The durations of legs depend on their start times, and are known only for the orders that
+    /// were tried. The order is the best of these.
     None,
 }
 
-/// An order of stops.
+/// An order of stops, with its end time and the evidence for it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Order {
-    /// The stops, without the start.
+    /// Indices of the stops in the order of the visit, from 1, without the start.
     pub stops: Vec<usize>,
-    /// The end of the last hold \[s\].
+    /// End of the last hold \[s\].
     pub end: f64,
-    /// By how much windows are missed, in all \[s\]: zero for an order that keeps them.
+    /// Sum of the delays past the ends of windows \[s\]; zero if the order keeps all windows.
     pub late: f64,
-    /// No order ends earlier than this \[s\].
+    /// Lower bound \[s\]: no order ends earlier.
     pub bound: f64,
-    /// What is known.
+    /// The evidence that this order is the best one.
     pub proof: Proof,
 }
 
 impl Order {
-    /// Returns by how much the order may end later than the best one, relative.
+    /// Returns the relative optimality gap: the largest fraction of its end time by which the order
+    /// may end later than the best one.
     pub fn gap(&self) -> f64 {
         if self.end > 0.0 { ((self.end - self.bound) / self.end).max(0.0) } else { 0.0 }
     }
 }
 
 impl Stops<'_> {
-    /// Finds the best order. If no order keeps all windows, it is one that misses them by little.
+    /// Finds the best order of the stops. If no order keeps all windows, it is an order with small
+    /// delays.
     pub fn best_order(&self) -> Order {
         let free = self.free();
         let exact = if free.len() <= MOST_EXACT { exact::best(self, &free) } else { None };
@@ -133,17 +137,17 @@ impl Stops<'_> {
         Order { stops, end, late, bound, proof: Proof::LowerBound }
     }
 
-    /// Returns the stops whose order is free.
+    /// Returns the indices of the stops that may be reordered.
     fn free(&self) -> Vec<usize> {
         (1..=self.visits.len()).filter(|stop| Some(*stop) != self.last).collect()
     }
 
-    /// Returns the end of a stop whose leg begins at a time, and by how much it is late.
+    /// Returns the end of the hold at a stop whose leg begins at `time`, and its delay, both \[s\].
     fn visited(&self, from: usize, to: usize, time: f64) -> (f64, f64) {
         self.visits[to - 1].after(time + (self.leg)(from, to, time))
     }
 
-    /// Returns the end of an order and by how much its stops are late, in all \[s\].
+    /// Returns the end of an order and the sum of its delays, both \[s\].
     pub fn followed(&self, stops: &[usize]) -> (f64, f64) {
         let (mut at, mut time, mut late) = (0, 0.0, 0.0);
         for stop in stops {

@@ -1,8 +1,8 @@
 use super::{Order, Proof, Stops, Visit, bound, local};
 use crate::numerics::random::Stream;
 
-/// Times of all legs between six attitudes \[s\], planned by another program; by symmetry the lower half is that of
-/// the way back.
+/// Minimum times of all legs between six attitudes \[s\], planned by another program. By symmetry
+/// the lower half equals the upper half.
 const TIMES: [[f64; 6]; 6] = [
     [0.0, 14.969738728151052, 16.86409504618363, 11.05698424331468, 17.013680880913284, 15.517619864853009],
     [0.0, 0.0, 17.57792341774401, 14.528176371182912, 16.834504605822094, 19.243122318788345],
@@ -12,7 +12,7 @@ const TIMES: [[f64; 6]; 6] = [
     [0.0, 19.24312231878837, 16.146866229018993, 17.209557473722516, 18.17564525495798, 0.0],
 ];
 
-/// Least effort of the legs of a similar body in a second.
+/// Minimum efforts of the legs of a similar body in one second.
 const EFFORTS: [[f64; 6]; 6] = [
     [0.0, 17.314115075244665, 44.697869536007815, 4.5347788943589, 42.448564172145396, 20.63076626110254],
     [17.314115075244665, 0.0, 56.89939313089223, 27.103366768093494, 26.314299224346144, 47.293124080960965],
@@ -32,7 +32,7 @@ fn rows(table: &[[f64; 6]; 6]) -> Vec<Vec<f64>> {
     table.iter().map(|row| row.to_vec()).collect()
 }
 
-/// Every order of `count` stops.
+/// Returns all orders of `count` stops.
 fn all_orders(count: usize) -> Vec<Vec<usize>> {
     if count == 0 {
         return vec![Vec::new()];
@@ -50,7 +50,8 @@ fn all_orders(count: usize) -> Vec<Vec<usize>> {
     shorter.iter().flat_map(with).collect()
 }
 
-/// Legs between random points in the plane, longer one way than the other.
+/// Returns durations of legs between random points of a plane, which differ between the two
+/// directions.
 fn random_legs(case: u64, count: usize) -> Vec<Vec<f64>> {
     let mut stream = Stream::new(7, case, 0);
     let points: Vec<[f64; 2]> = (0..=count).map(|_| [stream.unit(), stream.unit()]).collect();
@@ -61,7 +62,7 @@ fn random_legs(case: u64, count: usize) -> Vec<Vec<f64>> {
     points.iter().map(|a| points.iter().map(|b| leg(a, b)).collect()).collect()
 }
 
-/// A hold as long as its window fits, whatever the digits of the sum: 0.3 − 0.2 is below 0.1.
+/// A hold that exactly fills its window counts as kept despite round-off: 0.3 − 0.2 is below 0.1.
 #[test]
 fn a_hold_that_fills_its_window_is_not_late() {
     let visit = Visit { hold: 0.2, window: [0.1, 0.3], ..Visit::PASSED };
@@ -89,7 +90,7 @@ fn effort_orders_stops_by_the_fourth_roots_of_its_legs() {
     assert!((cost / 0.47770595624872747 - 1.0).abs() < 1e-12);
 }
 
-/// Where trees with prices are as good as the best order, as for these times, nothing is left open.
+/// If the spanning-tree bound equals the best order, as for these times, the gap is zero.
 #[test]
 fn the_bound_of_five_stops_is_their_best_order() {
     let leg = |from: usize, to: usize, _: f64| TIMES[from][to].max(TIMES[to][from]);
@@ -135,10 +136,11 @@ fn orders_with_holds_windows_and_a_last_stop_are_those_of_brute_force() {
     }
 }
 
-/// A leg that takes longer where it begins later changes the best order.
+/// A leg that takes longer if it begins later changes the best order.
 #[test]
 fn times_that_depend_on_the_beginning_are_followed() {
-    // Stop 1 takes 1 s before t = 1.5 and 9 s later; stop 2 takes 2 s at any time.
+    // The leg to stop 1 takes 1 s if it begins before t = 1.5, and 9 s later; the leg to stop 2
+    // always takes 2 s.
     let leg = |_: usize, to: usize, time: f64| if to == 1 && time > 1.5 { 9.0 } else { to as f64 };
     let least = |_: usize, to: usize| to as f64;
     let found = Stops { visits: &[Visit::PASSED; 2], leg: &leg, least: &least, last: None }.best_order();
@@ -152,7 +154,8 @@ fn a_hold_that_begins_at_a_time_waits_for_it() {
     assert_eq!(pinned.after(11.0), (13.0, 1.0));
 }
 
-/// Orders of up to fifteen stops are exact, so that what the local search finds of ten can be compared.
+/// For up to fifteen stops the exact order is known, so the result of the local search for ten can
+/// be checked.
 #[test]
 fn the_local_search_finds_the_best_of_ten_stops_and_bounds_hold() {
     for case in 0..12 {

@@ -1,4 +1,4 @@
-//! Plans the nodes of a table, one for each orbit of the symmetry, and measures its errors.
+//! Plans the nodes of a table, one per orbit of the symmetry, and measures the errors of the table.
 
 use super::mesh::Mesh;
 use super::reference::Reference;
@@ -19,29 +19,29 @@ use std::sync::mpsc;
 use std::thread;
 use thiserror::Error;
 
-/// The stack of a thread that plans: as much as the main thread has.
+/// Stack size of a planning thread \[bytes\]. The main thread usually has a stack of this size.
 const STACK: usize = 8 << 20;
 
-/// The numbers of steps that are tried for a turn without a plan, in parts of the requested number.
-/// More of them find more plans: a turn by 40° of `evidence -- table wheels` has none on 50 steps,
-/// but one on 60. A thorough search on 50 steps finds a way of four times the duration.
+/// Numbers of steps that are tried for a turn without a plan, relative to the requested number.
+/// More entries find more plans: a turn by 40° of `evidence -- table wheels` has no plan on 50
+/// steps, but one on 60. A thorough search on 50 steps finds a plan with four times the duration.
 const GRIDS: [f64; 4] = [1.0, 1.2, 1.4, 1.7];
 
-/// The options of a table.
+/// The options for computing a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableOptions {
-    /// The divisions n of an edge of the octahedron: `4n² + 2` directions, 90°/n apart. Twice as
-    /// many take four times as long, and leave about a quarter of the error. Default: 8, and
-    /// more for symmetric spacecraft, which need fewer plans, up to 16.
+    /// Number n of divisions of each edge of the octahedron: the table has `4n² + 2` directions,
+    /// 90°/n apart. Doubling n takes four times as long and leaves about a quarter of the error.
+    /// Default: 8, and up to 16 for symmetric spacecraft, which need fewer plans.
     pub divisions: Option<usize>,
-    /// The angles \[deg\], ascending, the last one 180. Below the first the ratio to the closed form
-    /// is constant. Default: 1, 3, 8, 20, and each 20 to 180.
+    /// Angles of the turns \[deg\], ascending; the last one must be 180. Below the first angle the
+    /// ratio to the closed form is constant. Default: 1, 3, 8, 20, and every 20 up to 180.
     pub angles_deg: Vec<f64>,
-    /// The number of random turns that are planned to measure the errors. Default 200; 0 for none.
+    /// Number of random turns that are planned to measure the errors; 0 for none. Default: 200.
     pub checks: usize,
-    /// The time after a leg until the pointing counts \[s\]. Default 0.
+    /// Settling time after a leg \[s\]. Default: 0.
     pub settling_s: f64,
-    /// The number of threads. Default: all processors.
+    /// Number of threads. Default: all processors.
     pub threads: Option<usize>,
 }
 
@@ -58,36 +58,37 @@ impl Default for TableOptions {
     }
 }
 
-/// The progress of a table: maneuvers planned, of all.
+/// The progress of a table: the number of planned maneuvers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Making {
-    /// The number that is planned.
+    /// Number of maneuvers planned so far.
     pub done: usize,
-    /// The number of all.
+    /// Total number of maneuvers to plan.
     pub total: usize,
 }
 
-/// A part of a problem that a table leaves out.
+/// A part of a problem that a table ignores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Left {
-    /// Cones: the values are lower than with them.
+    /// Cones. The tabulated values are lower than the values with cones.
     Cones,
-    /// Start and end: a table has all turns from rest to rest.
+    /// Start and end. A table contains all turns from rest to rest.
     Ends,
 }
 
-/// The reason for which no table was made.
+/// The reason why a table could not be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TableError {
-    /// The legs of the craft are not a function of the turn, or no plan has such a value.
+    /// The cost of a leg is not a function of the turn alone, or plans of this kind have no
+    /// suitable value.
     #[error("no table: {reason}; {remedy}")]
     Refused {
-        /// What stands against it.
+        /// The property of the problem that prevents a table.
         reason: &'static str,
-        /// The way around.
+        /// A change of the problem that avoids the obstacle.
         remedy: &'static str,
     },
-    /// The problem or the settings cannot be used.
+    /// The problem or the settings are invalid.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// No plan was found for a node.
@@ -96,31 +97,31 @@ pub enum TableError {
         axis[0], axis[1], axis[2]
     )]
     Unplanned {
-        /// The angle \[deg\].
+        /// Angle of the turn \[deg\].
         angle_deg: f64,
-        /// The axis, body axes.
+        /// Rotation axis of the turn, body axes.
         axis: [f64; 3],
-        /// The status of the plan.
+        /// Status of the failed plan.
         status: &'static str,
-        /// What may help.
+        /// A change that may help.
         remedy: &'static str,
     },
-    /// An option is out of its range.
+    /// An option is out of range.
     #[error("{what}")]
     Option {
-        /// The option, and what it may be.
+        /// The option and its valid range, as a sentence.
         what: &'static str,
     },
-    /// The nodes are no table.
+    /// The nodes do not form a table.
     #[error("this is no table: {what}")]
     Nodes {
-        /// What is wrong.
+        /// The invalid property of the nodes, as a phrase.
         what: &'static str,
     },
-    /// The system granted no thread.
+    /// The operating system granted no thread.
     #[error("the system grants no thread: allow more processes (`ulimit -u`), or more memory")]
     NoThread,
-    /// The caller stopped.
+    /// The caller stopped the computation.
     #[error("stopped")]
     Stopped,
 }
@@ -132,13 +133,13 @@ impl From<ProblemError> for TableError {
 }
 
 impl SlewTable {
-    /// Plans the table of the craft of a problem: its body, actuators, limits of rates, objective,
-    /// steps and search. `progress` is called about ten times a second, and stops the work where it
-    /// returns false.
+    /// Computes the table for the craft of a problem: its body, actuators, rate limits, objective,
+    /// steps and search settings. `progress` is called about ten times per second; the computation
+    /// stops when it returns false.
     ///
     /// # Errors
-    /// Returns [`TableError`] if legs are not a function of the turn, a node has no plan, or the
-    /// caller stops.
+    /// [`TableError`] if the cost of a leg is not a function of the turn alone, a node has no plan,
+    /// or the caller stops.
     pub fn make(
         problem: &Problem,
         settings: &Settings,
@@ -208,7 +209,7 @@ impl SlewTable {
         Ok(table)
     }
 
-    /// Returns the parts of a problem that a table leaves out.
+    /// Returns the parts of a problem that a table ignores.
     pub fn left_out(problem: &Problem) -> Vec<Left> {
         let cones = problem.constraints.iter().any(|constraint| matches!(constraint.rule, Rule::Pointing(_)));
         let ends = problem.end_condition != EndCondition::State
@@ -220,11 +221,11 @@ impl SlewTable {
             .collect()
     }
 
-    /// Plans one leg from rest to rest with the settings of a table, and returns its value: for
+    /// Plans rest-to-rest legs with the settings of a table, and returns their values, for
     /// comparison with a table.
     ///
     /// # Errors
-    /// As [`SlewTable::make`].
+    /// [`TableError`], as [`SlewTable::make`] returns it.
     pub fn plan_legs(
         problem: &Problem,
         settings: &Settings,
@@ -238,7 +239,8 @@ impl SlewTable {
     }
 }
 
-/// Returns the rotation vector of a turn that is uniform on SO(3), of a number.
+/// Returns the rotation vector of random turn `number`; the turns are uniformly distributed on
+/// SO(3).
 pub(crate) fn random_turn(number: usize) -> Vector3 {
     const SEED: u64 = 71;
     let mut stream = Stream::new(SEED, number as u64, 0);
@@ -251,7 +253,8 @@ const UNREACHED: TableError = TableError::Refused {
     remedy: "give `torque_limit_n_m`, and inputs about three axes",
 };
 
-/// Returns the quantity to tabulate, or why the legs are no function of the turn.
+/// Returns the quantity to tabulate, or an error if the cost of a leg is not a function of the
+/// turn.
 fn refuse(problem: &Problem) -> Result<Quantity, TableError> {
     let refused = |reason, remedy| Err(TableError::Refused { reason, remedy });
     let (torque, wheels) = (&problem.actuation.torque, problem.actuation.wheels.as_ref());
@@ -310,8 +313,8 @@ fn check(options: &TableOptions) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Returns the divisions for a symmetry of this order: as many plans for all, about 130 directions,
-/// until the file becomes large.
+/// Returns the default number of divisions for a symmetry group of this order. It keeps the number
+/// of plans at about 130 directions, until the file would become large.
 fn usual_divisions(order: usize) -> usize {
     (8.0 * (order as f64 / 2.0).sqrt()).round().clamp(8.0, 16.0) as usize
 }
@@ -321,7 +324,7 @@ fn is_limited(problem: &Problem) -> bool {
         || problem.constraints.iter().any(|constraint| !matches!(constraint.rule, Rule::Pointing(_)))
 }
 
-/// Returns the problem of a leg, whose end is still to be set.
+/// Returns the problem of a leg; the caller sets its end.
 fn of_leg(problem: &Problem, quantity: Quantity) -> Problem {
     let mut leg = problem.clone();
     let still = State::at_rest(Matrix3::identity());
@@ -334,8 +337,8 @@ fn of_leg(problem: &Problem, quantity: Quantity) -> Problem {
     leg
 }
 
-/// Returns the settings of the plans of a table: the discrete motion, whose value converges faster
-/// than that of a plan that lands, and no test of the second order.
+/// Returns the settings for the plans of a table. They use the discrete motion, whose value
+/// converges faster than the value of a landed plan, and omit the second-order test.
 fn of_table(settings: &Settings) -> Settings {
     Settings {
         target: Target::Discrete,
@@ -345,21 +348,21 @@ fn of_table(settings: &Settings) -> Settings {
     }
 }
 
-/// A planned leg.
+/// The value of a planned leg, and its gradient by the rotation vector.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     value: f64,
     gradient: Vector3,
 }
 
-/// The plans of legs.
+/// The planner of the legs of a table.
 struct Planner<'a> {
     problem: &'a Problem,
     settings: &'a Settings,
     quantity: Quantity,
 }
 
-/// Stops a plan where the flag is set.
+/// An observer that stops planning when the flag is set.
 struct Stoppable<'a>(&'a AtomicBool);
 
 impl Observer for Stoppable<'_> {
@@ -369,7 +372,7 @@ impl Observer for Stoppable<'_> {
 }
 
 impl Planner<'_> {
-    /// Plans all turns, on several threads; the results do not depend on their number.
+    /// Plans all turns on several threads. The results do not depend on the number of threads.
     fn all(
         &self,
         turns: &[Vector3],
@@ -411,7 +414,8 @@ impl Planner<'_> {
                         done += 1;
                     }
                     Ok((index, Err(error))) => {
-                        // The first turn in order is reported, whichever thread was faster.
+                        // The error of the first failed turn in the list is reported, whichever
+                        // thread finishes first.
                         if first_error.as_ref().is_none_or(|(known, _)| index < *known) && !stopped {
                             first_error = Some((index, error));
                         }
@@ -435,8 +439,8 @@ impl Planner<'_> {
         }
     }
 
-    /// Plans one turn. If no plan is found, it plans the inverse, which has an equal value, and then
-    /// both on other grids.
+    /// Plans one turn. If no plan is found, plans the inverse turn, which has the same value, and
+    /// then both turns on other grids.
     fn leg(&self, turn: &Vector3, over: &AtomicBool) -> Result<Leg, TableError> {
         let mut status = Status::NotConverged;
         let tries = GRIDS.iter().flat_map(|share| [(*share, *turn), (*share, -turn)]);
@@ -472,22 +476,22 @@ impl Planner<'_> {
         })
     }
 
-    /// Returns value and gradient of a plan; `None` where a number is not finite.
+    /// Returns value and gradient of a plan; `None` if a number is not finite.
     fn value(&self, solution: &Solution, vector: &Vector3) -> Option<Leg> {
         let continuous = solution.switching.as_ref().map(|switching| switching.continuous_duration_s);
         let value = match self.quantity {
             Quantity::Time => continuous.unwrap_or(solution.cost),
             Quantity::Effort => solution.cost,
         };
-        // The costate of the attitude at the end is the gradient by a turn in body axes, with the
-        // other sign.
+        // The terminal costate of the attitude is the negative gradient by a turn in body axes.
         let costates = &solution.trajectory.costates;
         let last = costates.get(costates.len().checked_sub(6)?..)?;
         let mut gradient = -lie::right_jacobian(vector).transpose() * Vector3::new(last[0], last[1], last[2]);
         let angle = vector.norm();
         let outward = gradient.dot(vector) / angle;
         if angle > PI * (1.0 - 1e-9) && outward < 0.0 {
-            // The plan turned the long way: by symmetry the short way rises as much.
+            // The plan turned the long way. By symmetry the value increases equally on the short
+            // way.
             gradient -= vector * (2.0 * outward / angle);
         }
         let finite = value > 0.0 && value.is_finite() && gradient.iter().all(|part| part.is_finite());

@@ -1,27 +1,27 @@
 //! The mesh of a table: directions of the rotation vector on an octahedron, and angles.
 //!
-//! A direction is a point p of the octahedron `|p₁| + |p₂| + |p₃| = 1`; a node has the coordinates
-//! k/n with integers `|k₁| + |k₂| + |k₃| = n`, so there are `4n² + 2`. Every signed permutation of
-//! the axes maps nodes to nodes, and a point finds its triangle without a search. n = 12 has a
-//! spacing of 7.5° on average.
+//! A direction is represented by a point p of the octahedron `|p₁| + |p₂| + |p₃| = 1`. A node has
+//! the coordinates k/n with integers `|k₁| + |k₂| + |k₃| = n`, so there are `4n² + 2` nodes. Every
+//! signed permutation of the axes maps nodes to nodes, and the triangle of a point is found without
+//! a search. For n = 12 the mean spacing is 7.5°.
 
 use crate::{Matrix3, Vector3};
 
-/// Directions on the octahedron.
+/// The directions of a mesh on the octahedron.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mesh {
     divisions: usize,
-    /// The integer coordinates of each node.
+    /// Integer coordinates of each node.
     nodes: Vec<[i32; 3]>,
-    /// The number of the node at (k₁, k₂), of the upper and of the lower half.
+    /// Index of the node at (k₁, k₂), for the half with k₃ ≥ 0 and the half with k₃ < 0.
     numbers: [Vec<u32>; 2],
 }
 
-/// A point in a triangle: the three nodes and their weights.
+/// The three nodes of the triangle that contains a point, with their interpolation weights.
 pub(super) type Corners = [(usize, f64); 3];
 
 impl Mesh {
-    /// Builds the mesh with `divisions` parts of each edge of the octahedron.
+    /// Builds the mesh in which each edge of the octahedron has `divisions` parts.
     pub fn new(divisions: usize) -> Self {
         let n = divisions as i32;
         let side = 2 * divisions + 1;
@@ -47,28 +47,29 @@ impl Mesh {
         (first + n) as usize * side + (second + n) as usize
     }
 
-    /// Returns the number of nodes.
+    /// Returns the number of nodes of the mesh.
     pub fn count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Returns the point of a node on the octahedron.
+    /// Returns the position of a node on the octahedron.
     pub fn point(&self, node: usize) -> Vector3 {
         Vector3::from(self.nodes[node].map(f64::from)) / self.divisions as f64
     }
 
-    /// Returns the node at integer coordinates.
+    /// Returns the index of the node with these integer coordinates.
     fn at(&self, [first, second, third]: [i32; 3]) -> usize {
         self.numbers[usize::from(third < 0)][self.place(first, second)] as usize
     }
 
-    /// Returns the node to which a signed permutation maps a node.
+    /// Returns the index of the node to which a signed permutation maps a node.
     pub fn image(&self, map: &Matrix3, node: usize) -> usize {
         let image = map * Vector3::from(self.nodes[node].map(f64::from));
         self.at([0, 1, 2].map(|axis| image[axis] as i32))
     }
 
-    /// Returns the node of each orbit that stands for it, with the map from that node to this one.
+    /// Returns, for each node, the representative of its orbit under `maps`, and the map from the
+    /// representative to the node.
     pub fn representatives(&self, maps: &[Matrix3]) -> Vec<(usize, Matrix3)> {
         let of = |node: usize| {
             let images = maps.iter().map(|map| (self.image(map, node), map.transpose()));
@@ -77,7 +78,7 @@ impl Mesh {
         (0..self.count()).map(of).collect()
     }
 
-    /// Returns the triangle of a point of the octahedron.
+    /// Returns the nodes and weights of the triangle that contains a point of the octahedron.
     #[inline]
     pub fn corners(&self, point: &Vector3) -> Corners {
         let n = self.divisions as f64;

@@ -1,21 +1,23 @@
-//! Tables of the times, or efforts, of all legs of one spacecraft from rest to rest.
+//! Tables of the times or efforts of all rest-to-rest legs of one spacecraft.
 //!
-//! A node has the value, its gradient by the rotation vector φ of the turn, and a rigorous lower
-//! bound ([`LegBound`]). The gradient is the costate of the attitude at the end of its plan. With
-//! the ratio `r = T/T_ref` of the value and a closed form (`reference`) the value between nodes is
+//! A node stores the value, its gradient by the rotation vector φ of the turn, and a rigorous lower
+//! bound ([`LegBound`]). The gradient is the terminal costate of the attitude in the plan of the
+//! node. The table interpolates the ratio `r = T/T_ref` of the value to a closed form
+//! (`reference`):
 //!
 //! ```text
 //! T(φ) = T_ref(φ) Σ w_i (r_i + ½ ∇r_i·(x − x_i))
 //! ```
 //!
 //! in the chart x = (point of the octahedron, angle), with the weights w of the triangle and of the
-//! two angles (`mesh`). Weights that reproduce linear functions make the sum exact for quadratic
-//! ones: linear interpolation is wrong by `½ Σ w dᵀHd`, the sum of the tangents by as much with the
-//! other sign, and this is the mean of both.
+//! two angles (`mesh`). The weights reproduce linear functions, and the sum is then exact for
+//! quadratic functions. The reason is that the error of linear interpolation is `½ Σ w dᵀHd`, the
+//! sum of the tangents has the opposite error, and this formula is the mean of both.
 //!
-//! # What was tried
+//! # Which interpolations were compared?
 //!
-//! Of 600 random turns, n = 12 and 19 angles, quick plans; the parts within 0.5 % and 1 %:
+//! Fractions of 600 random turns with errors within 0.5 % and within 1 %, for n = 12, 19 angles and
+//! quick plans of the nodes:
 //!
 //! | interpolation | XTE, box of torques | asymmetric, 4 wheels, 4°/s |
 //! |---|---|---|
@@ -28,17 +30,19 @@
 //! | the same on n = 6 | 78 %, 94 % | 99.7 %, 100 % |
 //! | the same on n = 12, two sheets beyond 180° | 97.7 %, 99.7 % | |
 //!
-//! Quick searches missed the best plan of the XTE by more than 0.5 % in 17 of 600, default ones in
-//! none, so the spec's own search plans the nodes. The value is a minimum of smooth branches, whose
-//! kinks remain: planes of symmetry and half turns are edges of the mesh. The gradient of a node on such
-//! a plane has images under the symmetry, one for each branch, and the point takes the lowest. Other
-//! kinks make the errors that remain.
+//! Quick searches missed the best plan of the XTE by more than 0.5 % in 17 of 600 cases, default
+//! searches in none. The nodes are therefore planned with the search settings of the spec. The
+//! value is a minimum of smooth branches, and has kinks between them. Planes of symmetry and half
+//! turns are edges of the mesh. At a node on a plane of symmetry the gradient has images under the
+//! symmetry, one for each branch, and interpolation uses the lowest branch. The remaining errors
+//! come from other kinks.
 //!
-//! # What a table cannot hold
+//! # Which legs cannot be tabulated?
 //!
-//! Cones, momentum stored in wheels, fields, and inputs fixed to the reference frame make a leg
-//! depend on both attitudes. Cones only lengthen a leg, so the table without them is a lower
-//! estimate, and its bounds stay bounds. The rest is refused ([`TableError`]).
+//! Cones, momentum stored in wheels, force fields, and inputs fixed in the reference frame make a
+//! leg depend on both attitudes instead of the turn between them. Cones only lengthen a leg: a
+//! table without them is an optimistic estimate, and its lower bounds stay valid. The other cases
+//! are rejected ([`TableError`]).
 
 mod making;
 mod mesh;
@@ -54,20 +58,20 @@ use mesh::Mesh;
 use reference::Reference;
 use std::f64::consts::PI;
 
-/// The most signed permutations of three axes.
+/// The number of signed permutations of three axes.
 const MOST_MAPS: usize = 48;
 
-/// The tabulated quantity.
+/// The physical quantity that a table contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// The least time \[s\].
+    /// Minimum time \[s\].
     Time,
-    /// The least effort `∫ ½ uᵀWu dt` in a given duration.
+    /// Minimum effort `∫ ½ uᵀWu dt` in a given duration.
     Effort,
 }
 
 impl Quantity {
-    /// Returns the name in files.
+    /// Returns the name of the quantity in table files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -76,25 +80,25 @@ impl Quantity {
     }
 }
 
-/// The measured errors of a table: relative, interpolated over planned, minus 1.
+/// Measured relative errors of a table: interpolated value over planned value, minus 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// The number of random turns that were planned.
+    /// Number of random turns that were planned for the measurement.
     pub count: usize,
-    /// The median size.
+    /// Median of the absolute errors.
     pub median: f64,
-    /// The size that 99 % do not exceed.
+    /// 99th percentile of the absolute errors.
     pub most: f64,
-    /// The lowest error, not above 0: the table is too short.
+    /// Smallest signed error, at most 0: the table underestimates the value by this fraction.
     pub lowest: f64,
-    /// The highest error, not below 0: the table is too long.
+    /// Largest signed error, at least 0: the table overestimates the value by this fraction.
     pub highest: f64,
-    /// The median of the lower bound over the plan.
+    /// Median of the ratio of the lower bound to the planned value.
     pub bound: f64,
 }
 
 impl Errors {
-    /// Returns the errors of pairs of an interpolated value and a planned one, and the bounds.
+    /// Computes the errors from triples of interpolated value, planned value and lower bound.
     pub fn of(cases: &[[f64; 3]]) -> Self {
         let sorted = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
@@ -118,43 +122,46 @@ impl Errors {
     }
 }
 
-/// The nodes of a table, as a file holds them. Rows run over the directions for each angle.
+/// The nodes of a table, as stored in a file. Lists have one entry per node, angle by angle, and
+/// within an angle by direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nodes {
-    /// The tabulated quantity.
+    /// The physical quantity that the table contains.
     pub quantity: Quantity,
-    /// The divisions n of an edge of the octahedron.
+    /// Number n of divisions of each edge of the octahedron.
     pub divisions: usize,
-    /// The axes of the octahedron as columns, body axes.
+    /// Axes of the octahedron as columns, in body axes.
     pub axes: Matrix3,
-    /// The symmetry: signed permutations of these axes, with −identity, which map rotation vectors
-    /// to those of equal values.
+    /// The symmetry: signed permutations of these axes, including −identity. They map a rotation
+    /// vector to others of equal value.
     pub maps: Vec<Matrix3>,
-    /// The angles \[rad\], ascending, the last one π.
+    /// Angles of the turns \[rad\], ascending; the last one is π.
     pub angles: Vec<f64>,
-    /// The values: \[s\], or the unit of the effort.
+    /// Tabulated value of each node: \[s\], or the unit of the effort.
     pub values: Vec<f64>,
-    /// The gradients of the values by the rotation vector, body axes.
+    /// Gradient of the value of each node by the rotation vector, body axes.
     pub gradients: Vec<Vector3>,
-    /// The lower bounds of the values.
+    /// Lower bound of the value of each node.
     pub bounds: Vec<f64>,
-    /// The duration of the efforts \[s\]; zero for times.
+    /// Duration for which efforts are tabulated \[s\]; zero for tables of times.
     pub duration_s: f64,
-    /// Whether efforts of other durations follow: `∝ 1/T³`, without limits.
+    /// Whether the efforts also hold for other durations, scaled by `1/T³`. This is the case
+    /// without limits.
     pub scales: bool,
-    /// The matrices of the closed form that the values are divided by: of torques and of rates.
+    /// The two matrices of the closed form by which the values are divided: of the torques, and of
+    /// the rates.
     pub reference: [Matrix3; 2],
-    /// [`LegBound::numbers`].
+    /// The numbers that define the lower bounds, from [`LegBound::numbers`].
     pub bound: [f64; LegBound::NUMBERS],
-    /// The time after a leg until the pointing counts \[s\].
+    /// Settling time after a leg \[s\].
     pub settling_s: f64,
-    /// The number of maneuvers that were planned; the symmetry saved the others.
+    /// Number of maneuvers that were planned for the table; symmetry gives the other nodes.
     pub planned: usize,
-    /// The errors on random turns, if measured.
+    /// Errors on random turns; all zero if they were not measured.
     pub errors: Errors,
 }
 
-/// A table, ready for look-up.
+/// A table of legs, prepared for interpolation.
 ///
 /// ```
 /// use slewkit::sequence::{SlewTable, TableOptions};
@@ -180,33 +187,33 @@ pub struct SlewTable {
     mesh: Mesh,
     reference: Reference,
     bound: LegBound,
-    /// Ratio and half slopes of each node, in the chart.
+    /// Ratio and half slopes of each node, in the chart of the mesh.
     pieces: Vec<Piece>,
-    /// The half slopes ½ ∂r/∂p of the other branches at nodes that a symmetry maps to themselves.
+    /// The half slopes ½ ∂r/∂p of further branches, at nodes that a symmetry maps to themselves.
     branches: Vec<Vector3>,
 }
 
-/// One node in the chart: r, ½ ∂r/∂p and ½ ∂r/∂θ.
+/// The data of one node in the chart: r, ½ ∂r/∂p and ½ ∂r/∂θ.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     ratio: f64,
     along: Vector3,
     outward: f64,
-    /// The first and the end of its other branches.
+    /// Range of its further branches in `branches`: first index, and index after the last.
     branches: [u32; 2],
 }
 
 impl SlewTable {
-    /// The most divisions.
+    /// Largest number of divisions of an edge of the octahedron.
     pub const MAX_DIVISIONS: usize = 64;
-    /// The most angles.
+    /// Largest number of angles.
     pub const MAX_ANGLES: usize = 180;
 
-    /// Builds the table of nodes.
+    /// Builds a table from its nodes.
     ///
     /// # Errors
-    /// Returns [`TableError::Nodes`] if sizes do not fit, numbers are not finite, or values are not
-    /// positive.
+    /// [`TableError::Nodes`] if lengths of lists do not match, numbers are not finite, or values
+    /// are not positive.
     pub fn new(nodes: Nodes) -> Result<Self, TableError> {
         let unfit = |what: &'static str| Err(TableError::Nodes { what });
         if !(1..=Self::MAX_DIVISIONS).contains(&nodes.divisions) {
@@ -269,7 +276,7 @@ impl SlewTable {
                 if !(divisor > 0.0 && ratio.is_finite() && outward.is_finite()) {
                     return unfit("the closed form is not positive");
                 }
-                // φ = θ p/|p|
+                // Here φ = θ p/|p|.
                 let along = (slope - axis * outward) * (0.5 * angle / length);
                 let first = branches.len();
                 for map in stays {
@@ -286,23 +293,24 @@ impl SlewTable {
         Ok(Self { nodes, mesh, reference, bound, pieces, branches })
     }
 
-    /// Returns the nodes.
+    /// Returns the nodes of the table.
     pub fn nodes(&self) -> &Nodes {
         &self.nodes
     }
 
-    /// Returns the rotation vectors of the nodes, body axes \[rad\], in the order of their values.
+    /// Returns the rotation vectors of the nodes \[rad\], body axes, in the order of their values.
     pub fn vectors(&self) -> impl Iterator<Item = Vector3> {
         vectors(&self.mesh, &self.nodes.axes, &self.nodes.angles)
     }
 
-    /// Returns the value of a turn, without settling: \[s\] or the unit of the effort; zero for the
-    /// identity, NaN where a number is.
+    /// Returns the interpolated value of a turn, without settling: \[s\] or the unit of the effort.
+    /// It is zero for the identity, and NaN if an entry of `turn` is NaN.
     pub fn value(&self, turn: &Matrix3) -> f64 {
         self.of_vector(&lie::log(turn))
     }
 
-    /// Returns the value of the turn by a rotation vector \[rad\] of at most π.
+    /// Returns the interpolated value of the turn with this rotation vector, whose norm is at most
+    /// π \[rad\].
     pub fn of_vector(&self, vector: &Vector3) -> f64 {
         let angle = vector.norm();
         if angle < 1e-12 {
@@ -314,7 +322,7 @@ impl SlewTable {
             return f64::NAN;
         }
         let angles = &self.nodes.angles;
-        // Below the first angle the ratio is that at the first angle.
+        // Below the first angle of the table the ratio is constant.
         let inside = angle.clamp(angles[0], angles[angles.len() - 1]);
         let level = angles.partition_point(|known| *known <= inside).clamp(1, angles.len() - 1);
         let (low, high) = (angles[level - 1], angles[level]);
@@ -325,7 +333,7 @@ impl SlewTable {
             let aside = point - corner;
             for (level, share) in [(level - 1, 1.0 - upper), (level, upper)] {
                 let piece = &self.pieces[level * self.mesh.count() + node];
-                // At a kink on a plane of symmetry the value is that of the lowest branch.
+                // On a plane of symmetry the value has a kink; the lowest branch is used.
                 let [first, end] = piece.branches.map(|place| place as usize);
                 let others = self.branches[first..end].iter().map(|along| along.dot(&aside));
                 let along = others.fold(piece.along.dot(&aside), f64::min);
@@ -336,7 +344,7 @@ impl SlewTable {
         ratio * self.reference.value(vector)
     }
 
-    /// Returns a lower bound of the value of a turn, which no plan is below.
+    /// Returns a proved lower bound of the value of a turn.
     pub fn bound(&self, turn: &Matrix3) -> f64 {
         match self.nodes.quantity {
             Quantity::Time => self.bound.time(turn),
@@ -344,12 +352,12 @@ impl SlewTable {
         }
     }
 
-    /// Returns the value of the turn between two attitudes, quaternions `[w, x, y, z]` of any
-    /// nonzero length, without settling.
+    /// Returns the interpolated value of the turn between two attitudes, without settling. The
+    /// attitudes are quaternions `[w, x, y, z]` of any nonzero length.
     pub fn between(&self, first: &[f64; 4], second: &[f64; 4]) -> f64 {
         let [a, b, c, d] = *first;
         let [w, x, y, z] = *second;
-        // q₁⁻¹ q₂, up to its length.
+        // The quaternion q₁⁻¹ q₂ of the turn, not normalised.
         let scalar = a * w + b * x + c * y + d * z;
         let vector = Vector3::new(
             a * x - b * w - c * z + d * y,
@@ -364,13 +372,14 @@ impl SlewTable {
         self.of_vector(&(vector * (angle.copysign(scalar * angle) / sine)))
     }
 
-    /// Returns the values between all pairs of attitudes, row after row, n × n.
+    /// Returns the interpolated values between all pairs of n attitudes, as an n × n matrix, row by
+    /// row.
     pub fn matrix(&self, attitudes: &[[f64; 4]]) -> Vec<f64> {
         attitudes.iter().flat_map(|from| attitudes.iter().map(|to| self.between(from, to))).collect()
     }
 }
 
-/// Returns the rotation vectors of all nodes, angle after angle.
+/// Returns the rotation vectors of all nodes, angle by angle.
 fn vectors(mesh: &Mesh, axes: &Matrix3, angles: &[f64]) -> impl Iterator<Item = Vector3> {
     angles.iter().flat_map(move |angle| {
         (0..mesh.count()).map(move |node| axes * mesh.point(node).normalize() * *angle)

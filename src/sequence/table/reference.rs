@@ -1,14 +1,15 @@
-//! The closed form that a table divides its values by, so that the rest is smooth.
+//! The closed form by which a table divides its values, so that the ratio is smooth.
 //!
 //! ```text
 //! time    2 √A           while V² ≤ A ,   V + A/V   beyond:   A = √(φᵀPφ) ,  V = √(φᵀVφ)
 //! effort  φᵀPφ
 //! ```
 //!
-//! This is the time about a fixed axis where torques and rates fill ellipsoids in place of boxes:
-//! `√θ` near the identity, and θ at the limit of the rate. With the true box in place of the
-//! ellipsoid the ratio would be exactly 1 near the identity, but its edges bend the ratio for large
-//! turns, where the times have none: errors grew from 1.1 % to 2.3 % at 99 % (XTE, 7.5°).
+//! This is the time of a turn about a fixed axis if torques and rates are limited by ellipsoids
+//! instead of boxes. It is proportional to `√θ` near the identity, and to θ at the rate limit. With
+//! the true box instead of the ellipsoid, the ratio would be exactly 1 near the identity. The edges
+//! of the box would however cause kinks of the ratio for large turns, where the true times have
+//! none. The errors then grew from 1.1 % to 2.3 % at the 99th percentile (XTE, 7.5°).
 
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Problem;
@@ -16,18 +17,18 @@ use crate::{Matrix3, Vector3};
 
 use super::Quantity;
 
-/// The reference of one spacecraft.
+/// The closed form for one spacecraft.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Reference {
     pub quantity: Quantity,
-    /// `P`: the torque that a turn needs, against the inputs.
+    /// Matrix `P`: the torque that a turn requires, relative to the capability of the inputs.
     pub torque: Matrix3,
-    /// `V`: the rate of a turn, against its limits; zero without limits.
+    /// Matrix `V`: the rate of a turn, relative to the rate limits; zero without rate limits.
     pub rate: Matrix3,
 }
 
 impl Reference {
-    /// Builds the reference of a problem; `None` if the inputs do not reach every direction.
+    /// Builds the closed form for a problem; `None` if the inputs do not span all directions.
     pub fn new(problem: &Problem, quantity: Quantity) -> Option<Self> {
         let j = problem.body.inertia.j();
         let set = &problem.actuation.torque;
@@ -62,7 +63,7 @@ impl Reference {
         finite.then_some(Self { quantity, torque, rate })
     }
 
-    /// Returns the value for a rotation vector.
+    /// Returns the value of the closed form for a rotation vector.
     #[inline]
     pub fn value(&self, vector: &Vector3) -> f64 {
         let square = vector.dot(&(self.torque * vector));
@@ -78,7 +79,7 @@ impl Reference {
         }
     }
 
-    /// Returns the gradient by the rotation vector.
+    /// Returns the gradient of the closed form by the rotation vector.
     pub fn gradient(&self, vector: &Vector3) -> Vector3 {
         let turned = self.torque * vector;
         if self.quantity == Quantity::Effort {

@@ -1,4 +1,4 @@
-//! The laws of bounds and tables, and legs of other programs.
+//! Tests of the bounds and tables by their laws, and against legs of other programs.
 
 use super::*;
 use crate::maneuver::Settings;
@@ -18,7 +18,7 @@ fn of(inertia: Matrix3) -> Body {
     Body { inertia: Inertia::new(inertia).unwrap(), mass: None }
 }
 
-/// Least time by a box of torques.
+/// Returns a minimum-time problem with a limit on the torque of each axis.
 fn boxed(inertia: Matrix3, limits: [f64; 3]) -> Problem {
     let limits = Limits { size: Some(limits.to_vec()), ..Limits::default() };
     let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
@@ -50,7 +50,8 @@ fn refused(problem: &Problem) -> String {
     made.expect_err("it is refused").to_string()
 }
 
-/// The turns between the six attitudes of a part of the reference, and the values of the legs.
+/// Returns the turns between the six attitudes in a part of the reference file, and the values of
+/// the legs.
 fn legs(part: &str, values: &str) -> Vec<(Matrix3, f64)> {
     let file = reference("legs.json");
     let stops: SVector<Matrix3, 6> = SVector::from_fn(|stop, _| {
@@ -83,7 +84,7 @@ fn bounds_of_the_reference_legs_are_below_their_times_and_near_them() {
     assert_eq!(ratios.len(), 25);
     let (least, most) =
         ratios.iter().fold((1.0_f64, 0.0_f64), |(a, b), ratio| (a.min(*ratio), b.max(*ratio)));
-    // A multistart of geodesics gives 0.73 to 0.93.
+    // Geodesics from many starts give ratios of 0.73 to 0.93.
     assert!(least > 0.725 && most < 0.935, "{least} {most}");
 }
 
@@ -128,7 +129,7 @@ fn a_table_is_exact_at_its_nodes_and_their_images() {
             assert!((image / table.of_vector(&vector) - 1.0).abs() < 1e-9);
         }
     }
-    // Bilimoria and Wie 1993.
+    // Published by Bilimoria and Wie, 1993.
     let half_turn = table.value(&lie::exp(&(Vector3::z() * PI)));
     assert!((half_turn - 3.2431).abs() < 1e-3, "{half_turn}");
 }
@@ -147,7 +148,7 @@ fn times_scale_with_the_root_of_inertia_over_torque() {
     }
 }
 
-/// Checks the gradient of a node off all planes of symmetry against neighbouring plans.
+/// Checks the gradient at a node that lies on no plane of symmetry against neighbouring plans.
 #[test]
 fn gradients_are_differences_of_plans() {
     for problem in [boxed(*crate::testing::full_inertia().j(), [1.0; 3]), wheels()] {

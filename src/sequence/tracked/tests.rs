@@ -1,4 +1,4 @@
-//! Holds on targets that move, against closed forms and the witnesses.
+//! Tests of holds on moving targets, against closed forms and the witnesses.
 
 use super::super::{Ordering, Place, Sequence, SequencePlan, Stop};
 use super::{moves, off_target, shared};
@@ -12,7 +12,7 @@ use crate::optimize::search::Silent;
 use crate::plan::Status;
 use crate::{Matrix3, Vector3, lie};
 
-/// A rate of a target that passes overhead [rad/s].
+/// Angular rate of a target that passes overhead [rad/s].
 const RATE: f64 = 0.02;
 
 fn craft() -> Problem {
@@ -25,7 +25,7 @@ fn craft() -> Problem {
     craft
 }
 
-/// The same on four wheels, two of which spin.
+/// Returns the craft with four wheels, two of which spin.
 fn on_wheels() -> Problem {
     let directions = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
     let set = ActuatorSet::new(directions.map(Vector3::from).to_vec(), AxisFrame::Body).unwrap();
@@ -35,7 +35,7 @@ fn on_wheels() -> Problem {
     Problem { actuation: Actuation { torque: set, wheels: Some(wheels), ..craft.actuation }, ..craft }
 }
 
-/// A direction that turns about an axis across it, 300 s long.
+/// Returns a direction that rotates about a perpendicular axis for 300 s.
 fn target() -> Direction {
     let (vector, axis) = (Vector3::new(0.6, 0.0, 0.8), Vector3::new(0.0, RATE, 0.0));
     Direction::turning(vector, axis, 300.0).unwrap()
@@ -55,8 +55,8 @@ fn planned(craft: &Problem, stops: Vec<Stop>) -> SequencePlan {
     sequence.plan(&Settings::default(), &mut Silent).unwrap()
 }
 
-/// A target that turns about an axis at one rate, and a roll that is kept: the body turns about that
-/// axis at that rate, and the torque is Ω × JΩ.
+/// If the target rotates about an axis at a constant rate and the roll is kept, the body turns
+/// about this axis at this rate, and the torque is Ω × JΩ.
 #[test]
 fn a_body_follows_a_target() {
     for craft in [craft(), on_wheels()] {
@@ -77,7 +77,7 @@ fn a_body_follows_a_target() {
         if craft.actuation.wheels.is_none() {
             assert!((path.torque[30] - first.cross(&momentum)).norm() < 1e-3 * first.norm());
         }
-        // The next leg begins as the hold ends.
+        // The next leg begins in the state in which the hold ends.
         let next = &plan.legs[1].problem.start;
         assert_eq!(*next, hold.end());
         assert!(next.angular_velocity.norm() > 0.9 * RATE);
@@ -87,7 +87,7 @@ fn a_body_follows_a_target() {
     }
 }
 
-/// A second axis fixes the roll, and the body turns with both directions.
+/// A second axis determines the roll, and the body turns with both directions.
 #[test]
 fn a_roll_towards_a_direction_is_kept() {
     let aim =
@@ -101,8 +101,8 @@ fn a_roll_towards_a_direction_is_kept() {
     assert!(x.into_iter().all(|x| (x - Vector3::y()).norm() < 1e-10));
 }
 
-/// Cones are where they are in the time of the sequence: one that acts late alone bends the second
-/// leg, and one that comes over a rest makes the hold fail.
+/// Cones use the time of the sequence. A cone that is active only late bends the second leg, and a
+/// cone that moves over the boresight during a rest makes the hold fail.
 #[test]
 fn cones_act_in_the_time_of_the_sequence() {
     let cone = |at: Vector3, from: f64| {
@@ -123,17 +123,17 @@ fn cones_act_in_the_time_of_the_sequence() {
         let boresights = path.quaternion.iter().map(|q| lie::rotation_from_quaternion(q) * Vector3::z());
         boresights.map(|b| b.angle(&between).to_degrees()).fold(f64::INFINITY, f64::min)
     };
-    // A body turns the fastest beside the plane of its boresights, and still within the cone.
+    // Without the cone the boresight leaves the plane of the two pointings, but still enters the
+    // cone.
     assert!(nearest(&free) < 18.0 && nearest(&late) > 20.0 - 1e-6, "{} {}", nearest(&free), nearest(&late));
     assert!(late.legs[1].plan.solution.cost > free.legs[1].plan.solution.cost);
-    // Where the body rests, from the middle of the rest on.
+    // This cone covers the boresight at rest, from the middle of the rest on.
     let over = lie::exp(&Vector3::new(0.0, 1.6, 0.0)) * Vector3::z();
     let caught = planned(&craft().with_constraint(cone(over, free.legs[0].holds[0] + 10.0)), stops());
     assert_eq!((caught.status(), caught.legs.len()), (Status::VerificationFailed, 1));
 }
 
-/// The best order of a target that moves away and one that stands still: the target that moves away
-/// first.
+/// The best order visits the target that moves away first, and then the one at rest.
 #[test]
 fn a_target_that_moves_away_comes_first() {
     let away = Stop { name: "away".into(), ..at_target(1.0) };
@@ -150,8 +150,8 @@ fn a_target_that_moves_away_comes_first() {
     assert_eq!(second, ["away", "still"]);
 }
 
-/// Inputs of least squares with a torque: against the closed form of one-sided pairs, and within
-/// limits where the pseudo-inverse leaves them.
+/// Least-squares inputs for a torque, compared with the closed form for one-sided pairs, and within
+/// limits that the pseudo-inverse violates.
 #[test]
 fn inputs_share_a_torque() {
     let axes = [
@@ -170,14 +170,15 @@ fn inputs_share_a_torque() {
     let found = shared(&set(1.0, true, &axes), &Vector3::new(0.3, -0.5, 0.0));
     let wanted = [0.3, 0.0, 0.0, 0.5, 0.0, 0.0];
     assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
-    // Two along x share 1.5; of 0.6 and 0.9 the second would be beyond its limit.
+    // Two inputs along x share 1.5. The pseudo-inverse gives 0.6 and 0.9, where the second exceeds
+    // its limit.
     let four = [[2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let torque = Vector3::new(2.6, 0.1, -0.2);
     let narrow = set(0.55, false, &four);
     let found = shared(&narrow, &torque);
     assert!((narrow.output(&found) - torque).norm() < 1e-14, "{found:?}");
     assert!((found[1] - 0.55).abs() < 1e-15 && (found[0] - 0.475).abs() < 1e-14, "{found:?}");
-    // What no inputs can give ends, within the limits.
+    // For a torque that no inputs produce, the iteration ends with inputs within their limits.
     let found = shared(&narrow, &Vector3::new(1e3, 0.0, 0.0));
     assert!(found.iter().all(|input| input.abs() <= 0.55), "{found:?}");
 }

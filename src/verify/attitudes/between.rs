@@ -1,20 +1,22 @@
-//! Cones and limits of the rate, at the rows and between them.
+//! Checks of cones and rate limits, at the rows of an attitude history and between them.
 //!
-//! If the body turns at one rate about one axis, the angle between a boresight and a direction
-//! has a closed form ([`Arc`]). This also holds if the reference frame turns: a direction that is
-//! fixed in space turns back in it. The rate itself is constant, `ρ = φ/h`; in a turning frame
+//! If the body turns at a constant rate about a fixed axis, the angle between a boresight and a
+//! direction has a closed form ([`Arc`]). This also holds in a rotating reference frame, in which
+//! an inertially fixed direction turns backwards. The rate relative to the reference frame is
+//! constant, `ρ = φ/h`. In a rotating frame the inertial rate follows from
 //!
 //! ```text
 //! |ρ + A(τ)ᵀω|² = |ρ|² + |ω|² + 2 ρ·A₀ᵀω ,      (A(τ)ᵀω)ᵢ = |ω| cos ∠(A(τ) eᵢ, ω)
 //! ```
 //!
-//! Every motion between the two attitudes has a largest rate of at least the mean rate, by the mean
-//! value theorem. A mean rate above the limit is therefore a violation for any motion of the body.
+//! For every motion between the two attitudes the largest rate is at least the mean rate, by the
+//! mean value theorem. A mean rate above the limit is therefore a violation by any motion of the
+//! body.
 //!
-//! An angle along the cubic through attitudes and rates changes at most at the steepest slope of
-//! the rotation vector, and at the rate of the target. A stretch is clear if the distance of its
-//! middle from the rim exceeds half of this change. Any other stretch is halved, until it is
-//! shorter than the tolerance.
+//! The cubic interpolates attitudes and rates. An angle along it changes at most at the largest
+//! slope of the rotation vector plus the rate of the target. An interval is free of violations if
+//! the clearance at its middle exceeds half of this change. Any other interval is halved, until the
+//! change is smaller than the tolerance.
 
 use super::{AttitudeReport, Motion};
 use crate::Vector3;
@@ -26,11 +28,11 @@ use crate::maneuver::constraint::{
 };
 use crate::numerics::figures::{decimals, significant, told_apart};
 
-/// Judges every constraint.
+/// Checks every constraint.
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let mut far = Vec::new();
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
-        // Half a turn, within the printed digits, has two possible directions.
+        // A turn of 180°, within the printed digits, has two possible directions.
         if motion.turn(k).norm()
             > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude)
         {
@@ -51,7 +53,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
 }
 
-/// Returns the direction between row `k` and the next, in the axes of the reference frame.
+/// Returns the direction between row `k` and the next one, in the axes of the reference frame.
 pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
@@ -67,7 +69,7 @@ pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Ta
     }
 }
 
-/// The deepest point of a violation, and when it begins and ends.
+/// The deepest point of a violation, with the times at which the violation begins and ends.
 struct Inside {
     room: f64,
     angle: f64,
@@ -79,7 +81,8 @@ struct Inside {
 fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let allowed = BOUNDARY_ROUNDING + motion.rows.rounding.attitude;
     let mut inside: Option<Inside> = None;
-    // The depth to which the cubic enters if the motion at one rate does not, and its time.
+    // Depth and time of the deepest violation by the cubic where the motion at a constant rate has
+    // none.
     let mut curved = (0.0_f64, 0.0);
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
         let (begin, step) = (motion.rows.time[k], motion.step(k));
@@ -132,7 +135,7 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         }
     }
     let name = &constraint.name;
-    // Round-off is no angle.
+    // Angles are printed with six decimals, so that round-off is not shown.
     let degrees = |angle: f64| decimals(angle.to_degrees(), 6);
     if let Some(Inside { room, angle, time, from, to }) = inside {
         let side = if pointing.side == Side::KeepOut { "enters" } else { "leaves" };
@@ -153,14 +156,14 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
     }
 }
 
-/// Returns the point between a violated part and an end of an arc at which the violation ends;
-/// the end if it does not.
+/// Returns the point between `violated` and an end of an arc at which the violation ends; `end` if
+/// the violation extends to it.
 fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     if room(end) < 0.0 {
         return end;
     }
     let (mut bad, mut good) = (violated, end);
-    // Fifty halvings exhaust the digits of a double.
+    // Fifty bisections exhaust the digits of a double.
     for _ in 0..50 {
         let middle = 0.5 * (bad + good);
         if room(middle) < 0.0 { bad = middle } else { good = middle }
@@ -168,8 +171,8 @@ fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     bad
 }
 
-/// Returns the depth of the cubic beyond the rim between row `k` and the next, and its position;
-/// `None` if it is within the tolerance.
+/// Returns the depth of the deepest violation by the cubic between row `k` and the next one, and
+/// its position; `None` if the depth is within the tolerance.
 fn along_cubic(
     pointing: &Pointing,
     boresight: &Vector3,
@@ -200,7 +203,8 @@ fn along_cubic(
         if -here > deepest || here.is_nan() {
             found = Some((-here, middle));
         }
-        // This stretch has no violation deeper than the known one, by more than the tolerance.
+        // An interval is dropped if its violation cannot be deeper than the known one by more than
+        // the tolerance.
         if speed * half - here > deepest + motion.tolerance && speed * half > 0.5 * motion.tolerance {
             open.extend([(from, middle), (middle, to)]);
         }
@@ -211,7 +215,7 @@ fn along_cubic(
 fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let (last, rows) = (motion.last(), motion.rows);
     let open = rows.rounding.rate;
-    // The largest excess over the limit: the rate, its limit, about which axis, and when.
+    // The largest excess over a rate limit: excess, rate, limit, axis and time.
     let mut worst: Option<(f64, f64, f64, &str, f64)> = None;
     let mut meet = |value: f64, limit: f64, axis: &'static str, open: f64, time: f64| {
         let above = value - limit * (1.0 + BOUNDARY_ROUNDING) - open;
@@ -239,7 +243,7 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
         let (mean, open, time) = (turn / h, motion.mean_rate_open(k), rows.time[k] + 0.5 * h);
         match &constraint.rule {
             Rule::RateNorm(limit) => {
-                // The part along the turn is the same all along.
+                // The component along the turn is constant during it.
                 let value = (mean + motion.attitude[k].tr_mul(&motion.frame_rate)).norm();
                 meet(value, *limit, "", open, time);
             }

@@ -1,15 +1,16 @@
 //! The check that recorded rates are the derivatives of the recorded attitudes.
 //!
-//! Consider rows `h` apart with the turn `φ`. The rotation vector has the slopes `h Ω₀` and
-//! `J_r⁻¹(φ) h Ω₁`. Half their sum misses `φ` by `O(h³)` for a smooth motion, and by `O(h²)`
-//! where its acceleration jumps. The sum of the misses over all rows is `D(h)`, over every second
-//! row `D(2h)`. Right rates have `D(h)/D(2h)` about ¼, or ½. Rates in another unit, of another
-//! sign, or zero rates have the ratio 1, because their miss does not depend on the distance of
-//! the rows. The limit is between the two, `√½`.
+//! Consider two rows `h` apart with the turn `φ`. The rotation vector has the slopes `h Ω₀` and
+//! `J_r⁻¹(φ) h Ω₁` at the rows. Half their sum differs from `φ` by `O(h³)` for a smooth motion, and
+//! by `O(h²)` where the acceleration jumps. `D(h)` is the sum of these differences over all rows,
+//! and `D(2h)` the sum over every second row. Correct rates have a ratio `D(h)/D(2h)` of about ¼ or
+//! ½. Rates in a wrong unit, with a wrong sign, or equal to zero have the ratio 1, because their
+//! difference does not depend on the spacing of the rows. The limit `√½` lies between.
 //!
-//! A mean rate between the rates of its ends is also right, as in a scheme of first order. Only
-//! the miss beyond this range counts, `E(h)`. If it stays within the tolerance, the rates fit. If
-//! it does not and falls with the distance, the rows are too far apart to decide.
+//! A mean rate between the rates of its two rows is also correct, as in a scheme of first order.
+//! Only the difference beyond this range, `E(h)`, counts. If it is within the tolerance, the rates
+//! are consistent. If it exceeds the tolerance but falls with the spacing, the rows are too far
+//! apart to decide.
 
 use super::{AttitudeReport, Motion, RATES_AGAINST_ATTITUDES};
 use crate::numerics::figures::error;
@@ -17,13 +18,14 @@ use crate::verify::Check;
 use crate::{Vector3, lie};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// The miss over one stretch, and the miss beyond the range of the rates at its ends \[rad\].
+/// The difference between turn and mean rate over an interval, and its part beyond the range of the
+/// rates at the two rows \[rad\].
 struct Missed {
     all: f64,
     beyond: f64,
 }
 
-/// Returns the miss over `h` seconds with this turn between rows `from` and `to`.
+/// Returns the difference over the interval between rows `from` and `to`, whose turn is `turn`.
 fn missed(motion: &Motion<'_>, from: usize, to: usize, turn: &Vector3) -> Missed {
     let (rows, open) = (motion.rows, motion.rows.rounding);
     let h = rows.time[to] - rows.time[from];
@@ -33,7 +35,7 @@ fn missed(motion: &Motion<'_>, from: usize, to: usize, turn: &Vector3) -> Missed
     Missed { all, beyond: (all - 0.5 * (ends[1] - ends[0]).norm()).max(0.0) }
 }
 
-/// Adds the check, or reports it as open.
+/// Adds the check to the report, or reports that it cannot be decided.
 pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
     if motion.rows.rate.is_empty() {
         return;
@@ -53,7 +55,7 @@ pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
         } else {
             lone += here.beyond;
         }
-        // Beyond half a turn the rows do not determine the motion of the body.
+        // For turns beyond 180° the rows do not determine the motion of the body.
         if has_next && turn.norm() + motion.turn(k + 1).norm() < PI {
             let both = lie::minus(&motion.attitude[k + 2], &motion.attitude[k]);
             double += 0.5 * missed(motion, k, k + 2, &both).all;

@@ -2,15 +2,15 @@
 //!
 //! - **Ends and duration** must agree with the problem, and the rows must cover the time between
 //!   the ends.
-//! - **Cones and rates** are judged at the rows and on the motion between them. There the body
-//!   turns about one axis at one rate, and the extremum of every angle has a closed form. If
-//!   the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
-//!   rate.
-//! - **Rates** are held against the attitudes ([`consistency`]).
-//! - **Torque** that the rows need, computed from their rates and from their attitudes, is
-//!   reported and compared with the limits of the actuators.
+//! - **Cones and rates** are checked at the rows and between them. Between rows the body is assumed
+//!   to turn about one axis at a constant rate, for which the extremum of every angle has a closed
+//!   form. If the file has rates, the cubic through attitudes and rates is also checked, by a bound
+//!   on its rate.
+//! - **Rates** are compared with the attitudes ([`consistency`]).
+//! - **Torque**: the torques that the recorded rates and attitudes require are reported, and
+//!   compared with the limits of the actuators.
 //!
-//! Inputs, cost and optimality are not in the file and are not judged. [`AttitudeReport::open`]
+//! Inputs, cost and optimality are not in the file and are not checked. [`AttitudeReport::open`]
 //! lists checks that could not be decided.
 
 mod between;
@@ -24,52 +24,53 @@ use super::Check;
 use crate::maneuver::Problem;
 use crate::{Matrix3, Vector3, lie};
 
-/// Rows of attitudes, as read from a file.
+/// An attitude history, as read from a file.
 #[derive(Clone, Copy, Debug)]
 pub struct AttitudeRows<'a> {
-    /// Seconds from the start of the maneuver, increasing; two at least.
+    /// Times of the rows since the start of the maneuver \[s\], increasing; at least two.
     pub time: &'a [f64],
-    /// Quaternions from body to reference, `[w, x, y, z]`, of length 1, one for each time.
+    /// Unit quaternions `[w, x, y, z]` from body to reference, one for each time.
     pub quaternion: &'a [[f64; 4]],
-    /// Angular velocity relative to the reference frame, body axes [rad/s], one for each time;
-    /// empty if the file has no rates.
+    /// Angular velocity relative to the reference frame, body axes [rad/s], one for each time.
+    /// Empty if the file has no rates.
     pub rate: &'a [Vector3],
-    /// Rows that must not be connected with the row before by interpolation.
+    /// Indices of rows that must not be interpolated with the row before.
     pub breaks: &'a [usize],
-    /// For each row, whether the file states it; a polynomial gives the rows between stated rows.
-    /// Empty: all are stated. Between stated rows a motion may enter a cone by the tolerance.
+    /// Whether the file states each row; a polynomial gives the other rows. Empty if all rows are
+    /// stated. Between stated rows a motion may enter a cone by up to the tolerance.
     pub told: &'a [bool],
-    /// The rounding of the printed digits.
+    /// Rounding errors of the printed digits.
     pub rounding: Rounding,
 }
 
-/// The largest error of the last printed digits of a file.
+/// The largest rounding errors of the numbers printed in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// The rounding of an attitude \[rad\].
+    /// Rounding error of an attitude \[rad\].
     pub attitude: f64,
-    /// The rounding of a rate [rad/s].
+    /// Rounding error of a rate [rad/s].
     pub rate: f64,
-    /// The rounding of a time \[s\].
+    /// Rounding error of a time \[s\].
     pub time: f64,
 }
 
-/// The result of the checks.
+/// The result of checking an attitude history.
 #[derive(Clone, Debug)]
 pub struct AttitudeReport {
-    /// Ends, duration, and rates against attitudes; errors in rad and rad/s, of the duration
-    /// relative.
+    /// Checks of ends, duration, and rates against attitudes. The errors are in rad and rad/s, and
+    /// relative for the duration.
     pub checks: Vec<Check>,
-    /// The violations in words, each with its time.
+    /// The violations of constraints in words, each with its time.
     pub violations: Vec<String>,
-    /// The row of each violation, or the row before it.
+    /// Index of the row of each violation, or of the row before it.
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
-    /// The largest mean torque between two rows that a free body without wheels needs to have the
-    /// rates \[N·m\]; `None` for others and without rates.
+    /// Largest mean torque between two rows that the recorded rates require \[N·m\]. `None` without
+    /// rates, and unless the body is free and has no wheels.
     pub peak_torque_n_m: Option<f64>,
-    /// The largest torque that the attitudes require, from the mean rates between rows \[N·m\].
+    /// Largest torque that the recorded attitudes require, from the mean rates between rows
+    /// \[N·m\].
     pub peak_torque_of_attitudes_n_m: Option<f64>,
 }
 
@@ -79,65 +80,67 @@ impl AttitudeReport {
         self.violated_at.push(row);
     }
 
-    /// Returns whether no check failed.
+    /// Returns whether all checks passed and no constraint is violated.
     pub fn passed(&self) -> bool {
         self.checks.iter().all(|check| check.passed) && self.violations.is_empty()
     }
 }
 
-/// The largest relative error of the duration: many programs print times to a nanosecond.
+/// Largest accepted relative error of the duration, because many programs print times to a
+/// nanosecond.
 const DURATION: f64 = 1e-6;
-/// The part of the duration that defines the allowed error of a rate: such an error turns the body
-/// by the tolerance in this time.
+/// Fraction of the duration in which the largest accepted error of a rate turns the body by the
+/// tolerance.
 const RATE_SHARE: f64 = 0.01;
 
-/// The name of the check that rates are the derivatives of the attitudes.
+/// Name of the check that the rates are the derivatives of the attitudes.
 pub const RATES_AGAINST_ATTITUDES: &str = "rates against attitudes";
 
-/// The rows as rotations.
+/// An attitude history converted to rotations.
 struct Motion<'a> {
     rows: &'a AttitudeRows<'a>,
     attitude: Vec<Matrix3>,
-    /// The rate of the reference frame [rad/s].
+    /// Angular velocity of the reference frame [rad/s].
     frame_rate: Vector3,
-    /// The depth to which a motion may enter a cone between rows, and the allowed error of
+    /// Largest accepted depth of a motion in a cone between rows, and largest accepted error of
     /// attitudes \[rad\].
     tolerance: f64,
 }
 
 impl Motion<'_> {
-    /// Returns the number of the last row.
+    /// Returns the index of the last row.
     fn last(&self) -> usize {
         self.attitude.len() - 1
     }
 
-    /// Returns the last row at a time or before it.
+    /// Returns the index of the last row at or before a time.
     fn row_at(&self, time: f64) -> usize {
         self.rows.time.partition_point(|at| *at <= time).saturating_sub(1)
     }
 
-    /// Returns whether the motion from row `k` to the next may be interpolated.
+    /// Returns whether the motion from row `k` to the next one may be interpolated.
     fn goes_on(&self, k: usize) -> bool {
         !self.rows.breaks.contains(&(k + 1))
     }
 
-    /// Returns the seconds from row `k` to the next.
+    /// Returns the time from row `k` to the next one \[s\].
     fn step(&self, k: usize) -> f64 {
         self.rows.time[k + 1] - self.rows.time[k]
     }
 
-    /// Returns the inertial angular velocity in body axes, if the file has rates.
+    /// Returns the inertial angular velocity at row `k` in body axes; `None` if the file has no
+    /// rates.
     fn inertial(&self, k: usize) -> Option<Vector3> {
         self.rows.rate.get(k).map(|rate| rate + self.attitude[k].tr_mul(&self.frame_rate))
     }
 
-    /// Returns the turn from row `k` to the next, body axes \[rad\].
+    /// Returns the rotation vector from row `k` to the next one, body axes \[rad\].
     fn turn(&self, k: usize) -> Vector3 {
         lie::minus(&self.attitude[k + 1], &self.attitude[k])
     }
 
-    /// Returns the uncertainty of the mean rate from row `k` to the next, due to the printed
-    /// digits [rad/s].
+    /// Returns the uncertainty of the mean rate from row `k` to the next one that the printed
+    /// digits cause [rad/s].
     fn mean_rate_open(&self, k: usize) -> f64 {
         let h = self.step(k);
         let open = self.rows.rounding;
@@ -145,16 +148,16 @@ impl Motion<'_> {
     }
 }
 
-/// Returns the attitude and the angular velocity, among all ends on the target, that come nearest
-/// to the last row: the plan chooses the roll, free or within a band. `None` if the spec states the
-/// end, or if the target does not define it at that time.
+/// Returns the terminal attitude and angular velocity nearest to the last row, among all those that
+/// point at the target; the plan may choose the roll, freely or within a band. `None` if the spec
+/// states the terminal attitude, or if the target is not defined at that time.
 fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
     let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
     Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))
 }
 
-/// Judges rows. `tolerance` \[rad\] is for the attitudes at the ends, and for how deep the cubic
-/// between rows may enter a cone.
+/// Checks an attitude history. `tolerance` \[rad\] bounds the attitude errors at the ends, and the
+/// depth by which the cubic between rows may enter a cone.
 pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f64) -> AttitudeReport {
     let frame_rate = problem.environment.frame_rate();
     let attitude = rows.quaternion.iter().map(lie::rotation_from_quaternion).collect();

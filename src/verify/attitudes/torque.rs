@@ -1,9 +1,9 @@
-//! The torque that a free body without wheels needs to have the rates of the rows, and to have
-//! their attitudes.
+//! The torques that a free body without wheels needs for the recorded rates and for the recorded
+//! attitudes.
 //!
-//! The momentum in inertial axes changes by the impulse of the torque, so that the rates at two
-//! rows give its mean between them. The attitudes give mean rates between rows, each taken for the
-//! middle, and their differences.
+//! The momentum in inertial axes changes by the impulse of the torque, so the rates at two rows
+//! give the mean torque between them. The attitudes give mean rates between rows, which are
+//! assigned to the middle of each interval; their differences give mean torques.
 
 use super::{AttitudeReport, Motion};
 use crate::maneuver::Problem;
@@ -11,8 +11,8 @@ use crate::maneuver::infeasible::strongest;
 use crate::numerics::figures::{significant, told_apart};
 use crate::{Vector3, lie};
 
-/// The relative excess of the mean torque of rates over the limits of the actuators that is
-/// accepted: a plan that keeps its limits to round-off, printed with many digits.
+/// Relative excess of the mean torque from rates over the actuator limits that is accepted. A plan
+/// that keeps its limits to round-off, printed with many digits, has such an excess.
 const SLACK: f64 = 1e-6;
 
 /// Reports the required torque, and the times at which it exceeds the limits.
@@ -54,12 +54,12 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
             report.violated(k, text);
         }
     }
-    // The momentum in the middle of a stretch, by its mean rate.
+    // The inertial momentum in the middle of an interval, from its mean rate.
     let middle = |k: usize| {
         let (turn, h) = (motion.turn(k), motion.step(k));
         motion.attitude[k] * lie::exp(&(0.5 * turn)) * (j * (turn / h))
     };
-    // The body has the requested rate at an end.
+    // The inertial momentum at an end, where the body has the given rate.
     let end = |k: usize, rate: &Vector3| motion.attitude[k] * (j * rate);
     let mut peak = None::<f64>;
     let mut meet = |change: Vector3, time: f64| {

@@ -1,10 +1,10 @@
-//! The choice between alternative sets of cones over time, if a maneuver leaves it open.
+//! The choice between alternative sets of cones over time, for maneuvers that leave it open.
 //!
-//! One set has to hold over each whole interval between two attitudes: the set that has held
-//! before, or else the set whose margin is largest. If no set holds over all of an interval, it is
-//! halved, so that two sets may follow each other within it. If no set holds over a part that
-//! cannot be halved further, the set with the smallest violation is used, and its violation is
-//! reported.
+//! One set must hold over each whole interval between two attitudes. It is the set of the preceding
+//! interval if this set holds, otherwise the set with the largest margin. If no set holds over the
+//! whole interval, the interval is halved, so that two sets may follow each other within it. If no
+//! set holds over a part that cannot be halved further, the set with the smallest violation is
+//! used, and its violation is reported.
 
 use super::between::target;
 use super::{AttitudeRows, Motion, Rounding};
@@ -13,12 +13,12 @@ use crate::maneuver::constraint::{Alternatives, Arc, BOUNDARY_ROUNDING, Pointing
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 
-/// The number of halvings of an interval.
+/// Largest number of successive halvings of an interval.
 const HALVINGS: u32 = 12;
 
-/// Returns the maneuver with its alternatives in the shifts of a plan: the shifts of `own`, the
-/// maneuver from which the plan was made, if they leave no time out, or else the shifts that its
-/// attitudes keep.
+/// Returns the maneuver with its alternatives resolved into time intervals (shifts), one set of
+/// cones in each. The shifts come from `own`, the maneuver from which the plan was made, if its
+/// shifts cover the whole time. Otherwise they are derived from the attitudes of the plan.
 pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajectory) -> Problem {
     let end = trajectory.time.last().copied().unwrap_or(0.0);
     if let Some(turns) = own.and_then(|own| told(problem, own, end)) {
@@ -40,8 +40,8 @@ pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajector
     kept(problem, &Motion { rows: &rows, attitude, frame_rate, tolerance: BOUNDARY_ROUNDING })
 }
 
-/// Returns the shifts in which the constraints of the same names act in another maneuver, if they
-/// cover all of its time.
+/// Returns the shifts of the constraints with the same names in another maneuver; `None` if they do
+/// not cover the whole time.
 fn told(problem: &Problem, own: &Problem, end: f64) -> Option<Vec<Turns>> {
     let during = |problem: &Problem, name: &str| {
         let constraint = problem.constraints.iter().find(|constraint| constraint.name == name)?;
@@ -77,7 +77,7 @@ fn told(problem: &Problem, own: &Problem, end: f64) -> Option<Vec<Turns>> {
         .collect()
 }
 
-/// Returns the maneuver with its alternatives in the shifts that a motion keeps.
+/// Returns the maneuver with its alternatives resolved into the shifts that a motion keeps.
 pub(super) fn kept(problem: &Problem, motion: &Motion<'_>) -> Problem {
     let turns: Vec<Turns> = problem
         .alternatives
@@ -103,7 +103,7 @@ fn shifts(problem: &Problem, of: &Alternatives, motion: &Motion<'_>) -> Vec<Shif
     let mut found: Vec<Shift> = Vec::new();
     for k in 0..motion.last() {
         let (begin, step) = (motion.rows.time[k], motion.step(k));
-        // The first part lies on top.
+        // The last element of the stack is the earliest part.
         let mut open = vec![([0.0, 1.0], 0)];
         while let Some(([from, to], depth)) = open.pop() {
             let span = [begin + from * step, begin + to * step];
@@ -135,8 +135,8 @@ fn shifts(problem: &Problem, of: &Alternatives, motion: &Motion<'_>) -> Vec<Shif
     found
 }
 
-/// Returns the least room of a cone between two moments within the interval from row `k` to the
-/// next.
+/// Returns the smallest distance from a cone between two times within the interval from row `k` to
+/// the next one.
 fn room(cone: &Pointing, motion: &Motion<'_>, k: usize, span: [f64; 2]) -> f64 {
     let during = cone.during.within(&[span]);
     let cone = Pointing { during, ..cone.clone() };

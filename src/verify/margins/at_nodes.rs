@@ -1,4 +1,4 @@
-//! Margins and angles at every node of a recorded trajectory, for tables.
+//! Margins and cone angles at every node of a recorded trajectory, for tables.
 
 use super::Meter;
 use crate::maneuver::constraint::{Pointing, Rule, angle_between};
@@ -6,35 +6,35 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::{Matrix3, Vector3, lie};
 
-/// The margins of a trajectory to one limit or constraint at each node.
+/// The margins of a trajectory to one limit or constraint at all nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeMargins {
-    /// The name of the limit or constraint, as in [`super::Margin`].
+    /// Name of the limit or constraint, as in [`super::Margin`].
     pub name: String,
-    /// Unit of the margins.
+    /// Unit of the margins, as in [`super::Margin`].
     pub unit: &'static str,
-    /// `N + 1` distances, negative for a violation. NaN if the node has no input, or no rate of
-    /// one, and if a constraint is not active.
+    /// Margin at each of the `N + 1` nodes, negative for a violation. NaN if the node has no input
+    /// or input rate, or if the constraint is not active there.
     pub values: Vec<f64>,
 }
 
-/// The angle between a boresight and a direction of a constraint.
+/// The angle between a boresight and a direction of a constraint, at all nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConeAngle {
     /// Name of the constraint.
     pub name: String,
-    /// The number of the boresight of the constraint, from 1.
+    /// Number of the boresight in the constraint, from 1.
     pub boresight: usize,
-    /// The number of the direction, from 1.
+    /// Number of the direction in the constraint, from 1.
     pub direction: usize,
-    /// Whether the constraint has no other pair.
+    /// Whether this is the only pair of the constraint.
     pub only: bool,
-    /// The angle at each node \[deg\], `N + 1` values.
+    /// Angle at each of the `N + 1` nodes \[deg\].
     pub degrees: Vec<f64>,
 }
 
 impl Meter<'_> {
-    /// Receives an attitude, body → reference, at `time`.
+    /// Measures an attitude, from body to reference, at `time` \[s\].
     fn attitude(&mut self, time: f64, attitude: &Matrix3) {
         let frame_rate = self.frame_rate;
         for entry in &mut self.entries {
@@ -50,7 +50,8 @@ impl Meter<'_> {
     }
 }
 
-/// Returns the angle of every pair, and the angular radius of the target \[rad\].
+/// Returns the angle of every pair of boresight and direction, and the angular radius of the target
+/// \[rad\].
 fn angles(
     pointing: &Pointing,
     time: f64,
@@ -62,8 +63,8 @@ fn angles(
     })
 }
 
-/// Returns the margins of `trajectory` to every limit and constraint of `problem` at its nodes;
-/// `inputs` gives the row of inputs of a node. Each value has the stated unit. Unlike
+/// Returns the margins of `trajectory` to every limit and constraint of `problem` at its nodes, in
+/// the stated units. `inputs` returns the index of the input row of a node. In contrast to
 /// [`super::Margin`], the arcs between nodes are not checked.
 pub fn margins_at_nodes(
     problem: &Problem,
@@ -95,8 +96,8 @@ pub fn margins_at_nodes(
     found
 }
 
-/// Returns the angle of every boresight to every direction of the constraints of `problem` along
-/// `trajectory`.
+/// Returns the angle between every boresight and every direction of each constraint of `problem`,
+/// at the nodes of `trajectory`.
 pub fn cone_angles(problem: &Problem, trajectory: &Trajectory) -> Vec<ConeAngle> {
     let frame_rate = problem.environment.frame_rate();
     let mut found = Vec::new();

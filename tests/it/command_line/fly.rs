@@ -485,3 +485,76 @@ fn plans_of_poses_have_gains_and_no_covariance() {
     let uncertain = ["--set", "uncertainty.inertia.relative=0.01"];
     folder.slew(&[&["plan", &spec][..], &uncertain].concat()).ends(3).tells("E0170");
 }
+
+/// Two stops, the first one held, with an uncertain inertia.
+const STOPS: &str = r#"
+format = 1
+name = "two stops"
+[body]
+inertia_kg_m2 = [1, 2, 2.5]
+[actuators]
+torque_limit_n_m = 0.5
+torque_limit_reserve_n_m = 0.1
+[start]
+attitude = { axis = [0, 0, 1], angle_deg = 0 }
+[maneuver]
+minimize = "time"
+steps = 40
+[[stop]]
+name = "near"
+attitude = { axis = [1, 0, 0], angle_deg = 50 }
+hold_s = 8
+[[stop]]
+name = "far"
+attitude = { axis = [1, 0, 0], angle_deg = 120 }
+settling_s = 2
+[[constraint]]
+kind = "rate_limit"
+angular_velocity_limit_deg_s = 30
+margin_deg_s = 5
+[uncertainty]
+inertia = { relative = 0.02 }
+[feedback]
+"#;
+
+/// A sequence is flown over all legs and holds: each stop has its errors, which gains make small, and
+/// which the end of the hold has less of. The plan keeps the reserves of its limits.
+#[test]
+fn a_sequence_flies_over_all_its_stops() {
+    let folder = planned(STOPS);
+    folder.slew(&["check", "spec.toml"]).ends(0).tells("flight      [feedback], [uncertainty]");
+    let plan = folder.json("plan.json");
+    for leg in plan["legs"].as_array().unwrap() {
+        let verified = &leg["verified"];
+        assert!(number(&verified["peak_rate_rad_s"]) < 25.001_f64.to_radians(), "{verified}");
+        assert!(number(&verified["peak_torque_n_m"]) < 0.4001 * 3_f64.sqrt(), "{verified}");
+    }
+    let run = folder.slew(&["fly", "plan.json", "--cases", "300", "--format", "json", "-q"]).ends(0).json();
+    for (one, closed) in run["loops"].as_array().unwrap().iter().zip([true, false]) {
+        let stops = one["stops"].as_array().unwrap();
+        let of = |mark: &Value| {
+            (mark["stop"].as_str().unwrap().to_string(), mark["event"].as_str().unwrap().to_string())
+        };
+        let marks: Vec<_> = stops.iter().map(of).collect();
+        let told = |stop: &str, event: &str| (stop.to_string(), event.to_string());
+        assert_eq!(
+            marks,
+            [told("near", "hold begins"), told("near", "hold ends"), told("far", "hold begins")]
+        );
+        let off = |index: usize| number(&stops[index]["angle_quantiles_deg"][0]);
+        assert!(if closed { off(0) < 0.1 && off(1) < 0.1 * off(0) } else { off(0) > 0.2 }, "{stops:?}");
+        // The last instant is the end.
+        assert_eq!(stops[2]["angle_quantiles_deg"], one["end"]["angle_quantiles_deg"]);
+    }
+    let fly = |cases: &str| folder.slew(&["fly", "plan.json", "--cases", cases, "--keep", "k.jsonl"]).ends(0);
+    fly("20");
+    fly("40").tells("after 20 cases").tells("near, hold ends at");
+    folder.slew(&["fly", "plan.json", "--cases", "40", "-q", "-o", "cases.csv"]).ends(0);
+    let head = folder.read("cases.csv");
+    assert!(head.lines().next().unwrap().contains("\"attitude_error near, hold begins_rad\""), "{head}");
+    folder.slew(&["fly", "plan.json", "--case", "3", "-o", "one.csv"]).ends(0).tells("case        3");
+    folder.slew(&["verify", "plan.json"]).ends(0);
+    fs::write(folder.path("long.toml"), STOPS.replace("hold_s = 8", "hold_s = 1e6")).unwrap();
+    folder.slew(&["plan", "long.toml", "-q", "-o", "long.json"]).ends(0);
+    folder.slew(&["fly", "long.json"]).ends(8).tells("E0170").tells("shorter holds");
+}

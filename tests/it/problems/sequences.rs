@@ -70,7 +70,7 @@ fn every_sequence_comes_to_what_it_says() {
         let Ok(Spec::Sequence(loaded)) = spec::load(&path, Format::Toml, &[]) else { panic!("{name}") };
         let plan = loaded.sequence.plan(&loaded.settings, &mut Silent).unwrap();
         assert_eq!(faults(&loaded, &plan), Vec::<String>::new(), "{name}");
-        let file = SequenceFile::new(&loaded.sequence, &loaded.settings, &plan, &loaded.identity);
+        let file = SequenceFile::new(&loaded, &plan);
         let mut text = Vec::new();
         file.write(&mut text).unwrap();
         let read = SequenceFile::read(&text[..]).unwrap();

@@ -1,7 +1,7 @@
-//! The columns of a table of results, one row for each case: the path of each in a result, and
-//! its type.
+//! Columns of a table of results with one row for each case: their paths in a result and their
+//! types.
 
-/// The type of the cells of a column.
+/// Type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Number,
@@ -10,7 +10,8 @@ pub(super) enum Kind {
     Text,
 }
 
-/// The path of each column in a result, and its type. The heading is the path with underscores.
+/// Path of each column in a result, and its type. The heading is the path with underscores for
+/// slashes.
 pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
 pub(super) const AFTER: [(&str, Kind); 36] = [
     ("status", Kind::Text),

@@ -1,5 +1,5 @@
-//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the
-//! columns of the Parquet table.
+//! Results as a comma-separated table (RFC 4180) for spreadsheets. It has one row for each case and
+//! the columns of the Parquet table.
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -8,19 +8,19 @@ use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
 
-/// A table of results that is being written.
+/// A comma-separated table of results that is being written.
 pub struct CommaTable<'o> {
     output: &'o mut dyn Write,
-    /// The path of the value of each column in a result.
+    /// Path of each column's value in a result.
     paths: Vec<Vec<String>>,
 }
 
 impl<'o> CommaTable<'o> {
-    /// Begins the table with its head: every column that a result can have, and every key that the
-    /// cases set.
+    /// Begins the table with its header: every column that a result can have, and every key that
+    /// the cases set.
     ///
     /// # Errors
-    /// Fails when the stream cannot be written.
+    /// Returns an error if the stream cannot be written.
     pub fn begin(header: &Header, output: &'o mut dyn Write) -> Result<Self, ExportError> {
         let fixed = |(path, _): &(&str, _)| -> Vec<String> { path.split('/').map(String::from).collect() };
         let set = header.keys.iter().map(|key| vec!["set".into(), key.clone()]);
@@ -35,10 +35,10 @@ impl<'o> CommaTable<'o> {
         Ok(table)
     }
 
-    /// Adds a result.
+    /// Appends the row of a result.
     ///
     /// # Errors
-    /// Fails when the stream cannot be written.
+    /// Returns an error if the stream cannot be written.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         let result = serde_json::to_value(result)?;
         let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {

@@ -1,4 +1,4 @@
-//! The reasons for which a batch cannot start or continue. An error of one case is a result, not
+//! Errors that prevent a batch from starting or continuing. An error of one case is a result, not
 //! an error of the batch.
 
 use crate::export::{ExportError, FileError};
@@ -7,54 +7,54 @@ use std::io;
 use std::path::Path;
 use thiserror::Error;
 
-/// The reason for which a batch cannot start or continue.
+/// Reason why a batch cannot start or continue.
 #[derive(Debug, Error)]
 pub enum BatchError {
-    /// The spec, or the table of cases; with line, reason and remedy.
+    /// The spec or the table of cases has errors; each is given with line, reason and remedy.
     #[error("{0}")]
     Spec(#[from] Diagnostics),
-    /// The request is impossible, such as shard 5 of 4.
+    /// A request is impossible, such as shard 5 of 4.
     #[error("{reason}")]
     Argument {
-        /// Stable code.
+        /// Stable code of the error.
         code: &'static str,
-        /// The reason.
+        /// Reason of the error.
         reason: String,
-        /// The remedy.
+        /// Remedy for the error.
         remedy: String,
     },
-    /// A file of cases or results.
+    /// A file of cases or results cannot be used.
     #[error("{reason}")]
     File {
-        /// Stable code.
+        /// Stable code of the error.
         code: &'static str,
-        /// The reason.
+        /// Reason of the error.
         reason: String,
-        /// The remedy.
+        /// Remedy for the error.
         remedy: String,
     },
-    /// The stream that results go to has been closed by its reader.
+    /// The reader of the output stream, to which the results are written, has closed it.
     #[error("the reader of the results has closed the stream")]
     Closed,
 }
 
 impl BatchError {
-    /// Builds the error of an impossible argument.
+    /// Creates the error for an impossible argument.
     pub(super) fn argument(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Argument { code, reason: reason.into(), remedy: remedy.into() }
     }
 
-    /// Builds the error of a file that cannot be used.
+    /// Creates the error for a file that cannot be used.
     pub(super) fn file(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::File { code, reason: reason.into(), remedy: remedy.into() }
     }
 
-    /// Builds the error of a file that cannot be read.
+    /// Creates the error for a file that cannot be read.
     pub(super) fn unreadable(path: &Path, error: &io::Error) -> Self {
         Self::file("E0090", format!("cannot read {}: {error}", shown(path)), "check the path")
     }
 
-    /// Builds the error of a file of results that cannot be written completely.
+    /// Creates the error for a file of results that cannot be written completely.
     pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
         let reason = format!("writing {} failed, finished cases are kept: {error}", shown(path));
         Self::file("E0097", reason, "free some space; this command then continues the run")
@@ -76,7 +76,7 @@ impl From<ExportError> for BatchError {
     }
 }
 
-/// Returns a path for messages.
+/// Returns a path in printable form, for messages.
 pub(super) fn shown(path: &Path) -> String {
     escape(&path.to_string_lossy())
 }

@@ -1,5 +1,5 @@
-//! Flights of a plan, kept line by line: an interrupted run can be continued, and a complete one
-//! enlarged.
+//! Files of simulated flights of a plan, one line for each case. An interrupted run can be
+//! continued, and a complete run extended.
 
 use super::error::shown;
 use super::{BatchError, Entry};
@@ -9,65 +9,74 @@ use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
 use std::path::Path;
 
-/// The first line: the values that determine all cases. The number of cases does not.
+/// First line of a file of flights: the data that determine all cases. The number of cases is not
+/// among them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightHeader {
-    /// Version of the format, [`FlightHeader::FORMAT`]; its key identifies the file.
+    /// Version of the format, [`FlightHeader::FORMAT`]; the name of this key identifies the file.
     pub slew_flights: u32,
-    /// The program that flies.
+    /// Name and version of the program that simulates the flights.
     pub generator: String,
     /// Name of the maneuver.
     pub name: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Names of the loops that are flown: "closed loop", "open loop".
+    /// Names of the simulated control loops: "closed loop", "open loop".
     pub loops: Vec<String>,
-    /// Names of the constraints, in the order of `room`.
+    /// Names of the constraints, in the order of `room` of the results.
     pub constraints: Vec<String>,
-    /// The number of values for the room to the limits of the torques.
+    /// Number of torque limits, which is the length of `input_room` in the results.
     #[serde(default)]
     pub input_limits: usize,
-    /// Names of the parameters.
+    /// The number of instants at which the craft has to be at a stop.
+    #[serde(default)]
+    pub stops: usize,
+    /// Names of the uncertain parameters.
     pub parameters: Vec<String>,
-    /// Hash of the plan, of its gains and uncertainty, and of the program.
+    /// Hash of the plan, its gains, its uncertainty and the version of the program.
     pub fingerprint: String,
 }
 
-/// The result of one case in each loop.
+/// Result of one case in each control loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
-    /// Number of the case, from 1.
+    /// Number of the case, counted from 1.
     pub case: u64,
-    /// Parameters of the case; empty if the case was lost in every loop.
+    /// Values of the parameters drawn for the case; empty if the flight failed in every loop.
     pub parameters: Vec<f64>,
-    /// The number of impossible inertias that were drawn.
+    /// Number of drawn inertias that were rejected because no body has them.
     pub rejected_inertias: u32,
-    /// End of the flight in each loop; `None` if it could not be followed.
+    /// Result of the flight in each loop; `None` if the simulation could not follow it.
     pub loops: Vec<Option<FlightEnd>>,
 }
 
-/// The end of a case in a loop.
+/// State and margins at the end of a flight in one loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightEnd {
-    /// `[ζ; δΩ]`, rad and rad/s: true minus planned, body axes.
+    /// Terminal error `[ζ; δΩ]` of attitude \[rad\] and rate \[rad/s\], true minus planned, in body
+    /// axes.
     pub error: [f64; 6],
-    /// The smallest room to each constraint: \[rad\] for cones, relative to the limit for rates.
+    /// The same at each instant before the end at which the craft has to be at a stop.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<[f64; 6]>,
+    /// Smallest margin to each constraint: \[rad\] for cones, relative to the limit for rates.
     pub room: Vec<f64>,
-    /// The smallest room to each limit of the torques, SI.
+    /// Smallest margin to each torque limit, in SI units.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_room: Vec<f64>,
-    /// Part of the steps in which a limit cut a command.
+    /// Fraction of the steps in which a limit cut the commanded torque.
     pub saturated: f64,
 }
 
 impl FlightHeader {
-    /// The version written and read.
+    /// Version of the format that this program writes and reads.
     pub const FORMAT: u32 = 2;
 
-    /// Builds the header of flights of a plan in the loops `closed`.
+    /// Creates the header for flights of a plan; `closed` lists the loops, true for the closed
+    /// loop.
     pub fn new(runs: &Runs<'_>, closed: &[bool]) -> Self {
         let Runs { problem, closed_loop, uncertainty, beside, seed, .. } = runs;
-        // Numbers are shown so that they read back to the same bits.
+        // Numbers are formatted so that they read back to the same bits.
         let decides = format!("{problem:?} {:?} {closed_loop:?} {uncertainty:?}", beside.linear);
         Self {
             slew_flights: Self::FORMAT,
@@ -77,6 +86,7 @@ impl FlightHeader {
             loops: closed.iter().map(|closed| Runs::name(*closed).into()).collect(),
             constraints: problem.constraints.iter().map(|constraint| constraint.name.clone()).collect(),
             input_limits: input_rooms(problem),
+            stops: beside.linear.stops().len(),
             parameters: uncertainty.parameters.iter().map(|(name, ..)| name.clone()).collect(),
             fingerprint: Fingerprint::of_program().and(decides.as_bytes()).text(),
         }
@@ -84,13 +94,14 @@ impl FlightHeader {
 }
 
 impl FlightCase {
-    /// Builds the case with the number `case`, from 1, of its flights in each loop.
+    /// Creates the result of case `case`, counted from 1, from its flights in each loop.
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {
-            let Flown { end, room, input_room, saturated, .. } = flight.as_ref().ok()?;
+            let Flown { end, stops, room, input_room, saturated, .. } = flight.as_ref().ok()?;
             let (room, input_room) = (room.clone(), input_room.clone());
-            Some(FlightEnd { error: (*end).into(), room, input_room, saturated: *saturated })
+            let stops = stops.iter().map(|error| (*error).into()).collect();
+            Some(FlightEnd { error: (*end).into(), stops, room, input_room, saturated: *saturated })
         };
         Self {
             case,
@@ -100,12 +111,13 @@ impl FlightCase {
         }
     }
 
-    /// Returns the flights of the case in each loop.
+    /// Returns the flights of the case, one for each loop.
     pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
         self.loops.iter().map(|end| {
-            let FlightEnd { error, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;
+            let FlightEnd { error, stops, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;
             Ok(Flown {
                 end: (*error).into(),
+                stops: stops.iter().map(|error| (*error).into()).collect(),
                 room: room.clone(),
                 input_room: input_room.clone(),
                 saturated: *saturated,
@@ -126,7 +138,7 @@ impl Entry for FlightCase {
             let reason = format!("{} exists and holds no flights", shown(path));
             BatchError::file("E0112", reason, Self::REMEDY)
         };
-        // The version first: another one may have other keys.
+        // The version is read first, because another version may have other keys.
         #[derive(Deserialize)]
         struct Version {
             slew_flights: u32,
@@ -148,7 +160,9 @@ impl Entry for FlightCase {
             return Err(format!("it is case {}, not {}", self.case, done + 1));
         }
         let is_whole = |end: &FlightEnd| {
-            end.room.len() == header.constraints.len() && end.input_room.len() == header.input_limits
+            end.room.len() == header.constraints.len()
+                && end.input_room.len() == header.input_limits
+                && end.stops.len() == header.stops
         };
         let is_lost = self.loops.iter().all(Option::is_none);
         let parameters = if is_lost { 0 } else { header.parameters.len() };

@@ -1,8 +1,8 @@
-//! The file of results: written line by line, and continued after its last line.
+//! A file of results that is written line by line and can be continued after its last line.
 //!
-//! A line counts when its line break is written. A partial line that a kill left is removed when
-//! the file is continued. Every other line is read and checked, so that no case is lost, doubled
-//! or from another batch.
+//! A line is complete when its line break is written. An incomplete line, left by a killed process,
+//! is removed when the file is continued. Every other line is read and checked, so that no case is
+//! lost, duplicated or from another batch.
 
 use super::error::shown;
 use super::results::{Line, Lines, damaged, no_results, read_header, read_result};
@@ -13,62 +13,64 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A line of a file that is continued, one for each case.
+/// An entry of a file that can be continued: one line for each case.
 pub trait Entry: DeserializeOwned {
-    /// The first line: the values that determine all other lines.
+    /// The first line of the file: the data that determine all other lines.
     type Header: Serialize + PartialEq;
 
-    /// The remedy if a file holds results of another batch.
+    /// Remedy in the message that a file holds results of another batch.
     const REMEDY: &'static str;
 
-    /// Reads the first line of the file at `path`.
+    /// Parses the first line of the file at `path`.
     ///
     /// # Errors
-    /// It holds no such results.
+    /// Returns an error if the line is not a header of such results.
     fn header(path: &Path, line: &[u8]) -> Result<Self::Header, BatchError>;
 
-    /// Checks that the entry belongs in the line after `done` other lines.
+    /// Checks that the entry belongs in the line that follows `done` other entries.
     ///
     /// # Errors
-    /// Returns the reason for which the line is not the expected entry.
+    /// Returns the reason if the line is not the expected entry.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
-    /// Describes the difference between the existing results and the new ones.
+    /// Describes how the results in the file differ from the new ones.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
-/// A file of results that is being written. While it exists, another process cannot write the
-/// file.
+/// A file of results that is being written. While this value exists, the file is locked against
+/// other processes.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// Bytes that are whole lines.
+    /// Length of the complete lines \[bytes\].
     whole: u64,
 }
 
-/// The contents of a file of results when it was opened.
+/// Contents of a file of results when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// The number of existing results.
+    /// Number of existing results.
     pub done: u64,
-    /// Bytes of a line without its end, which were cut off.
+    /// Length of an incomplete last line \[bytes\], which was removed.
     pub torn: u64,
 }
 
 impl Journal {
-    /// Opens the file at `path` for the results of `header`: a new file, or one that has some of
-    /// them. Passes each existing result to `take`. `anew` discards the contents of the file.
+    /// Opens the file at `path` for results with the header `header`: a new file, or one that holds
+    /// some of these results. Calls `take` with each existing result. If `anew` is true, the
+    /// contents of the file are discarded.
     ///
     /// # Errors
-    /// A file of another batch, or a file that is damaged, in use, or cannot be written.
+    /// Returns an error if the file holds another batch, is damaged or in use, or cannot be
+    /// written.
     pub fn open<E: Entry>(
         path: &Path,
         header: &E::Header,
         anew: bool,
         take: &mut dyn FnMut(&E),
     ) -> Result<(Self, Found), BatchError> {
-        // Name and folder as of any output.
+        // The checks of name and folder apply as to any other output.
         Target::new(path, true)?;
         let failed = |error| BatchError::unwritable(path, &error);
         let create = |error: io::Error| {
@@ -78,7 +80,7 @@ impl Journal {
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
-        // A system that has no locks does without.
+        // The file is used without a lock on systems that have no file locks.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let reason = format!("another process writes {}", shown(path));
             return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));
@@ -98,11 +100,11 @@ impl Journal {
         Ok((journal, found))
     }
 
-    /// Adds a result.
+    /// Appends a result, given as its line.
     ///
     /// # Errors
-    /// The disk fails. The file still has whole lines only, if the system allows to truncate the
-    /// rest.
+    /// Returns an error if writing fails. The incomplete line is then removed, if the system allows
+    /// it.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
         text.push_str(line);
@@ -112,7 +114,8 @@ impl Journal {
 
     fn append(&mut self, text: &str) -> Result<(), BatchError> {
         if let Err(error) = self.file.write_all(text.as_bytes()) {
-            // A full disk may leave a part of the line. The next run removes it.
+            // A full disk may leave a part of the line. If it cannot be removed here, the next run
+            // removes it.
             let _ = self.file.set_len(self.whole);
             return Err(BatchError::unwritable(&self.path, &error));
         }
@@ -120,7 +123,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Adds a result as its line.
+    /// Appends a result as one line of JSON.
     ///
     /// # Errors
     /// Returns the errors of [`Journal::line`].
@@ -131,14 +134,14 @@ impl Journal {
     /// Waits until the whole file is on the disk.
     ///
     /// # Errors
-    /// The disk.
+    /// Returns an error if the system reports that the data could not be stored.
     pub fn close(self) -> Result<(), BatchError> {
         self.file.sync_all().map_err(|error| BatchError::unwritable(&self.path, &error))
     }
 }
 
-/// Checks which results of the batch of `header` the file holds, and returns the byte at which
-/// they end.
+/// Returns the number of results with the header `header` in the file, and the byte at which they
+/// end. Checks every line.
 fn check<E: Entry>(
     path: &Path,
     file: &mut File,
@@ -149,7 +152,7 @@ fn check<E: Entry>(
     let mut lines = Lines::new(path, file);
     let head = match lines.next()? {
         None => return Ok((Found::default(), 0)),
-        // The run was killed while it wrote the first line: no result is lost.
+        // The process was killed while it wrote the first line; no result is lost.
         Some(Line::Torn(text)) if first.as_bytes().starts_with(&text) => {
             return Ok((Found { done: 0, torn: text.len() as u64 }, 0));
         }

@@ -1,4 +1,4 @@
-//! Shards put together: byte for byte the file of a run without shards.
+//! Merging of shards into one file, which equals byte for byte the file of a run without shards.
 
 use super::error::shown;
 use super::{BatchError, CaseResult, CommaTable, Header, Results, Shard};
@@ -6,15 +6,15 @@ use crate::export::{ExportError, Target};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Cases that a message names.
+/// Largest number of cases that a message names.
 const NAMED: usize = 8;
 
-/// Writes the results of all `shards` of one batch to `target`, completely or not at all; returns
-/// their number.
+/// Merges the results of all `shards` of one batch into `target`, completely or not at all, and
+/// returns the number of results.
 ///
 /// # Errors
-/// Files of different batches, a shard that is missing or given twice, cases that a shard lacks,
-/// and the files themselves.
+/// Returns an error if the files belong to different batches, if a shard is missing or given twice,
+/// if a shard lacks cases, or if a file cannot be read or written.
 pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
     let header = whole(&files[0]);
@@ -26,7 +26,8 @@ pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     Ok(header.cases)
 }
 
-/// Writes them as a table of comma-separated values, a row a case, for spreadsheets.
+/// Merges the results of all shards into a comma-separated table for spreadsheets, with one row for
+/// each case.
 ///
 /// # Errors
 /// Returns the errors of [`merge`].
@@ -40,10 +41,10 @@ pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchErr
     Ok(header.cases)
 }
 
-/// Writes them as Parquet, a row a case: the same results, for programs that analyse them.
+/// Merges the results of all shards into a Parquet table for analysis, with one row for each case.
 ///
 /// # Errors
-/// Returns the errors of [`merge`], and an error in a build without the feature `parquet`.
+/// Returns the errors of [`merge`]; always fails in a build without the feature `parquet`.
 #[cfg(feature = "parquet")]
 pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
@@ -67,23 +68,23 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
     Ok(header.cases)
 }
 
-/// Fails: this build cannot write Parquet.
+/// Returns an error, because this build cannot write Parquet.
 ///
 /// # Errors
-/// Fails always: this build cannot write Parquet.
+/// Always fails: this build lacks the feature `parquet`.
 #[cfg(not(feature = "parquet"))]
 pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     let lacking = crate::exchange::Lacking::Parquet;
     Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
 }
 
-/// Returns the header of the whole batch from a file of one shard.
+/// Returns the header of the whole batch, made from the file of one shard.
 fn whole(file: &Results) -> Header {
     Header { shard: None, ..file.header().clone() }
 }
 
-/// Writes a file. An error of the results takes precedence over the error that the writing is
-/// incomplete.
+/// Writes the merged file. An error of the results takes precedence over the error that the output
+/// is incomplete.
 fn written(
     target: &Target,
     write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
@@ -96,12 +97,12 @@ fn written(
     }
 }
 
-/// A function that receives a result with its line.
+/// A function that receives each result together with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
 /// Passes on the results in the order of their cases, each with its line. An error of the results
-/// is stored in `wrong`, because it is not an error of the output; each error leaves the folder
-/// unchanged.
+/// is stored in `wrong`, because it is not an error of the output. After any error the output
+/// folder is unchanged.
 fn every_result(
     files: &mut [Results],
     cases: u64,
@@ -128,7 +129,7 @@ fn every_result(
     Ok(())
 }
 
-/// Returns each file once, in the order of the numbers of the shards.
+/// Opens the files and returns them in the order of their shards; each shard must be given once.
 fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
@@ -183,7 +184,7 @@ fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
     BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 
-/// Returns a shard that ends before `case`.
+/// Returns the error for a shard whose results end before `case`.
 fn unfinished(file: &Results, case: u64) -> BatchError {
     let header = file.header();
     let shard = header.shard.unwrap_or(Shard::ALL);

@@ -1,18 +1,18 @@
-//! Many maneuvers: tables of cases, folders of specs, grids and random draws, planned on several
-//! threads.
+//! Batches of maneuvers: tables of cases, folders of specs, grids and random draws, planned on
+//! several threads.
 //!
 //! ```text
 //! base spec + table | folder | grid | [dispersion] ──▶ Batch ──▶ Case ──▶ plan ──▶ CaseResult ──▶ Journal
 //! ```
 //!
-//! A case is a spec with keys set, from any source: the batch plans it as
-//! `slew plan --set key=value` does, to the last bit. Cases are independent, no guess passes from
-//! one to another, and their results are written in the order of the cases. The bytes are equal
-//! on any number of threads, after any interruption, and from merged shards ([`merge()`]). The
-//! only exception is a time limit of the solver.
+//! A case is a spec with some keys set, from any source. The batch plans it as
+//! `slew plan --set key=value` does, to the last bit. Cases are independent: no initial guess
+//! passes from one to another. Their results are written in the order of the cases. The file has
+//! the same bytes for any number of threads, after any interruption, and when merged from shards
+//! ([`merge()`]). The only exception is a time limit of the solver.
 //!
-//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues an
-//! incomplete file, [`Tally`] counts the results.
+//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] stores the results and continues an
+//! incomplete file, and [`Tally`] counts the results.
 //!
 //! ```
 //! use slewkit_files::batch::{run, Axis, Batch, Options, Shard};
@@ -36,41 +36,43 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # How can the file of results be the same on any number of threads?
+//! # How can the file of results be equal for any number of threads?
 //!
-//! Cases are independent, and lines are written in their order. A worker may be ahead of the
-//! slowest by at most 4096 cases, which bounds the memory. A kill loses the cases that were
-//! finished early, and they are planned again. A line holds no time, path or address. Results
-//! depend on the machine only with `solver.time_limit_s`, and with `--times`.
+//! Cases are independent, and their lines are written in the order of the cases. A worker may be at
+//! most 4096 cases ahead of the slowest worker, which bounds the memory. If the process is killed,
+//! results that wait for an earlier case are lost, and these cases are planned again. A line holds
+//! no time, path or address. Results depend on the machine only with `solver.time_limit_s` and with
+//! `--times`.
 //!
-//! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no
-//! number of cases, because a case of a seed does not depend on the others: a run of a thousand
-//! cases can be enlarged to a hundred thousand.
+//! Flights of a plan ([`FlightCase`]) are stored in such files as well. Their first line does not
+//! hold the number of cases, because a case does not depend on the others: a run of a thousand
+//! cases can be extended to a hundred thousand.
 //!
 //! # Why does a shard take every n-th case?
 //!
-//! The hard cases of a sweep lie side by side, and contiguous parts would give them all to one
+//! The hard cases of a sweep are neighbours, and contiguous parts would give them all to one
 //! process.
 //!
-//! # What of a draw that is no body?
+//! # What happens to a draw with an impossible inertia?
 //!
-//! It is a failed case, with its error. Drawing until a valid one appears would change the
-//! distribution of the spec, and would hide that the spread does not fit the body. Negative
-//! limits and ends within cones are treated in this way too.
+//! The draw is a failed case, with its error. Repeating the draw until it is valid would change the
+//! distribution of the spec, and would hide that the spread does not fit the body. Negative limits
+//! and ends within cones are treated in the same way.
 //!
-//! # Why is everything in memory that the quantiles need?
+//! # Why are all costs kept in memory?
 //!
-//! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there
-//! may be, are 80 MB. All other figures of the summary are counted line by line; a continued file
-//! is counted while it is read.
+//! Exact quantiles need the cost of each solved case, which takes eight bytes. For ten million
+//! cases, the largest number, this is 80 MB. All other figures of the summary are counted line by
+//! line; when a file is continued, they are counted while it is read.
 //!
-//! # Why do batches not write Parquet at once?
+//! # Why do batches not write Parquet directly?
 //!
-//! A Parquet file has its table of contents at its end. If the run is killed, the file can neither
-//! be read nor continued. Results must be lines: appended, checked, continued after any kill,
-//! merged from shards. `slew merge` reads and checks all of them anyway and makes one file of many,
-//! so it also makes the table, of one file or of all shards. It reads them twice, because a column
-//! of a key is numeric only if all its values are; it holds 65,536 rows.
+//! A Parquet file has its index at its end. If the run is killed, the file can be neither read nor
+//! continued. Results must therefore be lines, which can be appended, checked, continued after an
+//! interruption and merged from shards. `slew merge` reads and checks all lines anyway and makes
+//! one file of many. It therefore also writes the Parquet table, from one file or from all shards.
+//! It reads the results twice, because the column of a key is numeric only if all its values are;
+//! it holds 65,536 rows in memory.
 
 mod case;
 mod cases;

@@ -1,19 +1,20 @@
-//! The options of a run.
+//! Options of a run of a batch.
 
 use std::path::PathBuf;
 use std::thread;
 
-/// The largest number of threads.
+/// Largest number of threads.
 pub const MAX_THREADS: usize = 1024;
 
-/// The options of planning the cases; no option changes a result.
+/// Options for planning the cases of a batch; no option changes a plan.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Number of threads, from 1 to [`MAX_THREADS`].
     pub threads: usize,
-    /// A folder that exists, for the plan file of every case.
+    /// An existing folder into which the plan file of every case is written; `None` to write no
+    /// plan files.
     pub plans: Option<PathBuf>,
-    /// Lines hold wall times; equal inputs then give different files.
+    /// True if result lines hold wall times; equal inputs then give different files.
     pub times: bool,
 }
 

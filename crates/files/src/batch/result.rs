@@ -1,4 +1,4 @@
-//! The lines of a file of results: a header, then one line a case.
+//! Lines of a file of results: a header, then one line for each case.
 
 use super::{Case, Kind, Shard};
 use crate::export::SequenceRecord;
@@ -11,153 +11,156 @@ use slewkit::plan::{Plan, Status};
 use slewkit::sequence::SequencePlan;
 use slewkit::verify::Verification;
 
-/// The first line: which batch the results are of.
+/// First line of a file of results, which identifies the batch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Version of the format, [`Header::FORMAT`]; its key identifies the file.
+    /// Version of the format, [`Header::FORMAT`]; the name of this key identifies the file.
     pub slew_results: u32,
-    /// The program that plans.
+    /// Name and version of the program that planned the cases.
     pub generator: String,
-    /// The source of the cases.
+    /// Kind of the source of the cases.
     pub kind: Kind,
-    /// File name of the spec, or name of the folder, without its path.
+    /// File name of the spec, or name of the folder of specs, without the path.
     pub spec: String,
     /// Number of cases of the whole batch.
     pub cases: u64,
-    /// Keys that the cases set, in the order of their columns; empty for a folder.
+    /// Keys that the cases set, in the order of their columns; empty for a folder of specs.
     pub keys: Vec<String>,
-    /// Hash of the spec, of all set values, and of the program.
+    /// Hash of the spec, all set values and the version of the program.
     pub fingerprint: String,
-    /// Lines hold wall times, which differ between runs.
+    /// True if the lines hold wall times, which differ between runs.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub times: bool,
-    /// The shard of the batch; absent if the batch is not divided.
+    /// Shard of the batch to which the file belongs; absent if the batch is not divided.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
 }
 
 impl Header {
-    /// The version written and read.
+    /// Version of the format that this program writes and reads.
     pub const FORMAT: u32 = 1;
 }
 
-/// The result of one case.
+/// Result of one case.
 ///
-/// All numbers equal the numbers of the plan file. A number that does not exist is absent: without
-/// a plan, a result has neither a cost nor an error.
+/// All numbers equal the numbers of the plan file. A number that does not exist is absent: a result
+/// without a plan has neither a cost nor an error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// Number of the case, from 1.
+    /// Number of the case, counted from 1.
     pub case: u64,
-    /// Name of the case: from the table's column `name`, or of the file in a folder.
+    /// Name of the case: from the column `name` of the table, or the file name in a folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The keys that the case sets, with their values; texts as in `--set`.
+    /// Keys that the case sets, with their values; texts are written as in `--set`.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub set: Map<String, Value>,
-    /// "solved", "infeasible", …, "spec_invalid": the statuses of the exit codes.
+    /// Status of the case, as for the exit codes of the program: "solved", "infeasible", …, or
+    /// "spec_invalid".
     pub status: String,
-    /// The exit code that `slew plan` ends with on this case.
+    /// Exit code with which `slew plan` ends on this case.
     pub exit_code: u8,
-    /// The error of the spec of the case.
+    /// First error of the spec of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<CaseError>,
-    /// The objective: "effort", "time" or "fuel". Costs of different objectives cannot be
+    /// Objective of the plan: "effort", "time" or "fuel". Costs of different objectives cannot be
     /// compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<String>,
-    /// Cost of the plan, converged.
+    /// Cost of the plan, if the solver converged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
-    /// The duration of the plan, or the requested one \[s\]; of a sequence with its holds.
+    /// Duration of the plan, or the requested duration without a plan \[s\]; holds are included for
+    /// a sequence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// The stops of a sequence in the order in which they are visited.
+    /// Names of the stops of a sequence, in the order of the visit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stops: Option<Vec<String>>,
-    /// By how much the windows of a sequence are missed, in all \[s\].
+    /// Total delay of the stops of a sequence past the ends of their windows \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub late_s: Option<f64>,
-    /// Number of steps, of all legs.
+    /// Number of steps; for a sequence, the sum over all legs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
-    /// "shooting", "scp" or "interior_point".
+    /// Solution method: "shooting", "scp" or "interior_point".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// The outcome of the solve.
+    /// Outcome of the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
-    /// Newton iterations of the winning start.
+    /// Number of Newton iterations from the initial guess that gave the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
-    /// The way round.
+    /// Direction of rotation: the short or the long way to the end attitude.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sense: Option<Sense>,
     /// Total angle turned \[deg\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turned_deg: Option<f64>,
-    /// Discrete terminal error.
+    /// Terminal error of the discrete motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
-    /// The degree to which the plan is proved to be an optimum.
+    /// Degree to which the plan is proved to be an optimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
-    /// "minimum", "saddle", "undecided" or "not_tested".
+    /// Result of the second-order test: "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// The cost that neighbouring plans can save, to first order, if inputs switch; such a plan has
-    /// no second-order test.
+    /// Upper bound, to first order, on the cost that a neighbouring plan can save. It exists only
+    /// if the inputs switch; such a plan has no second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// The results of the witnesses.
+    /// Results of the witnesses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verdict>,
-    /// The proof that no plan exists, if one was found.
+    /// Proof that no plan exists, if one was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
-    /// A duration below which no plan exists \[s\], as proved.
+    /// Proved lower bound on the duration \[s\]: no plan is shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// The remaining violations of the nearest iterate.
+    /// Constraint violations of the iterate that came nearest to a plan, if no plan was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// The wall time of the solve \[s\], if times are requested.
+    /// Wall time of the solve \[s\], if times are requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solve_time_s: Option<f64>,
 }
 
-/// The first error of the spec of a case.
+/// First error of the spec of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseError {
-    /// Stable code.
+    /// Stable code of the error.
     pub code: String,
-    /// Key path; empty when the error concerns no key.
+    /// Path of the key with the error; empty if the error concerns no single key.
     pub key: String,
-    /// The reason, with the numbers.
+    /// Reason of the error, with the numbers.
     pub reason: String,
-    /// The next thing to do.
+    /// Remedy for the error.
     pub remedy: String,
-    /// The number of further errors.
+    /// Number of further errors of the spec.
     pub more: usize,
 }
 
-/// The results of the witnesses for a plan.
+/// Results of the witnesses for a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Whether every check holds.
+    /// True if every check is passed.
     pub passed: bool,
-    /// Names of the checks that do not hold.
+    /// Names of the failed checks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<String>,
-    /// Attitude error of the discrete witness \[rad\]; absent if it did not reach the end.
+    /// Attitude error that the discrete witness finds at the end \[rad\]; absent if it did not
+    /// reach the end.
     pub discrete_attitude_rad: Option<f64>,
-    /// Attitude error of the continuous motion under the held torque \[deg\].
+    /// Attitude error of the continuous motion under the held torque at the end \[deg\].
     pub continuous_attitude_deg: Option<f64>,
-    /// Observed order of convergence; absent at round-off.
+    /// Observed order of convergence of the scheme; absent if the differences are round-off.
     pub order: Option<f64>,
-    /// Largest norm of the torque at the nodes [N·m].
+    /// Largest norm of the torque at the nodes \[N·m\].
     pub peak_torque_n_m: Option<f64>,
-    /// Largest norm of the angular velocity at the nodes [deg/s].
+    /// Largest norm of the angular velocity at the nodes \[deg/s\].
     pub peak_rate_deg_s: Option<f64>,
 }
 
@@ -177,7 +180,8 @@ impl From<&Verification> for Verdict {
 }
 
 impl Verdict {
-    /// Returns what holds for two parts of a sequence: the larger one of each error.
+    /// Combines the results of two parts of a sequence: the larger of each error, and the failed
+    /// checks of both parts.
     fn worse(self, other: Self) -> Self {
         let larger = |one: Option<f64>, other: Option<f64>| Some(one?.max(other?));
         let mut failed = self.failed;
@@ -189,7 +193,7 @@ impl Verdict {
             failed,
             discrete_attitude_rad: larger(self.discrete_attitude_rad, other.discrete_attitude_rad),
             continuous_attitude_deg: larger(self.continuous_attitude_deg, other.continuous_attitude_deg),
-            // An order is of one motion.
+            // An order of convergence exists for a single leg only.
             order: None,
             peak_torque_n_m: larger(self.peak_torque_n_m, other.peak_torque_n_m),
             peak_rate_deg_s: larger(self.peak_rate_deg_s, other.peak_rate_deg_s),
@@ -197,13 +201,13 @@ impl Verdict {
     }
 }
 
-/// Returns the number if it is finite: JSON has no NaN.
+/// Returns the number if it is finite; JSON has no NaN.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
 impl CaseResult {
-    /// Builds a result that only identifies its case.
+    /// Creates a result that identifies its case and has a status only.
     fn of(case: &Case, status: &str, exit_code: u8) -> Self {
         let set = case.set.iter().map(|set| (set.path().to_string(), readable(set.value())));
         Self {
@@ -216,7 +220,7 @@ impl CaseResult {
         }
     }
 
-    /// Builds the result of a case with a wrong spec.
+    /// Creates the result of a case with an invalid spec.
     pub(super) fn invalid(case: &Case, found: &Diagnostics) -> Self {
         let errors = || found.0.iter().filter(|finding| finding.severity == Severity::Error);
         let error = errors().next().map(|first| CaseError {
@@ -230,21 +234,21 @@ impl CaseResult {
         Self { error, ..Self::of(case, status, exit_code) }
     }
 
-    /// Builds the result of a case that the planner refuses, although its spec is valid.
+    /// Creates the result of a case that the planner rejects, although its spec is valid.
     pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
         Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
     }
 
-    /// Builds the result of a sequence without a plan.
+    /// Creates the result of a sequence without a plan.
     pub(super) fn without_plan(case: &Case, status: Status, reason: String) -> Self {
         let is_proved = status == Status::Infeasible;
         let (obstruction, shortfall) = if is_proved { (Some(reason), None) } else { (None, Some(reason)) };
         Self { obstruction, shortfall, ..Self::of(case, status.name(), status.exit_code()) }
     }
 
-    /// Builds the result of a sequence that was planned.
+    /// Creates the result of a planned sequence.
     pub(super) fn of_sequence(case: &Case, record: &SequenceRecord, plan: &SequencePlan) -> Self {
         let solved = record.status == Status::Solved;
         let parts = plan
@@ -265,17 +269,17 @@ impl CaseResult {
         }
     }
 
-    /// Builds a case at which the program failed: a bug, which must not take the other cases with
-    /// it.
+    /// Creates the result of a case in which the program failed because of a bug. The other cases
+    /// continue.
     pub(super) fn panicked(case: &Case) -> Self {
         Self::of(case, "internal_error", 1)
     }
 
-    /// Builds the result of a case that was planned.
+    /// Creates the result of a planned case.
     pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
         let solution = &plan.solution;
         let known = solution.outcome == Outcome::Converged;
-        // A case that is proved infeasible was not searched for.
+        // For a case that is proved infeasible, no search took place.
         let searched = solution.outcome != Outcome::Infeasible;
         Self {
             objective: Some(problem.objective.name().into()),
@@ -305,15 +309,16 @@ impl CaseResult {
         self.exit_code == 0
     }
 
-    /// Returns the `--set` values that plan the case alone: `key=value` for each key.
+    /// Returns the `--set` arguments, `key=value` for each key, with which this case is planned
+    /// alone.
     pub fn settings(&self) -> impl Iterator<Item = String> {
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), String::from);
         self.set.iter().map(move |(key, value)| format!("{key}={}", text(value)))
     }
 }
 
-/// Returns a value for the next program: numbers and lists of numbers as such, other values as
-/// written.
+/// Converts a value to JSON: numbers and lists of numbers remain numbers, other values become the
+/// text as written.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

@@ -1,11 +1,12 @@
-//! Files of results, read.
+//! Reading of files of results.
 //!
 //! # How is a file continued?
 //!
-//! Its first line has a hash of the spec, of all set keys, of the cases and of the version of the
+//! The first line of a file has a hash of the spec, all set keys, the cases and the version of the
 //! program. Every line is read and checked; an incomplete last line is removed. A lock excludes a
-//! second process. Lines have no checksum: a kill leaves a prefix, and an edit into another valid
-//! result of the case is the responsibility of the editor.
+//! second process. Lines have no checksum. A killed process leaves a prefix of the file, which the
+//! checks recognise. If a user edits a line into another valid result of the case, the edit is not
+//! detected.
 
 use super::error::shown;
 use super::{BatchError, CaseResult, Header};
@@ -14,21 +15,21 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// The longest line of a file of results: the set keys of a case are shorter than a spec.
+/// Longest line of a file of results \[bytes\]; the set keys of a case are shorter than a spec.
 const LONGEST_LINE: u64 = 4 << 20;
 
-/// A line with its end, or an incomplete line.
+/// A complete line, which ends with a line break, or an incomplete line.
 pub(super) enum Line {
     Whole(Vec<u8>),
     Torn(Vec<u8>),
 }
 
-/// The lines of a file.
+/// Reader of the lines of a file.
 #[derive(Debug)]
 pub(super) struct Lines<R> {
     path: PathBuf,
     input: BufReader<R>,
-    /// The number of the last line read, from 1.
+    /// Number of the last line read, counted from 1.
     pub number: usize,
 }
 
@@ -54,7 +55,7 @@ impl<R: Read> Lines<R> {
 }
 
 pub(super) fn read_header(path: &Path, line: &[u8]) -> Result<Header, BatchError> {
-    // The version first: another one may have other keys.
+    // The version is read first, because another version may have other keys.
     #[derive(serde::Deserialize)]
     struct Version {
         slew_results: u32,
@@ -93,7 +94,7 @@ pub(super) fn damaged(path: &Path, line: usize, why: &str) -> BatchError {
     BatchError::file("E0114", reason, "the file was edited, or its disk fails: start again with another file")
 }
 
-/// A file of results, read line by line.
+/// A file of results that is read line by line.
 #[derive(Debug)]
 pub struct Results {
     lines: Lines<File>,
@@ -101,10 +102,10 @@ pub struct Results {
 }
 
 impl Results {
-    /// Opens the file at `path`.
+    /// Opens the file at `path` and reads its header.
     ///
     /// # Errors
-    /// It cannot be read, or holds no results.
+    /// Returns an error if the file cannot be read or does not hold results.
     pub fn open(path: &Path) -> Result<Self, BatchError> {
         let file = File::open(path).map_err(|error| BatchError::unreadable(path, &error))?;
         let mut lines = Lines::new(path, file);
@@ -114,21 +115,21 @@ impl Results {
         }
     }
 
-    /// Returns the header of the batch of the results.
+    /// Returns the header of the file.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// Returns the file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.lines.path
     }
 
-    /// Returns the next result, with its line in the file. An incomplete line is no result: a
-    /// continued run will write it.
+    /// Returns the next result together with its line. Returns `None` at the end of the file, or at
+    /// an incomplete line, which a continued run will write again.
     ///
     /// # Errors
-    /// Fails when the file cannot be read, or a line is not a result.
+    /// Returns an error if the file cannot be read, or if a line is not a valid result.
     pub fn next_result(&mut self) -> Result<Option<(CaseResult, Vec<u8>)>, BatchError> {
         match self.lines.next()? {
             Some(Line::Whole(line)) => {

@@ -1,7 +1,7 @@
-//! Cases on several threads, results in the order of the cases.
+//! Planning of cases on several threads, with results in the order of the cases.
 //!
 //! Workers take the next case from one stream. A result that is finished early waits for its
-//! predecessors. No more than [`WINDOW`] results wait, which limits the lead of a worker and the
+//! predecessors. At most [`WINDOW`] results wait, which limits how far a worker is ahead, and the
 //! memory.
 
 use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};
@@ -13,37 +13,37 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// Results that may wait for a slower case before them.
+/// Largest number of results that wait for an earlier case.
 const WINDOW: u64 = 4096;
-/// The stack of a worker equals the stack of the main thread: a case that fits one must fit the
-/// other.
+/// Stack size of a worker \[bytes\], equal to the stack size of the main thread, so that a case
+/// that runs in one thread also runs in the other.
 const STACK: usize = 8 << 20;
-/// The interval at which the caller's `tick` is called.
+/// Interval at which the caller's function `tick` is called.
 const TICK: Duration = Duration::from_millis(100);
 
-/// The end of a run.
+/// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// Every case has its result.
+    /// Every case has a result.
     Complete,
     /// The caller stopped the run.
     Stopped,
 }
 
-/// The remaining cases, and the number of finished results.
+/// Queue of the remaining cases, with counters of the taken and the written ones.
 struct Queue<'a> {
     cases: Stream<'a>,
-    /// Cases taken.
+    /// Number of cases that workers have taken.
     taken: u64,
-    /// Results written.
+    /// Number of results that have been written.
     written: u64,
 }
 
-/// The data that workers and writer share.
+/// Data that the workers and the writer share.
 struct Shared<'a> {
     queue: Mutex<Queue<'a>>,
     moved: Condvar,
-    /// Whether no further case starts, and running cases stop.
+    /// True if no further case may start and running cases must stop.
     over: AtomicBool,
 }
 
@@ -52,7 +52,8 @@ impl<'a> Shared<'a> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the next case and its place, when its result may be waited for.
+    /// Returns the next case and its index in the shard, as soon as its result is within the window
+    /// of waiting results; `None` when no case is left or the run is over.
     fn next(&self) -> Option<(u64, Result<Case, BatchError>)> {
         let mut queue = self.queue();
         while queue.taken >= queue.written + WINDOW && !self.over.load(Ordering::Relaxed) {
@@ -78,13 +79,13 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// Plans the cases of a shard except the first `done`, and passes each result to `take` in the
-/// order of the cases, as a value and as a line of the file. `stop` is called often, from all
-/// threads; `tick` is called ten times a second.
+/// Plans the cases of a shard except the first `done`. Passes each result to `take` in the order of
+/// the cases, as a value and as a line of the file. `stop` is polled often, from all threads;
+/// `tick` is called ten times per second.
 ///
 /// # Errors
-/// Returns the error of `take`, of a table or of a plan file, or an error if the system grants no
-/// thread.
+/// Returns the error of `take`, of the table or of a plan file, or an error if the system cannot
+/// create a thread.
 pub fn run(
     batch: &Batch,
     shard: Shard,
@@ -122,7 +123,7 @@ pub fn run(
         let written = write(&shared, &finished, stop, take, tick);
         shared.end();
         match (written, refused) {
-            // Fewer threads do the same work.
+            // Fewer threads than requested do the same work.
             (Ok(0), Some(error)) if wanted > 0 && !stop() => Err(no_thread(&error)),
             (written, _) => written,
         }
@@ -135,7 +136,7 @@ fn no_thread(error: &io::Error) -> BatchError {
     BatchError::argument("E0115", reason, "allow more processes (`ulimit -u`), or more memory")
 }
 
-/// Returns a result with its line.
+/// Returns a result together with its line of JSON.
 fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
     let line = serde_json::to_string(&result).map_err(crate::export::ExportError::from)?;
     Ok((result, line))
@@ -143,7 +144,8 @@ fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
 
 type Finished = (u64, Result<(CaseResult, String), BatchError>);
 
-/// Passes results on in their order until no worker is left; returns their number.
+/// Passes the results on in the order of the cases until all workers have ended; returns the number
+/// of results.
 fn write(
     shared: &Shared<'_>,
     finished: &mpsc::Receiver<Finished>,

@@ -1,14 +1,15 @@
-//! The part of a batch that one of several processes plans.
+//! A shard: the part of a batch that one of several processes plans.
 
 use super::BatchError;
 use crate::spec::escape;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Every `of`-th case from case `index` on; both count from 1, as in `3/40`.
+/// Shard `index` of `of` shards, as in `3/40`: every `of`-th case, beginning with case `index`.
+/// Both count from 1.
 ///
-/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard
-/// gets its share.
+/// Neighbouring cases belong to different shards. The hard cases of a sweep are neighbours, so
+/// every shard gets a part of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Shard {
@@ -17,15 +18,15 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All cases.
+    /// The only shard of an undivided batch, which has all cases.
     pub const ALL: Self = Self { index: 1, of: 1 };
-    /// The largest number of shards: a merge opens all of them together.
+    /// Largest number of shards, because a merge opens the files of all shards at the same time.
     pub const MOST: u64 = 900;
 
-    /// Creates the shard `index` of `of`.
+    /// Creates shard `index` of `of` shards.
     ///
     /// # Errors
-    /// Returns an error if the shard does not exist.
+    /// Returns an error if such a shard does not exist.
     pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
         let wrong = |reason: String| {
             let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
@@ -40,10 +41,10 @@ impl Shard {
         }
     }
 
-    /// Reads `3/40`.
+    /// Parses a shard such as `3/40`.
     ///
     /// # Errors
-    /// Fails when the text does not name a shard.
+    /// Returns an error if the text is not a shard.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let parts =
             text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -56,7 +57,7 @@ impl Shard {
         }
     }
 
-    /// Returns the number of the shard, from 1.
+    /// Returns the index of the shard, counted from 1.
     pub fn index(self) -> u64 {
         self.index
     }
@@ -66,17 +67,17 @@ impl Shard {
         self.of
     }
 
-    /// Returns whether the case with this number belongs to the shard.
+    /// Returns whether case number `case` belongs to the shard.
     pub fn has(self, case: u64) -> bool {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
 
-    /// Returns the number of `cases` that belong to the shard.
+    /// Returns how many of the cases 1 to `cases` belong to the shard.
     pub fn count(self, cases: u64) -> u64 {
         (cases + self.of).saturating_sub(self.index) / self.of
     }
 
-    /// Returns the number of the shard's case at `place`, from 0.
+    /// Returns the number of the case that has index `place`, counted from 0, in the shard.
     pub fn case(self, place: u64) -> u64 {
         self.index + place * self.of
     }

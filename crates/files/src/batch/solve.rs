@@ -1,4 +1,5 @@
-//! One case from its spec to its result, as `slew plan` solves it, independent of all other cases.
+//! Planning of one case, from its spec to its result, as `slew plan` does, independent of all other
+//! cases.
 
 use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
 use crate::export::{ExportError, PlanFile, SequenceFile, Target};
@@ -10,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
-/// Stops a plan when the caller requests it.
+/// Observer that stops the planner when the caller requests it.
 struct Stoppable<'a>(&'a dyn Fn() -> bool);
 
 impl Observer for Stoppable<'_> {
@@ -19,23 +20,23 @@ impl Observer for Stoppable<'_> {
     }
 }
 
-/// Plans a case with a valid spec, without a guess, so that no other case affects it.
+/// Plans a case with a valid spec. No initial guess is used, so that other cases have no effect.
 ///
 /// # Errors
-/// Fails when the planner refuses the problem.
+/// Returns an error if the planner rejects the problem.
 pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanError> {
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }
 
-/// Returns the result of a case; `None` if `stop` ended the case.
+/// Plans a case and returns its result; `None` if `stop` ended the case.
 pub(super) fn result(
     batch: &Batch,
     case: &Case,
     options: &Options,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<CaseResult>, BatchError> {
-    // A bug in one case must not take a million others with it; it is counted, and the panic has
-    // been printed.
+    // A bug in one case must not end the batch. The case is counted as failed; the message of the
+    // panic has already been printed.
     let found = catch_unwind(AssertUnwindSafe(|| solved(batch, case, options, stop)));
     found.unwrap_or_else(|_| Ok(Some(CaseResult::panicked(case))))
 }
@@ -49,7 +50,7 @@ fn solved(
     let loaded = match batch.read(case) {
         Ok(Spec::Maneuver(loaded)) => loaded,
         Ok(Spec::Sequence(loaded)) => return sequence(batch, case, &loaded, options, stop),
-        // Refused by the reader.
+        // The reader does not accept simulations in a batch.
         Ok(Spec::Simulation(_)) => return Ok(Some(CaseResult::invalid(case, &Diagnostics(Vec::new())))),
         Err(found) => return Ok(Some(CaseResult::invalid(case, &found))),
     };
@@ -67,7 +68,7 @@ fn solved(
     Ok(Some(CaseResult::planned(case, problem, &plan, options.times)))
 }
 
-/// Returns the result of a case with stops.
+/// Plans a case with stops and returns its result.
 fn sequence(
     batch: &Batch,
     case: &Case,
@@ -75,7 +76,7 @@ fn sequence(
     options: &Options,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<CaseResult>, BatchError> {
-    let LoadedSequence { sequence, settings, identity, .. } = loaded;
+    let LoadedSequence { sequence, settings, .. } = loaded;
     let began = Instant::now();
     let plan = match sequence.plan(settings, &mut Stoppable(stop)) {
         Ok(plan) => plan,
@@ -93,14 +94,14 @@ fn sequence(
         return Ok(None);
     }
     let seconds = began.elapsed().as_secs_f64();
-    let file = SequenceFile::new(sequence, settings, &plan, identity);
+    let file = SequenceFile::new(loaded, &plan);
     keep(batch, case, options, |output| file.write(output))?;
     let result = CaseResult::of_sequence(case, &file.record, &plan);
     Ok(Some(CaseResult { solve_time_s: options.times.then_some(seconds), ..result }))
 }
 
-/// Writes the plan file of a case into the folder of plans, before the result is recorded, so that
-/// each recorded case has its file. A file that a kill left is replaced.
+/// Writes the plan file of a case into the folder of plans. The file is written before the result
+/// is recorded, so that each recorded case has its file. A file left by a killed run is replaced.
 fn keep(
     batch: &Batch,
     case: &Case,
@@ -113,10 +114,10 @@ fn keep(
 }
 
 impl Batch {
-    /// Refuses a folder that has a file of the name that the plan file of a case will have.
+    /// Checks that the folder of plans contains no file with the name of a plan file of this shard.
     ///
     /// # Errors
-    /// [`FileError::Exists`](crate::export::FileError::Exists).
+    /// Returns [`FileError::Exists`](crate::export::FileError::Exists) for the first such file.
     pub fn check_plans(&self, folder: &Path, shard: Shard) -> Result<(), BatchError> {
         let names: HashSet<_> = std::fs::read_dir(folder)
             .into_iter()
@@ -124,7 +125,7 @@ impl Batch {
             .flatten()
             .map(|entry| entry.file_name())
             .collect();
-        // The folder is usually empty.
+        // The folder is usually empty, and no name needs to be compared.
         if names.is_empty() {
             return Ok(());
         }
@@ -138,8 +139,8 @@ impl Batch {
     }
 }
 
-/// Returns the name of the plan file of a case: numbers of one length, so that names sort as the
-/// cases do.
+/// Returns the file name of the plan of a case. All numbers have equal length, so that the names
+/// sort in the order of the cases.
 fn plan_name(case: u64, cases: u64) -> String {
     format!("case-{case:0width$}.json", width = cases.to_string().len())
 }

@@ -1,6 +1,6 @@
-//! Results as Parquet, one row for each case, for analysis. Lines of JSON stay the form in which a
-//! batch is run: they can be appended to and continued, and the end of a Parquet file is written
-//! last of all.
+//! Results as a Parquet table for analysis, with one row for each case. A batch itself writes JSON
+//! lines, because lines can be appended and continued, whereas a Parquet file is complete only when
+//! its end is written.
 
 use super::columns::{self, AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -9,10 +9,10 @@ use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
 
-/// Rows that are held at a time.
+/// Number of rows held in memory at a time.
 const ROWS: usize = 1 << 16;
 
-/// A column: its heading, the path of its value, and its type.
+/// A column: heading, path of its value in a result, type.
 #[derive(Clone)]
 struct Column {
     head: String,
@@ -20,12 +20,13 @@ struct Column {
     kind: Kind,
 }
 
-/// The columns of one batch: of every result, and of every key that its cases set.
+/// Columns of the table of a batch: the columns of every result, and a column for every key that
+/// the cases set.
 pub(super) struct Columns(Vec<Column>);
 
 impl Columns {
-    /// Builds columns for the keys of a header. A key counts as a number until a case sets it to
-    /// something else.
+    /// Creates the columns for the keys of a header. The column of a key is numeric until a case
+    /// sets the key to another type.
     pub fn new(header: &Header) -> Self {
         let fixed = |(path, kind): &(&str, columns::Kind)| Column {
             head: path.replace('/', "_"),
@@ -46,7 +47,7 @@ impl Columns {
         Self(BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect())
     }
 
-    /// Adds the set keys of a result.
+    /// Updates the types of the columns of keys with the values of a result.
     pub fn meet(&mut self, result: &CaseResult) {
         for column in self.0.iter_mut().filter(|column| column.path[0] == "set") {
             let value = result.set.get(&column.path[1]);
@@ -56,7 +57,7 @@ impl Columns {
         }
     }
 
-    /// Begins the table in `output`.
+    /// Begins the table in `output` with these columns.
     pub fn begin<'o>(self, header: &Header, output: &'o mut dyn Write) -> Result<Table<'o>, ExportError> {
         let columns: Vec<_> = self.0.iter().map(|column| (column.head.clone(), column.kind)).collect();
         let notes = [("slew_results", serde_json::to_string(header)?)];
@@ -65,7 +66,7 @@ impl Columns {
     }
 }
 
-/// A table of results that is being written.
+/// A Parquet table of results that is being written.
 pub(super) struct Table<'o> {
     file: ParquetTable<'o>,
     columns: Vec<Column>,
@@ -73,7 +74,7 @@ pub(super) struct Table<'o> {
 }
 
 impl Table<'_> {
-    /// Adds a result.
+    /// Adds the row of a result.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         self.waiting.push(serde_json::to_value(result)?);
         if self.waiting.len() == ROWS { self.write() } else { Ok(()) }
@@ -85,7 +86,7 @@ impl Table<'_> {
         Ok(self.file.rows(&cells)?)
     }
 
-    /// Writes the rest.
+    /// Writes the remaining rows and the end of the file.
     pub fn close(mut self) -> Result<(), ExportError> {
         self.write()?;
         Ok(self.file.close()?)
@@ -104,7 +105,7 @@ impl Column {
     }
 }
 
-/// Returns a text unchanged, other values as JSON.
+/// Returns a text value unchanged, and any other value as JSON.
 fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }

@@ -1,81 +1,80 @@
-//! The statistics of the cases of a batch: counts, quantiles, the worst cases.
+//! Statistics over the cases of a batch: counts, quantiles, extreme cases.
 //!
-//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. It holds only the
-//! number of all other cases, except for the first of each kind and the worst.
+//! For quantiles to be exact, the cost of each solved case is stored, in 8 bytes. All other cases
+//! are only counted, except for the first of each kind and the extreme ones.
 
 use super::CaseResult;
 use slewkit::maneuver::Proved;
 use std::collections::BTreeMap;
 
-/// Worst cases that are kept, and first ones of a kind of failure.
+/// Number of costliest cases, and of first cases of each status, that are kept.
 const KEPT: usize = 5;
 
-/// Counts and extremes of the results that were added.
+/// Counts and extremes over the results added so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Number of results.
     pub cases: u64,
-    /// The number of cases with each status, and the numbers of the first cases.
+    /// Number of cases with each status, and the case numbers of the first of them.
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
-    /// The number of wrong specs, by the code of their first error, with the reason of the first
-    /// one.
+    /// Number of cases with an invalid spec, by the code of their first error, with the reason of
+    /// the first such case.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// The number of solved cases for each degree of proof.
+    /// Number of solved cases with each degree of proof.
     pub proofs: BTreeMap<Proved, u64>,
-    /// The case whose neighbouring plans can save the most, to first order.
+    /// The case with the largest gap, the first-order bound on the saving by a neighbouring plan.
     pub widest_gap: Option<Worst>,
-    /// Solved cases that go the long way round.
+    /// Number of solved cases that turn the long way.
     pub long_way: u64,
-    /// The costs of the solved cases by objective, because effort, time and fuel have different
-    /// units.
+    /// Costs of the solved cases by objective, because effort, time and fuel have different units.
     pub objectives: BTreeMap<String, Costs>,
-    /// The solved case whose continuous motion misses by most \[deg\].
+    /// The solved case with the largest terminal attitude error of the continuous motion \[deg\].
     pub farthest: Option<Worst>,
 }
 
-/// The costs of solved cases with one objective.
+/// Costs of the solved cases with one objective.
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
-    /// The cases of the highest cost, the highest first.
+    /// Cases with the highest costs, in decreasing order.
     pub costliest: Vec<Worst>,
-    /// The case of the lowest cost.
+    /// Case with the lowest cost.
     pub cheapest: Option<Worst>,
     /// All costs, in the order of the cases.
     pub all: Vec<f64>,
 }
 
-/// A case with an extreme value, and the settings that make the case.
+/// A case with an extreme value, and the settings that define the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// The extreme value of the case.
+    /// Extreme value of the case, such as its cost.
     pub value: f64,
-    /// The case.
+    /// Number of the case.
     pub case: u64,
-    /// Name of the case.
+    /// Name of the case, if it has one.
     pub name: Option<String>,
-    /// Keys of the case, as in `--set`.
+    /// Keys that the case sets, as arguments of `--set`.
     pub set: Vec<String>,
 }
 
 /// Quantiles of the cost, by linear interpolation between the ordered values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// The smallest value.
+    /// Smallest cost.
     pub least: f64,
-    /// The quantile at 5 %.
+    /// 5 % quantile.
     pub low: f64,
-    /// The quantile at 50 %.
+    /// Median cost.
     pub median: f64,
-    /// The quantile at 95 %.
+    /// 95 % quantile.
     pub high: f64,
-    /// The quantile at 99 %.
+    /// 99 % quantile.
     pub highest: f64,
-    /// The largest value.
+    /// Largest cost.
     pub largest: f64,
 }
 
 impl Tally {
-    /// Adds a result.
+    /// Adds a result to the statistics.
     pub fn add(&mut self, result: &CaseResult) {
         self.cases += 1;
         let (count, first) = self.statuses.entry(result.status.clone()).or_default();
@@ -104,7 +103,7 @@ impl Tally {
             let objective = result.objective.clone().unwrap_or_default();
             let costs = self.objectives.entry(objective).or_default();
             costs.all.push(cost);
-            // Among equal costs the first case comes first.
+            // Among equal costs, the first case is listed first.
             let place = costs.costliest.partition_point(|other| other.value >= cost);
             if place < KEPT {
                 costs.costliest.insert(place, worst(cost));
@@ -131,14 +130,14 @@ impl Tally {
         self.statuses.get("solved").map_or(0, |(count, _)| *count)
     }
 
-    /// Returns the number of cases without such a plan.
+    /// Returns the number of cases without a plan that the witnesses confirm.
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }
 }
 
 impl Costs {
-    /// Returns the quantiles; `None` if no case was solved.
+    /// Returns the quantiles of the costs; `None` if no case was solved.
     pub fn quantiles(&self) -> Option<Quantiles> {
         let mut sorted = self.all.clone();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -148,8 +147,8 @@ impl Costs {
     }
 }
 
-/// Returns the quantile of ordered values, at least one: definition 7 of Hyndman and Fan, *Sample
-/// Quantiles in Statistical Packages*, 1996, which is the default of NumPy and R.
+/// Returns a quantile of at least one ordered value: definition 7 of Hyndman and Fan, *Sample
+/// Quantiles in Statistical Packages*, 1996, the default of NumPy and R.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * (sorted.len() - 1) as f64;
     let (below, between) = (place.floor() as usize, place.fract());
@@ -161,7 +160,8 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// `numpy.quantile([1, 2, 4, 8, 16], [0, 0.05, 0.5, 0.95, 0.99, 1])` of NumPy 2.4.6.
+    /// Reference values: `numpy.quantile([1, 2, 4, 8, 16], [0, 0.05, 0.5, 0.95, 0.99, 1])` of NumPy
+    /// 2.4.6.
     #[test]
     fn quantiles_are_those_of_numpy() {
         let sorted = [1.0, 2.0, 4.0, 8.0, 16.0];
@@ -195,7 +195,7 @@ mod tests {
         let costs = tally.objectives["effort"].clone();
         let kept: Vec<(u64, f64)> = costs.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
         assert_eq!(costs.cheapest.as_ref().map(|least| least.case), Some(3));
-        // A case is compared only with cases of its objective.
+        // A case is compared only with cases of the same objective.
         let fast = CaseResult {
             case: 10,
             objective: Some("time".into()),

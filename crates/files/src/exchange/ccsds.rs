@@ -1,30 +1,31 @@
-//! CCSDS attitude messages as keywords and values: AEM 1.0 and 2.0, APM 2.0 (CCSDS 504.0-B-1 and
-//! B-2).
+//! CCSDS attitude messages in the keyword notation: AEM 1.0 and 2.0, APM 2.0 (CCSDS 504.0-B-1 and
+//! 504.0-B-2).
 //!
-//! REF_FRAME_A is the reference frame and REF_FRAME_B the body: the attitude of B as seen from A,
-//! whose quaternion has the numbers of ours, scalar last. Rates are in deg/s, of the body, in body
-//! axes. AEM 1.0 has the derivative of the quaternion instead of rates, because its QUATERNION/RATE
-//! is read in two ways.
+//! REF_FRAME_A is the reference frame and REF_FRAME_B the body frame. The attitude of B as seen
+//! from A has a quaternion with the same components as in plan files, scalar last. Rates are those
+//! of the body, in body axes, in deg/s. AEM 1.0 is written with the derivative of the quaternion
+//! instead of rates, because readers interpret its QUATERNION/RATE in two ways.
 //!
-//! # Where does an AEM begin a new block?
+//! # Where does an AEM start a new block?
 //!
-//! Where an input switches: the standard forbids interpolation from one block into the next, and a
-//! cubic across a switch misses by the jump of the acceleration. Neighbours share the node between
-//! them, so that both arcs can be interpolated to their ends; a reader of ours takes the shared row
-//! once, and refuses two attitudes at one time. A smoothed law has no arcs and stays one block.
+//! A new block starts at every node at which an input switches. The standard forbids interpolation
+//! across blocks, and a cubic across a switching time has an error due to the jump of the
+//! acceleration. Adjacent blocks share the node between them, so that both arcs can be interpolated
+//! to their ends. The reader of this program uses the shared row once, and rejects two different
+//! attitudes at one time. A plan with smoothed inputs has no arcs and is one block.
 //!
 //! # Why is AEM 1.0 written with derivatives of the quaternion?
 //!
-//! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others
-//! (Orekit). The derivative is unambiguous, and the reader computes the rate from it. When reading,
-//! such rates are left out.
+//! Some readers interpret `QUATERNION/RATE` of version 1.0 as body rates, others (Orekit) as Euler
+//! angle rates. The derivative is unambiguous, and readers can compute the rate from it. Such rates
+//! are ignored when an AEM 1.0 is read.
 
 use super::{Record, digits, six_of_inertia};
 use crate::export::ExportError;
 use std::io::Write;
 use std::ops::RangeInclusive;
 
-/// Versions of the message.
+/// Version of the attitude ephemeris message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AemVersion {
     /// Version 1.0 of 504.0-B-1, for older programs.
@@ -35,7 +36,7 @@ pub enum AemVersion {
 
 type Written = Result<(), ExportError>;
 
-/// Returns the keys that all messages begin with.
+/// Writes the keys with which all messages begin.
 fn header(record: &Record<'_>, first: &str, output: &mut dyn Write) -> Written {
     writeln!(output, "{first}")?;
     writeln!(output, "COMMENT {}", record.name())?;
@@ -47,7 +48,7 @@ fn header(record: &Record<'_>, first: &str, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// Writes the name, the identifier and the centre of the object.
+/// Writes the name, the identifier and the central body of the object.
 fn object(record: &Record<'_>, output: &mut dyn Write) -> Written {
     writeln!(output, "OBJECT_NAME = {}", record.object())?;
     writeln!(output, "OBJECT_ID = {}", record.identity.object_id.as_deref().unwrap_or("UNKNOWN"))?;
@@ -57,15 +58,15 @@ fn object(record: &Record<'_>, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// Returns the frames between which attitudes lead.
+/// Writes the names of the reference frame (A) and of the body frame (B).
 fn frames(record: &Record<'_>, output: &mut dyn Write) -> Written {
     writeln!(output, "REF_FRAME_A = {}", record.identity.reference_frame())?;
     writeln!(output, "REF_FRAME_B = {}", record.identity.body_frame())?;
     Ok(())
 }
 
-/// Returns an attitude ephemeris: a block of metadata and data for each smooth piece of the motion,
-/// since readers must not interpolate from one block into the next. Neighbours share the node
+/// Writes an attitude ephemeris message, with a block of metadata and data for each smooth piece of
+/// the motion, because readers must not interpolate across blocks. Adjacent blocks share the node
 /// between them.
 pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut dyn Write) -> Written {
     let number = if version == AemVersion::One { "1.0" } else { "2.0" };
@@ -119,15 +120,15 @@ fn write_block(
     Ok(())
 }
 
-/// Writes attitude, rate and inertia at the start, and the torque that the plan holds over each
-/// step.
+/// Writes an attitude parameter message: attitude, rate and inertia at the start, and the torque
+/// that the plan holds over each step.
 pub(super) fn write_apm(record: &Record<'_>, output: &mut dyn Write) -> Written {
     header(record, "CCSDS_APM_VERS = 2.0", output)?;
     let (epoch, time) = (record.epoch()?, &record.trajectory.time);
     if record.trajectory.torque.len() + 1 < time.len() {
         return Err(super::Lacking::Inputs.into());
     }
-    // Unlike an AEM this message has no marks around its metadata (504.0-B-2, figure G-1).
+    // Unlike an AEM, this message has no marks around its metadata (504.0-B-2, figure G-1).
     object(record, output)?;
     writeln!(output, "TIME_SYSTEM = {}\n", epoch.scale().name())?;
     writeln!(output, "EPOCH = {}\n\nQUAT_START", epoch.after(time[0]).calendar_text())?;

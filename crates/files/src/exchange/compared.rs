@@ -1,6 +1,6 @@
-//! Compares attitudes of a file with a maneuver. Frames, epoch and body of the file must equal
-//! those in the spec, or are converted to them; otherwise the comparison is reported as impossible.
-//! [`slewkit::verify::judge_attitudes`] judges the rest.
+//! Verification of the attitudes in a file of another program against a maneuver. Frames, epoch and
+//! body frame of the file must agree with the spec, or are converted; otherwise the verification is
+//! reported as impossible. [`slewkit::verify::judge_attitudes`] performs the other checks.
 
 use super::frames::{Meaning, meaning};
 use super::{Attitudes, Refined};
@@ -10,12 +10,12 @@ use slewkit::maneuver::{Constraint, Problem, Rule};
 use slewkit::verify::{AttitudeReport, AttitudeRows, Check, Rounding, judge_attitudes};
 use slewkit::{Matrix3, lie};
 
-/// The results for a file.
+/// Results of the verification of an attitude file.
 #[derive(Clone, Debug)]
 pub struct FileReport {
-    /// The results for the rows.
+    /// Results for the rows of the file.
     pub attitudes: AttitudeReport,
-    /// The items that are not judged, each a sentence without its point.
+    /// Items that were not verified, one sentence each, without the final period.
     pub not_judged: Vec<String>,
 }
 
@@ -26,8 +26,8 @@ impl FileReport {
     }
 }
 
-/// Judges cones, and rates, on the motion between rows that the file declares, in the place of that
-/// at one rate.
+/// Verifies cones and rates on the motion between rows that the file declares, instead of a
+/// rotation at a constant rate between rows.
 fn between_rows(
     attitudes: &mut AttitudeReport,
     problem: &Problem,
@@ -58,7 +58,7 @@ fn between_rows(
                 && text.starts_with(&format!("{}: ", constraint.name))
         })
     };
-    // The refinement contains all rows, so it finds every violation at a row again.
+    // The refined rows include all rows of the file, so violations at these rows are found again.
     let old = std::mem::take(&mut attitudes.violations);
     let at = std::mem::take(&mut attitudes.violated_at);
     for (text, row) in old.into_iter().zip(at).filter(|(text, _)| !of_cone(text)) {
@@ -78,17 +78,18 @@ fn between_rows(
     attitudes.open.retain(|text| !text.contains("the rows are too far apart to tell"));
 }
 
-/// The name of the check that rows begin when the maneuver does.
+/// Name of the check that the first row is at the start of the maneuver.
 const MOMENT: &str = "moment of the start";
-/// The allowed relative error of the start time in addition to the printed digits, which equals the
-/// relative error of the duration.
+/// Tolerance on the start time relative to the duration, in addition to the printed digits. It
+/// equals the relative tolerance on the duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
-/// Judges attitudes of the file `name` against a maneuver and its identity in the spec; `tolerance`
-/// \[rad\] is for attitudes.
+/// Verifies the attitudes `found` in the file `name` against a maneuver and the identity in its
+/// spec. `tolerance` is the tolerance on attitudes \[rad\].
 ///
 /// # Errors
-/// No rotation is known between the two frames, so the attitudes cannot be judged.
+/// Returns a diagnostic if the rotation between the frames of the file and of the spec is unknown,
+/// so that the attitudes cannot be compared.
 pub fn judge_file(
     found: &Attitudes,
     name: &str,
@@ -139,12 +140,12 @@ pub fn judge_file(
     Ok(FileReport { attitudes, not_judged })
 }
 
-/// A reason and a remedy.
+/// Reason and remedy of an error of comparison.
 pub(crate) type Apart = (String, String);
 
-/// Returns the rotation from components in the file's frame to components in ours; `None` if the
-/// two frames are equal. `turns` states whether our frame turns. Questions that stay open go to
-/// `open`.
+/// Returns the rotation from components in the frame `theirs` of the file to components in the
+/// frame `own` of the spec; `None` if the two frames are equal. `turns` states whether the frame of
+/// the spec turns. Questions that remain open are appended to `open`.
 pub(crate) fn into_our_frame(
     theirs: Option<&str>,
     own: Option<&str>,
@@ -185,7 +186,7 @@ pub(crate) fn into_our_frame(
     Ok((rotation != Matrix3::identity()).then_some(rotation))
 }
 
-/// Checks that the body of the file is the body of the spec.
+/// Checks that the body frame of the file is the body frame of the spec.
 pub(crate) fn of_our_body(
     theirs: Option<&str>,
     own: Option<&str>,
@@ -211,7 +212,8 @@ pub(crate) fn of_our_body(
     }
 }
 
-/// Returns whether the rows begin when the maneuver of `duration` \[s\] does.
+/// Checks that the first row is at the start of the maneuver, which lasts `duration` \[s\]; `None`
+/// if the times cannot be compared.
 fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {

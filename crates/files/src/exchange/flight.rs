@@ -1,19 +1,20 @@
 //! A table for on-board use: equal ticks, and a checksum over all preceding lines.
 //!
-//! A row holds the attitude and the rate at its tick, and the mean torque and inputs of the plan
-//! over the tick that begins there, so that their impulse equals the impulse of the plan. If the
-//! tick is not the step of the plan, a cubic interpolates attitudes between the nodes of the plan.
-//! The table states the error of this interpolation, and the error of interpolating between its
-//! rows.
+//! A row holds the attitude and rate at its tick. It also holds the mean torque and inputs of the
+//! plan over the following tick, so that their impulse equals that of the plan. If the tick differs
+//! from the step of the plan, attitudes are interpolated between the nodes of the plan by a cubic.
+//! The table states the error of this interpolation, and the error of interpolating between the
+//! rows of the table.
 //!
-//! A plan with gains has them at the end of each row: the gains of the step of the plan in which
-//! the tick begins (version 2 of the table). They are not interpolated.
+//! If the plan has gains, each row ends with the gains of the step of the plan in which the tick
+//! begins (version 2 of the table). The gains are not interpolated.
 //!
-//! # Why is what an interpolation misses measured by leaving rows out?
+//! # Why is the interpolation error measured by leaving rows out?
 //!
-//! The rows are all there is to measure with. Every second row left out and found again from its
-//! neighbours gives the error at twice the distance, which is larger than that at the distance
-//! itself, for either interpolation: a bound without a model.
+//! Only the rows are available for the measurement. Every second row is left out and interpolated
+//! from its neighbours, which gives the error for twice the spacing. For both kinds of
+//! interpolation this error is larger than the error for the actual spacing, so it is a bound that
+//! needs no model.
 
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};
@@ -23,11 +24,11 @@ use slewkit::{Vector3, lie};
 use std::fmt::Write as _;
 use std::io::Write;
 
-/// The largest relative deviation of the duration from a whole number of ticks.
+/// Largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
-/// The least number of rows for which one row can be omitted and interpolated from its neighbours.
+/// Smallest number of rows with which a row can be left out and interpolated from its neighbours.
 const LEFT_OUT: usize = 3;
-/// The most rows.
+/// Largest number of rows of a table.
 const MAX_ROWS: f64 = 1e7;
 
 /// Writes the table.
@@ -112,7 +113,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
         } else {
             lie::quaternion_from_rotation(&row.attitude)
         };
-        // One sign along the whole table.
+        // The sign of the quaternion is continuous along the table.
         if q.iter().zip(last).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
             q = q.map(|part| -part);
         }
@@ -126,14 +127,14 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
             write!(text, ",{}", digits(*number))?;
         }
         if let Some((width, numbers)) = &gains {
-            // A tick that begins at a node up to rounding belongs to the step that begins there;
-            // the last row has no step.
+            // A tick that begins at a node, within rounding, uses the step that begins there. The
+            // last row has no step.
             let within = at + WHOLE * tick;
             let step = time.partition_point(|node| *node <= within).saturating_sub(1);
             let zeros = vec![0.0; *width];
             let row =
                 if index + 1 < rows.len() { numbers.get(step * width..(step + 1) * width) } else { None };
-            // The gains of one input are side by side.
+            // The gains of each input are adjacent.
             let states = (width / units.len().max(1)).max(1);
             for (number, unit) in row
                 .unwrap_or(&zeros)
@@ -149,7 +150,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(output.write_all(text.as_bytes())?)
 }
 
-/// Returns the lines above the columns.
+/// Returns the header lines above the column headings.
 fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportError> {
     let version = if record.gains.is_some() { 2 } else { 1 };
     let mut text = format!("# slewkit flight table {version}\n# {}\n", record.name());
@@ -207,8 +208,8 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
     Ok(text)
 }
 
-/// Returns the torque and inputs that the plan holds, averaged over the tick from `at`; zero for a
-/// tick of no length.
+/// Returns the torque and the inputs of the plan, averaged over the tick that begins at `at` \[s\];
+/// zeros if the tick has no length.
 fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
     let (time, count) = (&record.trajectory.time, record.trajectory.input_count);
     let (mut torque, mut inputs) = (Vector3::zeros(), vec![0.0; count]);
@@ -216,7 +217,7 @@ fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
         return (torque, inputs);
     }
     let first = time.partition_point(|node| *node <= at).saturating_sub(1);
-    // A tick that ends at a node up to rounding ends there.
+    // A tick that ends at a node, within rounding, does not use the step that begins there.
     let end = at + tick * (1.0 - WHOLE);
     for step in (first..time.len() - 1).take_while(|step| time[*step] < end) {
         let share = ((at + tick).min(time[step + 1]) - at.max(time[step])) / tick;

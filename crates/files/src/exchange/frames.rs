@@ -1,12 +1,11 @@
-//! The meaning of the names of frames: body frames, frames of an orbit with their axes, inertial
-//! frames.
+//! Meaning of the names of frames: body frames, orbital frames with their axes, inertial frames.
 //!
-//! Names come from the registries of SANA (celestial body, orbit-relative and spacecraft body
-//! reference frames) and of SPICE. Upper and lower case are equal, and so are blanks, hyphens and
-//! underscores.
+//! The names come from the registries of SANA (celestial body, orbit-relative and spacecraft body
+//! reference frames) and from SPICE. Case is ignored; blanks, hyphens and underscores are
+//! equivalent.
 //!
-//! Axes of the orbit are given in ours, `e₁` along the velocity, `e₂` along the orbit normal, `e₃`
-//! outward, on the circular orbit that the environment has:
+//! The axes of orbital frames are expressed in the orbital axes of this program: `e₁` along the
+//! velocity, `e₂` along the orbit normal, `e₃` outward. The environment has a circular orbit.
 //!
 //! | name | x | y | z |
 //! |---|---|---|---|
@@ -15,29 +14,29 @@
 //! | RTN, RSW, QSW, NTW | e₃ | e₁ | e₂ |
 //! | TNW | e₁ | −e₃ | e₂ |
 //!
-//! ICRF and J2000 (EME2000) differ by the frame bias of IAU 2006, 23 milliarcseconds; ECLIPJ2000 is
-//! J2000 turned by the obliquity of IAU 1976, as SPICE has it.
+//! ICRF and J2000 (EME2000) differ by the frame bias of IAU 2006, 23 milliarcseconds. ECLIPJ2000 is
+//! J2000 turned by the obliquity of IAU 1976, as in SPICE.
 
 use slewkit::{Matrix3, Vector3, lie};
 
-/// The meaning of a name of a frame.
+/// Meaning of a frame name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Meaning {
-    /// Fixed to the spacecraft.
+    /// A frame fixed to the spacecraft.
     Body,
-    /// An inertial frame, with the rotation from its components to ICRF.
+    /// An inertial frame, with the rotation from components in this frame to the ICRF.
     Inertial(Matrix3),
-    /// A frame of the orbit, which turns with it, with the rotation from components in our axes
-    /// to its own.
+    /// An orbital frame, which turns with the orbit. The matrix maps components in `e₁, e₂, e₃` to
+    /// components in this frame.
     Orbit(Matrix3),
-    /// A reference frame that turns with a planet, or is of a date.
+    /// A frame that turns with a planet, or whose axes are defined at a date.
     Moving,
-    /// No registry has the name.
+    /// The registries do not contain the name.
     Unknown,
 }
 
-/// Axes of the spacecraft in the registry of SANA, each with a number or letters behind it or
-/// without; and older spellings.
+/// Names of spacecraft frames in the registry of SANA, which numbers or letters may follow, and
+/// older spellings.
 const BODY: [&str; 18] = [
     "ACC",
     "AST",
@@ -58,7 +57,7 @@ const BODY: [&str; 18] = [
     "STARTRACKER",
     "TAM",
 ];
-/// Frames whose rotation against inertial space is not known here.
+/// Frames whose rotation relative to inertial space is not known to this program.
 const MOVING: [&str; 32] = [
     "ALIGN_CB",
     "ALIGN_EARTH",
@@ -94,15 +93,15 @@ const MOVING: [&str; 32] = [
     "WGS",
 ];
 
-/// Returns the meaning of `name`.
+/// Returns the meaning of the frame `name`.
 pub fn meaning(name: &str) -> Meaning {
     let name: String = name
         .trim()
         .chars()
         .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() })
         .collect();
-    // A frame turns, or is frozen at each moment. For the second kind the meaning of rates is
-    // undefined.
+    // An orbital frame either rotates, or is frozen at each time. For a frozen frame, the meaning
+    // of rates is undefined.
     let (axes, frozen) = match name.strip_suffix("_INERTIAL") {
         Some(axes) => (axes, true),
         None => (name.strip_suffix("_ROTATING").unwrap_or(&name), false),
@@ -131,7 +130,7 @@ pub fn meaning(name: &str) -> Meaning {
     if MOVING.iter().any(moving) {
         return Meaning::Moving;
     }
-    // A number or a letter or two behind the kind, as in AST_1 and SC_BODY_A.
+    // The kind may be followed by a number or by one or two characters, as in AST_1 and SC_BODY_A.
     let of_body = |base: &&str| {
         let rest = name.strip_prefix(*base);
         rest.is_some_and(|rest| {
@@ -146,11 +145,11 @@ pub fn meaning(name: &str) -> Meaning {
     if BODY.iter().any(of_body) { Meaning::Body } else { Meaning::Unknown }
 }
 
-/// Names of frames of the orbit that are written, for messages.
+/// Names of the orbital frames that can be written, for messages.
 pub const ORBIT_NAMES: &str = "VNC, LVLH, VVLH, RTN, RSW, QSW, NTW, TNW";
 
-/// Returns the rotation from components in our axes of the orbit to components in the axes of this
-/// name.
+/// Returns the rotation from components in `e₁, e₂, e₃` to components in the orbital frame `name`;
+/// `None` if no orbital frame has this name.
 fn of_orbit(name: &str) -> Option<Matrix3> {
     let rows = match name {
         "VNC" => [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -162,17 +161,18 @@ fn of_orbit(name: &str) -> Option<Matrix3> {
     Some(Matrix3::from_fn(|row, column| f64::from(rows[row][column])))
 }
 
-/// A milliarcsecond \[rad\].
+/// One milliarcsecond \[rad\].
 const MILLIARCSECOND: f64 = std::f64::consts::PI / (180.0 * 3600.0 * 1000.0);
-/// Obliquity of the ecliptic at J2000, IAU 1976 \[rad\].
+/// Obliquity of the ecliptic at J2000 by IAU 1976 \[rad\].
 const OBLIQUITY: f64 = 84_381_448.0 * MILLIARCSECOND;
 
-/// Returns the rotation from the mean equator and equinox of J2000 to ICRF: the offsets of the
-/// pole ξ₀, η₀ and of the equinox dα₀ in the IERS Conventions (2010), 5.6, to first order, with
-/// an error of 1e-14.
+/// Returns the rotation from the mean equator and equinox of J2000 to the ICRF. It is computed from
+/// the offsets of the pole ξ₀, η₀ and of the equinox dα₀ (IERS Conventions 2010, 5.6) to first
+/// order, with an error of 1e-14.
 fn frame_bias() -> Matrix3 {
     let [ascension, xi, eta] = [-14.6, -16.617, -6.8192].map(|angle| angle * MILLIARCSECOND);
-    // J2000 components of an ICRF vector: R₁(−η₀) R₂(ξ₀) R₃(dα₀), rotations of axes.
+    // The J2000 components of an ICRF vector are R₁(−η₀) R₂(ξ₀) R₃(dα₀) times its components, with
+    // rotations of axes.
     lie::exp(&Vector3::new(-eta, xi, ascension))
 }
 
@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// Each name means its own axes, with the right handedness.
+    /// Each name of an orbital frame has the right axes and handedness.
     #[test]
     fn frames_of_the_orbit_have_their_axes() {
         let [velocity, normal, outward] = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -230,8 +230,8 @@ mod tests {
         }
     }
 
-    /// The pole of J2000 in ICRF is at ξ₀ = −16.617 mas, η₀ = −6.8192 mas (IERS Conventions 2010,
-    /// 5.4.4).
+    /// Reference: the pole of J2000 in the ICRF is at ξ₀ = −16.617 mas, η₀ = −6.8192 mas (IERS
+    /// Conventions 2010, 5.4.4).
     #[test]
     fn the_bias_of_j2000_is_that_of_the_conventions() {
         let pole = frame_bias() * Vector3::z();

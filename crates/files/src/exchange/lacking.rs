@@ -1,59 +1,59 @@
-//! Data that a maneuver lacks, or formats that the program cannot write.
+//! Data that a maneuver lacks, and formats that the program cannot write.
 
 use thiserror::Error;
 
-/// A requirement of a format that the maneuver or the program does not meet.
+/// A requirement of an output format that the maneuver or the program does not meet.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
-    /// Calendar time.
+    /// The format has calendar times, but the spec has no epoch.
     #[error("this format has calendar times, and the spec has no epoch")]
     Epoch,
-    /// A name of a frame that turns.
+    /// The reference frame turns with the orbit, but the spec does not name an orbital frame.
     #[error(
         "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 \
         outward), and the spec names no frame of the orbit"
     )]
     FrameName,
-    /// A program that has no frame of the orbit.
+    /// The reference frame turns with the orbit, but the format supports inertial frames only.
     #[error("the reference frame turns with the orbit, and this format has inertial frames alone")]
     InertialFrame,
-    /// A frame that STK has.
+    /// STK does not support the reference frame of the spec.
     #[error(
         "attitude files of STK do not support the reference frame of the spec: they support ICRF \
         (GCRF) and J2000 (EME2000)"
     )]
     StkFrame,
-    /// A central body that STK has.
+    /// STK does not know the central body of the spec.
     #[error("the center of the spec is not a central body of STK, which is one word: Earth, Mars")]
     StkCenter,
-    /// A number for SPICE.
+    /// The format needs the NAIF number of the spacecraft, which the spec does not have.
     #[error("SPICE kernels identify spacecraft by number, and the spec has no number")]
     SpiceId,
-    /// A frame that SPICE has.
+    /// SPICE does not support the reference frame of the spec.
     #[error(
         "SPICE does not support the reference frame of the spec: it supports J2000 (ICRF, EME2000), \
         B1950 and ECLIPJ2000"
     )]
     SpiceFrame,
-    /// Equal ticks.
+    /// The tick does not divide the duration, or no tick is given and the steps of the plan differ.
     #[error("the duration is not a whole number of ticks, or the steps of the plan are not equal")]
     Tick,
-    /// The feature.
+    /// This program was built without the feature `parquet`.
     #[error("this program was built without Parquet")]
     Parquet,
-    /// Time.
+    /// The plan has the duration zero, but the format needs a motion.
     #[error("the plan has the duration zero, and this format needs a motion")]
     Duration,
-    /// Inputs.
+    /// The plan has no inputs, but the format needs the torque of each step.
     #[error("this format needs the torque of each step, and the plan has no torque")]
     Inputs,
-    /// An inertial frame of a pointing file.
+    /// The reference frame of a pointing file is not known to be inertial.
     #[error("a pointing file has inertial targets, and its reference frame is not known to be inertial")]
     PointingFrame,
-    /// The roll of an observation.
+    /// A PTR needs complete attitudes, but an observation has a free roll or points at the Sun.
     #[error("a PTR has whole attitudes, and an observation has a free roll or points at the Sun")]
     Roll,
-    /// Observations overlap, leave no time for a slew, or have no attitude.
+    /// Observations overlap, leave no time for a slew, or do not define an attitude.
     #[error(
         "the observations do not follow one another with time for a slew, or one has no attitude: its \
         axes are parallel or no unit vectors"
@@ -79,7 +79,7 @@ impl Lacking {
         }
     }
 
-    /// Returns the remedy.
+    /// Returns the remedy for the error.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Epoch => {

@@ -1,23 +1,23 @@
-//! MATLAB, version 5: one matrix for each quantity, by its key in plan files.
+//! MATLAB files of version 5, with one matrix for each quantity under its key in plan files.
 
 use super::Record;
 use crate::export::{ExportError, table};
 use std::io::{self, Write};
 
-/// Types of data elements.
+/// Codes of the types of data elements.
 const INT8: u32 = 1;
 const INT32: u32 = 5;
 const UINT32: u32 = 6;
 const DOUBLE: u32 = 9;
 const MATRIX: u32 = 14;
-/// Class of a matrix of doubles.
+/// Code of the class of matrices of doubles.
 const DOUBLES: u32 = 6;
-/// Longest name of a variable.
+/// Largest length of a variable name.
 const NAME: usize = 63;
 
-/// Writes every quantity of the trajectory.
+/// Writes every quantity of the trajectory, and the gains if they exist.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    // Text, the place of no subsystem data, the version, and the mark of the byte order.
+    // The header has a text, empty subsystem data, the version and the byte-order mark.
     let text = format!("MATLAB 5.0 MAT-file, by slewkit: {}", record.name());
     let text: String = text.chars().take(116).collect();
     let mut header = format!("{text:<116}").into_bytes();
@@ -47,7 +47,7 @@ fn matrix(name: &str, rows: usize, width: usize, numbers: &[f64], output: &mut d
     element(&mut inner, UINT32, &[DOUBLES.to_le_bytes(), [0; 4]].concat());
     element(&mut inner, INT32, &[fits(rows)?.to_le_bytes(), fits(width)?.to_le_bytes()].concat());
     element(&mut inner, INT8, name);
-    // The values, column by column.
+    // The values are stored column by column.
     let columns = (0..width).flat_map(|column| numbers.iter().skip(column).step_by(width));
     let doubles: Vec<u8> = columns.flat_map(|number| number.to_le_bytes()).collect();
     fits(doubles.len())?;
@@ -57,7 +57,7 @@ fn matrix(name: &str, rows: usize, width: usize, numbers: &[f64], output: &mut d
     output.write_all(&inner)
 }
 
-/// Writes an element: a type, a size in bytes, and the bytes padded to a multiple of eight.
+/// Writes a data element: its type, its size in bytes, and the bytes padded to a multiple of eight.
 fn element(to: &mut Vec<u8>, kind: u32, bytes: &[u8]) {
     to.extend(kind.to_le_bytes());
     to.extend((bytes.len() as u32).to_le_bytes());

@@ -1,8 +1,9 @@
-//! Files of other programs: CCSDS attitude messages, SPICE kernels, STK, NumPy, MATLAB, tables.
+//! Files for and from other programs: CCSDS attitude messages, SPICE kernels, STK, NumPy, MATLAB,
+//! tables.
 //!
-//! Every format is written from one [`Record`]: the trajectory with its names and its epoch.
-//! Directions differ, and are each stated where they are written; with `R` from body to reference
-//! components and `q` its quaternion:
+//! Every format is written from one [`Record`], which has the trajectory, its names and its epoch.
+//! The formats differ in the conventions of quaternions and rates. With the rotation `R` from body
+//! to reference components and its quaternion `q`:
 //!
 //! | format | quaternion | order | rate |
 //! |---|---|---|---|
@@ -13,11 +14,11 @@
 //! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
 //! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
 //!
-//! Rates describe the body relative to the reference frame: if that frame turns, its own rate is
-//! subtracted. Frames of the orbit are written in the axes of their names ([`frames`]). Simulators
-//! have inertial frames only. If our frame turns, their tables map to the frame at time zero, which
-//! is inertial, and rates are inertial. Numbers have 17 significant digits, and read back to equal
-//! bits.
+//! Rates describe the motion of the body relative to the reference frame: if this frame turns, its
+//! rate is subtracted. Attitudes relative to an orbital frame are written in the axes of the named
+//! frame ([`frames`]). Simulators support inertial frames only. If the reference frame turns, their
+//! tables refer to this frame at time zero, which is inertial, and the rates are inertial. Numbers
+//! have 17 significant digits and read back to the same bits.
 //!
 //! # Why are exchange formats written by hand?
 //!
@@ -32,10 +33,10 @@
 //! | STK, 42, Basilisk, flight table | none | text |
 //! | epochs' fraction and second 60 | hifitime otherwise | `epoch.rs` |
 //!
-//! The crate `parquet` writes Parquet, without any of its features. It adds thirteen crates to the
-//! program's 112 (`cargo tree -e normal -p slewkit-cli --features parquet`), so it is behind a
-//! feature: CSV and NumPy hold an equal table. A program without the feature knows the name, and
-//! its message states how to build it.
+//! The crate `parquet` writes Parquet files, without any of its own features. It adds thirteen
+//! crates to the 112 of the program (`cargo tree -e normal -p slewkit-cli --features parquet`). It
+//! is therefore optional, and CSV and NumPy files hold the same table. A program without the
+//! feature knows the format name, and its message states how to build the feature.
 
 mod ccsds;
 mod compared;
@@ -72,39 +73,39 @@ use super::export::ExportError;
 use slewkit::maneuver::Problem;
 use std::io::Write;
 
-/// A format of other programs.
+/// A file format of another program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// CCSDS attitude ephemeris message, keywords and values.
+    /// CCSDS attitude ephemeris message (AEM) in keyword notation.
     Aem(AemVersion),
-    /// An AEM in XML, version 2.
+    /// CCSDS attitude ephemeris message (AEM), version 2, in XML.
     AemXml,
-    /// CCSDS attitude parameter message: state at the start, inertia, and the torque of every step.
+    /// CCSDS attitude parameter message (APM): initial state, inertia and the torque of every step.
     Apm,
-    /// STK attitude file.
+    /// Attitude file of STK.
     Stk,
-    /// SPICE C-kernel: binary, type 3.
+    /// C-kernel of SPICE: binary, type 3.
     Ck,
-    /// The clock kernel of the C-kernel.
+    /// Clock kernel that belongs to the SPICE C-kernel.
     Sclk,
-    /// The frame kernel of the C-kernel.
+    /// Frame kernel that belongs to the SPICE C-kernel.
     Fk,
-    /// NumPy arrays.
+    /// Archive of NumPy arrays.
     Npz,
-    /// MATLAB, version 5.
+    /// MATLAB file of version 5.
     Mat,
-    /// Parquet, a column a number, as in CSV; with the feature `parquet`.
+    /// Parquet table with the columns of CSV; requires the feature `parquet`.
     Parquet,
-    /// Basilisk's waypoint reference.
+    /// Waypoint table for Basilisk.
     Basilisk,
-    /// 42: time, quaternion, rate.
+    /// Table for the simulator 42: time, quaternion, rate.
     FortyTwo,
-    /// Equal ticks, with a checksum and the error of interpolation.
+    /// Table for on-board use, with equal ticks, a checksum and the interpolation error.
     Flight,
 }
 
 impl Format {
-    /// Checks that the maneuver has all data that the format needs.
+    /// Checks that the maneuver has all data that the format requires.
     ///
     /// # Errors
     /// Returns the first missing item.
@@ -140,11 +141,11 @@ impl Format {
         Ok(())
     }
 
-    /// Writes the record.
+    /// Writes the record in this format.
     ///
     /// # Errors
-    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
-    /// stream.
+    /// Returns an error if data that the format requires are missing, if a number is not finite, or
+    /// if the stream fails.
     pub fn write(self, record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
         self.check(record)?;
         record.check_finite()?;
@@ -170,12 +171,13 @@ impl Format {
     }
 }
 
-/// Returns a number in 17 significant digits, which read back to its bits.
+/// Formats a number with 17 significant digits, which read back to the same bits.
 fn digits(value: f64) -> String {
     format!("{value:.16e}")
 }
 
-/// Returns the inertia of a body as six numbers with their CCSDS names.
+/// Returns the six independent elements of the inertia \[kg·m²\], with their names in CCSDS
+/// messages.
 fn six_of_inertia(problem: &Problem) -> [(&'static str, f64); 6] {
     let j = problem.body.inertia.j();
     [

@@ -1,15 +1,15 @@
-//! NumPy: a ZIP archive, uncompressed, of one array file for each quantity.
+//! NumPy archives: uncompressed ZIP archives with one array file for each quantity.
 
 use super::Record;
 use crate::export::{ExportError, table};
 use std::io::{self, Write};
 
-/// The first bytes of an array file: format 1.0.
+/// First bytes of an array file of format 1.0.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
-/// Headers end at a multiple of this many bytes.
+/// Alignment of the end of a header \[bytes\].
 const ALIGNMENT: usize = 64;
 
-/// Writes every quantity of the trajectory by its key in plan files.
+/// Writes every quantity of the trajectory under its key in plan files.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let mut arrays = Arrays::new(output);
     for (key, rows, width, numbers) in table(record.trajectory) {
@@ -24,7 +24,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(arrays.close()?)
 }
 
-/// Named arrays, which are written in order.
+/// An archive of named arrays, which are written in order.
 pub struct Arrays<'o>(Archive<'o>);
 
 impl<'o> Arrays<'o> {
@@ -33,15 +33,16 @@ impl<'o> Arrays<'o> {
         Self(Archive { output, written: 0, directory: Vec::new(), files: 0 })
     }
 
-    /// Appends an array of rows of `width` numbers, or of plain numbers for a width of 1.
+    /// Appends an array of `rows` rows of `width` numbers; a width of 1 gives a one-dimensional
+    /// array.
     ///
     /// # Errors
-    /// The stream, or more than an archive can hold.
+    /// Returns an error if the stream fails, or if the archive exceeds 4 GiB.
     pub fn add(&mut self, name: &str, rows: usize, width: usize, numbers: &[f64]) -> io::Result<()> {
         self.0.add(&format!("{name}.npy"), &array(rows, width, numbers))
     }
 
-    /// Writes the directory.
+    /// Writes the directory of the archive.
     ///
     /// # Errors
     /// Returns the errors of the stream.
@@ -50,7 +51,8 @@ impl<'o> Arrays<'o> {
     }
 }
 
-/// Returns an array file: rows of `width` numbers, or plain numbers for a width of 1.
+/// Returns the bytes of an array file with rows of `width` numbers; a width of 1 gives a
+/// one-dimensional array.
 fn array(rows: usize, width: usize, numbers: &[f64]) -> Vec<u8> {
     let shape = if width == 1 { format!("({rows},)") } else { format!("({rows}, {width})") };
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
@@ -79,7 +81,7 @@ impl Archive<'_> {
             u32::try_from(value).map_err(|_| io::Error::other("more than such an archive can hold, 4 GiB"))
         };
         let (size, at) = (fits(content.len())?, fits(self.written)?);
-        // Version 2.0, no flags, stored, 1980-01-01 as archives without a date have it.
+        // Version 2.0, no flags, stored, and the date 1980-01-01 that archives without a date have.
         let mut about: Vec<u8> = [20_u16, 0, 0, 0, 0x21].into_iter().flat_map(u16::to_le_bytes).collect();
         about.extend([crc32(content), size, size].into_iter().flat_map(u32::to_le_bytes));
         about.extend([name.len() as u16, 0].into_iter().flat_map(u16::to_le_bytes));
@@ -104,7 +106,7 @@ impl Archive<'_> {
     }
 }
 
-/// Returns the checksum of ZIP and of flight tables (IEEE 802.3), bit by bit.
+/// Returns the CRC-32 checksum (IEEE 802.3), which ZIP archives and flight tables use.
 pub(super) fn crc32(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0xedb8_8320;
     let mut table = [0_u32; 256];
@@ -117,7 +119,7 @@ pub(super) fn crc32(bytes: &[u8]) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    /// The check value of the catalogue of checksums for CRC-32/ISO-HDLC.
+    /// The check value for CRC-32/ISO-HDLC in the catalogue of parametrised CRC algorithms.
     #[test]
     fn checksum_is_that_of_the_catalogue() {
         assert_eq!(super::crc32(b"123456789"), 0xcbf4_3926);

@@ -1,34 +1,36 @@
-//! Reads the files that [`Arrays`](super::Arrays) writes, and those that `numpy.savez` writes for
-//! the same arrays: stored files of little-endian doubles.
+//! Reading of archives written by [`Arrays`](super::Arrays), or by `numpy.savez` with the same
+//! arrays: stored files of little-endian doubles.
 
 use super::numpy::crc32;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
-/// The most bytes of an archive: more is no file of ours, and would only fill the memory.
+/// Largest size of an archive \[bytes\]; no file of this program is larger, and the limit bounds
+/// the memory.
 const MOST: u64 = 64 << 20;
 
-/// The numbers of one array, row after row, and its shape.
+/// Numbers of one array, row by row, and its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// The lengths of its dimensions.
+    /// Lengths of the dimensions of the array.
     pub shape: Vec<usize>,
-    /// Its numbers.
+    /// Numbers of the array, row by row.
     pub numbers: Vec<f64>,
 }
 
 /// Reads all arrays of an archive by name.
 ///
 /// # Errors
-/// Fails where the input cannot be read, is larger than 64 MiB, is no archive of stored arrays of
-/// doubles, or does not have the checksums that it states.
+/// Returns an error if the input cannot be read or is larger than 64 MiB, if it is not an archive
+/// of stored arrays of doubles, or if its checksums do not agree.
 pub fn read_arrays(input: impl Read) -> io::Result<BTreeMap<String, Array>> {
     let mut bytes = Vec::new();
     input.take(MOST + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MOST {
         return Err(wrong("it is larger than 64 MiB"));
     }
-    // The directory's end is the last record, followed by a comment that we do not write.
+    // The end record of the directory is the last one; a comment may follow in files of other
+    // programs.
     let end = bytes.len().checked_sub(22).ok_or_else(|| wrong("it is no ZIP archive"))?;
     let is_end = |at: &usize| bytes[*at..].starts_with(b"PK\x05\x06");
     let end = (end.saturating_sub(0xffff)..=end).rev().find(is_end);
@@ -89,13 +91,13 @@ fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
-/// Returns `length` bytes at a place.
+/// Returns `length` bytes from position `at`; reports an error beyond the end.
 fn slice(bytes: &[u8], at: usize, length: usize) -> io::Result<&[u8]> {
     let end = at.checked_add(length);
     end.and_then(|end| bytes.get(at..end)).ok_or_else(|| wrong("it is cut off"))
 }
 
-/// Returns the little-endian number of N bytes at a place.
+/// Reads a little-endian integer of N bytes at position `at`.
 fn number<const N: usize>(bytes: &[u8], at: usize) -> io::Result<usize> {
     Ok(slice(bytes, at, N)?.iter().rev().fold(0, |value, byte| value << 8 | usize::from(*byte)))
 }
@@ -123,7 +125,7 @@ mod tests {
         assert_eq!((&arrays["one"].shape[..], arrays["one"].numbers[0]), (&[1][..], 0.1));
     }
 
-    /// A truncated or changed file causes no panic and no wrong numbers.
+    /// A truncated or changed file causes neither a panic nor wrong numbers.
     #[test]
     fn damaged_archives_are_errors_or_unchanged() {
         let whole = archive();

@@ -1,7 +1,7 @@
-//! Parquet: columns of numbers and texts, as pandas, Polars, DuckDB and Spark read them.
+//! Parquet tables with columns of numbers and texts, readable by pandas, Polars, DuckDB and Spark.
 //!
-//! Uncompressed, because digits of plans hardly shrink and every codec is one more crate. A cell
-//! may be empty.
+//! The tables are not compressed, because the digits of plans hardly shrink and every codec would
+//! add a dependency. Cells may be empty.
 
 use super::Record;
 use crate::export::{ExportError, wide_table};
@@ -15,7 +15,7 @@ use parquet::schema::types::Type;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-/// Cells of one column, empty or not.
+/// Cells of one column; `None` for an empty cell.
 pub(crate) enum Cells {
     Numbers(Vec<Option<f64>>),
     Integers(Vec<Option<i64>>),
@@ -23,7 +23,7 @@ pub(crate) enum Cells {
     Texts(Vec<Option<String>>),
 }
 
-/// The type of the cells of a column.
+/// Type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Number,
@@ -47,15 +47,15 @@ impl Kind {
     }
 }
 
-/// A table that is written in pieces.
+/// A Parquet table that is written in pieces.
 pub(crate) struct ParquetTable<'o> {
     output: &'o mut dyn Write,
-    /// The writer, which buffers the output since the last piece.
+    /// Parquet writer, which buffers the output since the last piece.
     writer: SerializedFileWriter<Vec<u8>>,
 }
 
 impl<'o> ParquetTable<'o> {
-    /// Begins a table of `columns`; `notes` are keys and values for its readers.
+    /// Begins a table with these columns; `notes` are key-value metadata of the file.
     pub fn new(
         output: &'o mut dyn Write,
         columns: &[(String, Kind)],
@@ -74,7 +74,8 @@ impl<'o> ParquetTable<'o> {
         Ok(Self { output, writer: begun.map_err(io::Error::other)? })
     }
 
-    /// Adds rows: all columns in their order, of equal length, each with values of its type.
+    /// Appends rows. `columns` has the cells of all columns in order; the columns are of equal
+    /// length, and their types agree with the header.
     pub fn rows(&mut self, columns: &[Cells]) -> io::Result<()> {
         let mut write = || {
             let mut group = self.writer.next_row_group()?;
@@ -102,7 +103,7 @@ impl<'o> ParquetTable<'o> {
     }
 }
 
-/// Writes the next column of a group.
+/// Writes the next column of a row group.
 fn column<T: DataType>(
     group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
     cells: &[Option<T::T>],
@@ -114,7 +115,7 @@ fn column<T: DataType>(
     column.close()
 }
 
-/// Writes a trajectory with the columns of CSV: one row for each node.
+/// Writes a trajectory with the columns of the CSV table, one row for each node.
 pub(super) fn write_trajectory(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let table = wide_table(record.trajectory, record.problem, &record.identity, record.tables.margins);
     let columns: Vec<_> = table.iter().map(|column| (column.head.clone(), Kind::Number)).collect();

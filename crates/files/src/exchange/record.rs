@@ -1,4 +1,4 @@
-//! The data from which all formats are written.
+//! The data from which all formats for other programs are written.
 
 use super::frames::{Meaning, meaning};
 use crate::epoch::Epoch;
@@ -10,13 +10,13 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-/// The optional contents of tables.
+/// Optional contents of tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tables {
-    /// The tick of tables with equal ticks \[s\]; `None` for the step of the plan.
+    /// Time between the rows of tables with equal ticks \[s\]; `None` for the step of the plan.
     pub tick: Option<f64>,
-    /// Margins of limits and constraints at each node, and angles between boresights and
-    /// directions, in CSV and Parquet.
+    /// True if CSV and Parquet tables contain the margins to limits and constraints at each node,
+    /// and the angles between boresights and directions.
     pub margins: bool,
 }
 
@@ -25,33 +25,33 @@ pub struct Tables {
 pub struct Record<'a> {
     /// The maneuver.
     pub problem: &'a Problem,
-    /// Names and epoch.
+    /// Names and epoch of the maneuver.
     pub identity: Cow<'a, Identity>,
-    /// Attitudes, rates and inputs.
+    /// Attitudes, rates and inputs at the nodes.
     pub trajectory: &'a Trajectory,
-    /// Nodes between the first and the last, in their order, at which the motion is not smooth
-    /// because inputs switch.
+    /// Indices of the interior nodes at which inputs switch, in increasing order; the motion is not
+    /// smooth there.
     pub switches: Vec<usize>,
-    /// The creation date of the file.
+    /// Creation date of the file.
     pub created: Epoch,
-    /// The optional contents of tables.
+    /// Optional contents of tables.
     pub tables: Tables,
-    /// Comments, one on each line.
+    /// Comments, each of which is one line of the file.
     pub notes: Vec<String>,
-    /// Gains along the plan, where the file has them.
+    /// Feedback gains along the plan, if the plan file has them.
     pub gains: Option<Cow<'a, FeedbackRecord>>,
 }
 
 impl Record<'_> {
-    /// Returns the gains in a row for each step, input after input, and the number of values in a
-    /// row; `None` without gains.
+    /// Returns the length of a row of gains and the gains, one row for each step, ordered by input;
+    /// `None` without gains.
     pub(super) fn gain_rows(&self) -> Option<(usize, Vec<f64>)> {
         let gains = &self.gains.as_ref()?.gains;
         let width = gains.first().map_or(0, |step| step.iter().map(Vec::len).sum());
         Some((width, gains.iter().flatten().flatten().copied().collect()))
     }
 
-    /// Returns the names of the states that the gains of a row multiply.
+    /// Returns the names of the states that the gains in a row multiply.
     pub(super) fn gain_states(&self) -> Vec<String> {
         let rows = self.gains.iter().flat_map(|gains| gains.gains.first()?.first());
         let states: &[&str] = match rows.map(Vec::len).next() {
@@ -63,8 +63,8 @@ impl Record<'_> {
         states.iter().flat_map(|state| ["x", "y", "z"].map(|axis| format!("{state}_{axis}"))).collect()
     }
 
-    /// Returns a row for each arc: its length, and its six derivatives by the start; `None`
-    /// without such gains.
+    /// Returns a row of seven numbers for each arc: its duration, and the six derivatives of this
+    /// duration with respect to the initial state. Returns `None` without gains for arcs.
     pub(super) fn arc_rows(&self) -> Option<Vec<f64>> {
         let arcs = &self.gains.as_ref()?.arcs;
         let row = |arc: &ArcRecord| std::iter::once(arc.length_s).chain(arc.gain).collect::<Vec<_>>();
@@ -76,24 +76,25 @@ impl Record<'_> {
         self.problem.environment.frame_rate().amax() > 0.0
     }
 
-    /// Returns the name of the object, or else the name of the maneuver.
+    /// Returns the name of the object or, without one, the name of the maneuver.
     pub(super) fn object(&self) -> String {
         ascii(self.identity.object.as_deref().unwrap_or(&self.problem.name))
     }
 
-    /// Returns the name of the maneuver, in ASCII.
+    /// Returns the name of the maneuver in printable ASCII.
     pub(super) fn name(&self) -> String {
         ascii(&self.problem.name)
     }
 
-    /// Returns the moment of time zero. Formats that need it have been checked before.
+    /// Returns the date of time zero; an earlier check has rejected formats that need a missing
+    /// epoch.
     pub(super) fn epoch(&self) -> Result<Epoch, super::Lacking> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
     }
 
-    /// Returns the rotation from our components to components in the frame that the spec names, if
-    /// that is a frame of an orbit; `None` if the frame does not turn, or if its name is not such a
-    /// frame.
+    /// Returns the rotation from components in the axes of the maneuver to components in the
+    /// orbital frame that the spec names. Returns `None` if the reference frame does not turn, or
+    /// if the spec does not name an orbital frame.
     pub(super) fn axes(&self) -> Option<Matrix3> {
         match meaning(self.identity.reference_frame.as_deref()?) {
             Meaning::Orbit(axes) if self.turns() => Some(axes),
@@ -101,15 +102,16 @@ impl Record<'_> {
         }
     }
 
-    /// Returns the quaternion at node `k` from body axes to the frame that the spec names.
+    /// Returns the quaternion at node `k` of the rotation from body axes to the frame that the spec
+    /// names.
     pub(super) fn named_quaternion(&self, k: usize) -> [f64; 4] {
         let own = self.trajectory.quaternion[k];
         let Some(axes) = self.axes().filter(|axes| *axes != Matrix3::identity()) else { return own };
         product(lie::quaternion_from_rotation(&axes), own)
     }
 
-    /// Returns inertial attitude and angular velocity at node `k`: from body axes to the
-    /// reference frame at time zero, and in body axes [rad/s].
+    /// Returns the inertial attitude and angular velocity at node `k`: the quaternion from body
+    /// axes to the reference frame at time zero, and the rate in body axes \[rad/s\].
     pub(super) fn inertial(&self, k: usize) -> ([f64; 4], Vector3) {
         let (quaternion, rate) = (self.trajectory.quaternion[k], self.trajectory.angular_velocity[k]);
         if !self.turns() {
@@ -130,8 +132,8 @@ impl Record<'_> {
         }
     }
 
-    /// Returns the angular velocity of the body against the reference frame at node `k`, body axes
-    /// [rad/s].
+    /// Returns the angular velocity of the body relative to the reference frame at node `k`, in
+    /// body axes \[rad/s\].
     pub(super) fn rate(&self, k: usize) -> Vector3 {
         let inertial = self.trajectory.angular_velocity[k];
         if !self.turns() {
@@ -141,7 +143,8 @@ impl Record<'_> {
         inertial - attitude.tr_mul(&self.problem.environment.frame_rate())
     }
 
-    /// Returns the smooth pieces of the motion: from node to node, both ends included.
+    /// Returns the ranges of nodes of the smooth pieces of the motion; adjacent pieces share a
+    /// node.
     pub(super) fn pieces(&self) -> impl Iterator<Item = RangeInclusive<usize>> {
         let ends = self.switches.iter().copied().chain([self.nodes() - 1]);
         let starts = [0].into_iter().chain(self.switches.iter().copied());
@@ -153,19 +156,19 @@ impl Record<'_> {
         self.trajectory.time.len()
     }
 
-    /// Refuses a motion that no format can represent.
+    /// Checks that all numbers are finite and that the motion has at least two nodes.
     pub(super) fn check_finite(&self) -> Result<(), ExportError> {
         crate::export::check_finite(self.trajectory)?;
         if self.nodes() < 2 { Err(super::Lacking::Duration.into()) } else { Ok(()) }
     }
 
-    /// Returns the factors that bring the inputs of the plan to the units of their headings.
+    /// Returns the factors that convert the inputs of the plan to the units of their headings.
     pub(super) fn input_units(&self) -> Vec<f64> {
         let names = Names::new(self.problem, &self.identity);
         (0..self.trajectory.input_count).map(|input| names.in_its_unit(input, 1.0)).collect()
     }
 
-    /// Returns the column headings of the inputs, with their units.
+    /// Returns the headings of the columns of inputs, with their units.
     pub(super) fn input_heads(&self) -> Vec<String> {
         let names = Names::new(self.problem, &self.identity);
         (0..self.trajectory.input_count)
@@ -174,8 +177,8 @@ impl Record<'_> {
     }
 }
 
-/// Returns the product of two quaternions, scalar first: unlike one made of a rotation it keeps its
-/// sign along rows.
+/// Returns the product of two quaternions, scalar first. Unlike a conversion through rotation
+/// matrices, it keeps the sign continuous from row to row.
 fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
     [
         a * w - b * x - c * y - d * z,
@@ -185,7 +188,7 @@ fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// Returns the text with printable ASCII alone.
+/// Replaces all characters other than printable ASCII by question marks.
 fn ascii(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
 }

@@ -1,19 +1,20 @@
-//! Tables for simulators.
+//! Attitude tables for other simulators.
 //!
-//! - Basilisk's `waypointReference` reads a row a waypoint: time, modified Rodrigues parameters
-//!   σ_RN, then angular velocity and acceleration in reference axes (its default). σ is the axis
-//!   times tan(φ/4) of the shorter rotation.
-//! - 42: time, quaternion of the body in the reference frame scalar last, rate in body axes.
+//! - Basilisk's `waypointReference` reads one row for each waypoint: time, modified Rodrigues
+//!   parameters σ_RN, and the angular velocity and acceleration in reference axes (the default of
+//!   Basilisk). σ is the axis times tan(φ/4) of the shorter rotation.
+//! - 42 reads the time, the quaternion of the body relative to the reference frame, scalar last,
+//!   and the rate in body axes.
 //!
-//! Both call their frame N and treat it as inertial. Where the reference frame of the maneuver
-//! turns, N is that frame as it is at time zero.
+//! Both programs call their frame N and treat it as inertial. If the reference frame of the
+//! maneuver turns, N is this frame at time zero.
 
 use super::{Record, digits};
 use crate::export::ExportError;
 use slewkit::{Vector3, lie};
 use std::io::Write;
 
-/// Writes waypoints, separated by commas, under one line of head.
+/// Writes waypoints as comma-separated values below one header line.
 pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     writeln!(
         output,
@@ -27,8 +28,8 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
     for (k, ([w, x, y, z], _)) in rows.into_iter().enumerate() {
         let sign = if w < 0.0 { -1.0 } else { 1.0 };
         let sigma = sign * Vector3::new(x, y, z) / (1.0 + w.abs());
-        // The rate is the mean between nodes of the plan, from differences of the rates at the
-        // neighbours.
+        // The acceleration at a node is the difference of the rates at the neighbouring nodes,
+        // divided by the time between them.
         let (before, after) = (k.saturating_sub(1), (k + 1).min(time.len() - 1));
         let acceleration = (rates[after] - rates[before]) / (time[after] - time[before]);
         let numbers = [sigma, rates[k], acceleration];
@@ -39,7 +40,7 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
     Ok(())
 }
 
-/// Numbers separated by blanks, without a head.
+/// Writes numbers separated by blanks, without a header.
 pub(super) fn write_42(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     for k in 0..record.nodes() {
         let ([w, x, y, z], rate) = record.inertial(k);

@@ -1,6 +1,8 @@
-//! STK attitude file: time from the epoch, quaternion scalar last, rate in body axes in deg/s.
+//! STK attitude files: time since the epoch, quaternion with the scalar last, rate in body
+//! axes \[deg/s\].
 //!
-//! The quaternion turns the reference axes into the body axes: the numbers of ours.
+//! The quaternion describes the rotation from the reference axes to the body axes, and has the same
+//! components as in plan files.
 
 use super::{Lacking, Record, digits};
 use crate::epoch::Scale;
@@ -11,9 +13,9 @@ use std::io::Write;
 const MONTHS: [&str; 12] =
     ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
-/// Writes the file.
+/// Writes the attitude file.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    // Epochs of such files are UTC, in the form of Gregorian dates that STK begins with.
+    // STK expects the epoch as a Gregorian date in UTC.
     let epoch = record.epoch()?.in_other_scale(Scale::Utc);
     let text = epoch.calendar_text();
     let (date, clock) = text.split_once('T').unwrap_or((&text, ""));
@@ -40,7 +42,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(())
 }
 
-/// Returns the central body as STK writes it: `Earth`.
+/// Returns the central body in the spelling of STK, such as `Earth`; `None` if it is not one word.
 pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     let name = center.unwrap_or("EARTH");
     let (first, rest) = name.split_at_checked(1)?;
@@ -48,7 +50,8 @@ pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     is_word.then(|| first.to_ascii_uppercase() + &rest.to_ascii_lowercase())
 }
 
-/// Returns the name in STK of the axes of the reference frame.
+/// Returns the name that STK gives to the axes of the reference frame; `None` if it has no such
+/// axes.
 pub(super) fn axes(identity: &Identity) -> Option<&'static str> {
     let name = identity.reference_frame();
     let is = |of: &[&str]| of.iter().any(|known| name.eq_ignore_ascii_case(known));

@@ -1,40 +1,40 @@
-//! AEM 2.0 in XML (CCSDS 505.0-B, schema ndmxml 3.0), with the conventions of the other notation.
+//! AEM 2.0 in XML (CCSDS 505.0-B, schema ndmxml 3.0), with the conventions of the keyword notation.
 
 use super::{Record, digits};
 use crate::export::ExportError;
 use std::io::{self, Write};
 use std::ops::RangeInclusive;
 
-/// A stream of elements.
+/// Writer of XML elements.
 pub(crate) struct Xml<'o> {
-    /// The stream.
+    /// Output stream.
     pub output: &'o mut dyn Write,
 }
 
 impl Xml<'_> {
-    /// Writes a line within `depth` elements.
+    /// Writes a line, indented for `depth` enclosing elements.
     pub(crate) fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
         writeln!(self.output, "{:width$}{text}", "", width = 2 * depth)
     }
 
-    /// Writes an element that holds text.
+    /// Writes an element with text.
     pub(crate) fn element(&mut self, depth: usize, name: &str, text: &str) -> io::Result<()> {
         self.line(depth, &format!("<{name}>{}</{name}>", escaped(text)))
     }
 }
 
-/// Returns a text as an element or an attribute holds it.
+/// Escapes a text for an XML element or attribute.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The beginning of the document.
+/// Opening tag of the document, with its schema.
 const OPENING: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <aem xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
     xsi:noNamespaceSchemaLocation=\"https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-3.0.0-master-3.0.xsd\" \
     id=\"CCSDS_AEM_VERS\" version=\"2.0\">";
 
-/// Writes an attitude ephemeris: a segment for each smooth piece of the motion.
+/// Writes an attitude ephemeris message with a segment for each smooth piece of the motion.
 pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let mut xml = Xml { output };
     xml.line(0, OPENING)?;

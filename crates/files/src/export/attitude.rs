@@ -1,46 +1,46 @@
-//! An attitude in every notation that a spec accepts.
+//! Attitudes in every notation that a spec accepts.
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use slewkit::{Matrix3, lie};
 
-/// The twelve sequences of intrinsic Euler angles: `zyx` is `R = Rz Ry Rx`.
+/// The twelve sequences of intrinsic Euler angles; `zyx` stands for `R = Rz Ry Rx`.
 pub const EULER_SEQUENCES: [&str; 12] =
     ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
 
-/// One attitude with the keys of a spec, in every notation.
+/// An attitude in every notation of a spec, with the keys of a spec.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Notations {
-    /// Unit quaternion, scalar first, not negative.
+    /// Unit quaternion with a nonnegative scalar part, scalar first.
     pub quaternion_wxyz: [f64; 4],
     /// The attitude quaternion, scalar last.
     pub quaternion_xyzw: [f64; 4],
-    /// Unit axis of the rotation by `angle_deg`.
+    /// Rotation axis, a unit vector; the rotation angle is `angle_deg`.
     pub axis: [f64; 3],
-    /// Angle from 0 to 180 degrees.
+    /// Rotation angle, from 0 to 180 \[deg\].
     pub angle_deg: f64,
-    /// Axis times angle.
+    /// Rotation vector, the axis times the angle \[rad\].
     pub rotation_vector_rad: [f64; 3],
-    /// `R`, three rows.
+    /// Rotation matrix `R`, as three rows.
     pub matrix: [[f64; 3]; 3],
-    /// Modified Rodrigues parameters of the shorter rotation, axis times tan(angle/4).
+    /// Modified Rodrigues parameters of the shorter rotation, the axis times tan(angle/4).
     pub mrp: [f64; 3],
-    /// Rodrigues parameters, axis times tan(angle/2); none at half a turn.
+    /// Rodrigues parameters, the axis times tan(angle/2); `None` for a rotation by 180°.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rodrigues: Option<[f64; 3]>,
-    /// Right ascension of the body's x axis, from 0 to 360.
+    /// Right ascension of the body x axis, from 0 to 360 \[deg\].
     pub ra_deg: f64,
-    /// Declination of the body's x axis.
+    /// Declination of the body x axis \[deg\].
     pub dec_deg: f64,
-    /// Roll about the body's x axis, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
+    /// Roll about the body x axis, from −180 to 180 \[deg\]; `R = Rz(ra) Ry(−dec) Rx(roll)`.
     pub roll_deg: f64,
-    /// Intrinsic Euler angles of every sequence, keys as in a spec.
+    /// Intrinsic Euler angles of every sequence \[deg\], with keys as in a spec.
     #[serde(flatten)]
     pub euler_deg: EulerAngles,
 }
 
-/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so
-/// on.
+/// Euler angles \[deg\] of all sequences in the order of [`EULER_SEQUENCES`], serialised with the
+/// keys `euler_xyz_deg`, `euler_xzy_deg` and so on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerAngles(pub [[f64; 3]; 12]);
 
@@ -57,8 +57,8 @@ impl Serialize for EulerAngles {
 impl From<&Matrix3> for Notations {
     fn from(rotation: &Matrix3) -> Self {
         let q = lie::quaternion_from_rotation(rotation);
-        // One of the two signs is chosen, so that equal attitudes have equal numbers. Adding 0
-        // turns −0 into 0.
+        // The quaternion with a nonnegative scalar part is chosen, so that equal attitudes have
+        // equal numbers. Adding 0 turns −0 into 0.
         let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
         let [w, x, y, z] = q.map(|part| sign * part + 0.0);
         let vector = lie::log(rotation);
@@ -68,7 +68,8 @@ impl From<&Matrix3> for Notations {
         let of_half = |divisor: f64| [x, y, z].map(|part| part / divisor + 0.0);
         Self {
             mrp: of_half(1.0 + w),
-            // Beyond this the parameters of half a turn have no digit that is not round-off.
+            // Rodrigues parameters are omitted near 180°, where all their digits would be
+            // round-off.
             rodrigues: (w > f64::EPSILON).then(|| of_half(w)),
             ra_deg: if ra < 0.0 { ra + 360.0 } else { ra + 0.0 },
             dec_deg: 0.0 - minus_dec,
@@ -87,16 +88,16 @@ impl From<&Matrix3> for Notations {
     }
 }
 
-/// Returns the angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
-/// [`EULER_SEQUENCES`].
+/// Returns the intrinsic Euler angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`;
+/// `sequence` is one of [`EULER_SEQUENCES`].
 ///
-/// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row
-/// `j` gives `c`, and that column gives `b`. Round-off determines `a` at gimbal lock, and `c`
-/// compensates, so that the product is always `R`.
+/// The angle `a` is computed from the column of `R` that does not depend on `c`. Then
+/// `R_i(a)ᵀ R = R_j(b) R_k(c)`: row `j` gives `c`, and the same column gives `b`. At gimbal lock,
+/// round-off determines `a`, and `c` compensates, so that the product is always `R`.
 pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
     let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');
     let (i, j, last) = (axis(0), axis(1), axis(2));
-    // The third axis of the triad (i, j, k), and its handedness.
+    // Third axis of the triad (i, j, k), and the handedness s of the triad.
     let k = 3 - i - j;
     let s = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
     let r = |row, column| rotation[(row, column)];
@@ -108,7 +109,7 @@ pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
         (-s * r(j, k)).atan2(r(k, k))
     };
     let (sin, cos) = a.sin_cos();
-    // Rows of R_i(a)ᵀ R.
+    // Rows j and k of R_i(a)ᵀ R.
     let m_j = |column| cos * r(j, column) + s * sin * r(k, column);
     let m_k = |column| cos * r(k, column) - s * sin * r(j, column);
     let (b, c) = if last == i {

@@ -1,34 +1,36 @@
-//! The checksum of a plan file: a hash of all its values.
+//! Checksum of a plan file: a hash of all its values.
 //!
-//! The witnesses judge everything that follows from the motion. Costates, gains, covariances,
-//! conjugate points and rivals do not follow from it, so only a checksum shows that one of their
-//! figures was changed. It covers values and not their notation: a program that writes the same
-//! numbers with other digits, blanks or order of keys keeps it. `solve_time_s` is left out, because
-//! it differs between two runs.
+//! The witnesses check everything that follows from the motion. Costates, gains, covariances,
+//! conjugate points and rivals do not follow from the motion, so only a checksum reveals a changed
+//! value. The checksum covers the values and not their notation: it remains valid if a program
+//! writes the same numbers with other digits, blanks or order of keys. `solve_time_s` is not
+//! covered, because it differs between two runs.
 
 use crate::fingerprint::Fingerprint;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::Formatter;
 use std::io::{self, Write};
 
-/// The relation of a plan file to its checksum.
+/// State of a plan with respect to the checksum of its file.
 ///
-/// It is no content of the plan, so all of its values are equal.
+/// The state is not a part of the plan, so any two states compare as equal.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(from = "Option<String>")]
 pub enum Seal {
-    /// The plan was not read from a file.
+    /// The plan was computed and not read from a file.
     Made,
     /// The file has no checksum.
     #[default]
     Missing,
-    /// The checksum, before it is compared.
+    /// The checksum of the file, which has not been checked yet.
     Read(String),
-    /// Another program or version wrote the file, or its spec was removed: no checksum can be judged.
+    /// The checksum cannot be checked, because another program or version wrote the file or the
+    /// spec was removed.
     Foreign,
-    /// The contents are unchanged since the file was written.
+    /// The checksum agrees: the contents are unchanged since the file was written.
     Intact,
-    /// A value was changed after the file was written, or the checksum was removed.
+    /// The checksum disagrees or is missing: a value was changed after the file was written, or the
+    /// checksum was removed.
     Broken,
 }
 
@@ -45,13 +47,13 @@ impl From<Option<String>> for Seal {
 }
 
 impl Seal {
-    /// Returns the checksum as it was read, if the file has one.
+    /// Returns the checksum as read from the file; an empty text if the file has none.
     pub(super) fn text(&self) -> &str {
         if let Self::Read(text) = self { text } else { "" }
     }
 
-    /// Compares the checksum that was read with the contents `file`; `own` states whether this
-    /// version of the program wrote them all.
+    /// Checks the checksum that was read against the contents `file`. `own` states whether this
+    /// version of the program wrote all of the file.
     pub(super) fn compared(&self, file: &impl Serialize, own: bool) -> Self {
         match self {
             Self::Read(_) | Self::Missing if !own => Self::Foreign,
@@ -62,7 +64,7 @@ impl Seal {
     }
 }
 
-/// A plan file with its checksum as the last key.
+/// A plan file to which its checksum is added as the last key.
 #[derive(Serialize)]
 pub(super) struct Sealed<'a, T: Serialize> {
     #[serde(flatten)]
@@ -71,46 +73,47 @@ pub(super) struct Sealed<'a, T: Serialize> {
 }
 
 impl<'a, T: Serialize> Sealed<'a, T> {
-    /// Adds the checksum to a file.
+    /// Computes the checksum of a file and adds it.
     ///
     /// # Errors
-    /// A trajectory that is not finite.
+    /// Returns an error if the trajectory has a number that is not finite.
     pub fn new(file: &'a T) -> Result<Self, serde_json::Error> {
         Ok(Self { file, checksum: checksum(file)? })
     }
 
-    /// Returns the checksum.
+    /// Returns the checksum as text.
     pub fn checksum(&self) -> &str {
         &self.checksum
     }
 }
 
-/// Returns the checksum of all values of a document.
+/// Computes the checksum of all values of a document.
 ///
 /// # Errors
-/// A trajectory that is not finite.
+/// Returns an error if the trajectory has a number that is not finite.
 pub(super) fn checksum(file: &impl Serialize) -> Result<String, serde_json::Error> {
     let mut hash = Fingerprint::of_program();
     file.serialize(&mut serde_json::Serializer::with_formatter(&mut hash, Values::default()))?;
     Ok(hash.text())
 }
 
-/// The key of the file that the checksum does not cover.
+/// Key of the value that the checksum does not cover.
 const FREE: &str = "solve_time_s";
 
-/// Writes numbers as the bits of an `f64`, which is quicker than digits, and independent of them.
+/// JSON formatter that writes numbers as the bits of an `f64`, which is faster than decimal digits
+/// and independent of their notation.
 #[derive(Default)]
 struct Values {
     depth: usize,
-    /// A key of the outer level is being written.
+    /// True while a key of the outermost object is written.
     key: bool,
-    /// The value is one that the checksum does not cover.
+    /// True while the value that the checksum does not cover is written.
     free: bool,
 }
 
 impl Formatter for Values {
     fn write_f64<W: Write + ?Sized>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
-        // Adding zero makes −0 zero, because some programs do not distinguish the two.
+        // Adding zero turns −0 into 0, because some programs do not distinguish the two.
         let value = if self.free { 0.0 } else { value + 0.0 };
         writer.write_all(&value.to_bits().to_le_bytes())
     }

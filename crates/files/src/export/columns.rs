@@ -1,5 +1,4 @@
-//! The columns of a trajectory, once: the document, the rows, the table and the checks all work
-//! from this list.
+//! The columns of a trajectory. Plan files, JSON lines, tables and checks all use this list.
 
 use crate::identity::{Identity, Nozzle};
 use serde::{Serialize, Serializer};
@@ -7,38 +6,38 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::mechanics::ActuatorSet;
 
-/// The reason for which a trajectory is not written, or not accepted.
+/// Reason why a trajectory cannot be written or is not accepted.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum TrajectoryError {
-    /// A number is NaN or infinite.
+    /// A number of the trajectory is NaN or infinite.
     #[error("{key} of the trajectory is not finite in row {row}")]
     NotFinite {
-        /// The key in the file.
+        /// Key of the quantity in the file.
         key: &'static str,
-        /// The number of the row, from 0.
+        /// Index of the row, counted from 0.
         row: usize,
     },
-    /// An array has another length than the maneuver needs.
+    /// An array has a length that does not fit the maneuver.
     #[error("{key} of the trajectory has {found} {of}, the maneuver needs {needed}")]
     Shape {
-        /// The key in the file.
+        /// Key of the quantity in the file.
         key: &'static str,
-        /// "rows" or "numbers in a row".
+        /// Unit of the counts: "rows" or "numbers in a row".
         of: &'static str,
-        /// The number of values found.
+        /// Number of values in the file.
         found: usize,
-        /// The number of values needed.
+        /// Number of values that the maneuver requires.
         needed: usize,
     },
 }
 
-/// Numbers of a trajectory, row by row.
+/// Values of one quantity of a trajectory, row by row.
 #[derive(Clone, Copy)]
 pub(super) enum Values<'a> {
     Numbers(&'a [f64]),
     Quaternions(&'a [[f64; 4]]),
     Vectors(&'a [Vector3]),
-    /// The values row by row, with this number of values in each row.
+    /// Values row by row in one slice; the number is the length of a row.
     Flat(&'a [f64], usize),
 }
 
@@ -53,7 +52,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Returns the row `index`, if there is such a row and it is not empty.
+    /// Returns row `index`; `None` if the row does not exist or is empty.
     pub fn row(self, index: usize) -> Option<&'a [f64]> {
         match self {
             Self::Numbers(values) => values.get(index).map(std::slice::from_ref),
@@ -65,18 +64,18 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Returns the first row with a number that is not finite.
+    /// Returns the index of the first row with a number that is not finite.
     fn first_not_finite(self) -> Option<usize> {
         let is_wrong = |value: &f64| !value.is_finite();
         match self {
-            // A last row that is not whole counts too.
+            // An incomplete last row also counts as a row.
             Self::Flat(values, width) => values.iter().position(is_wrong).map(|at| at / width.max(1)),
             _ => (0..self.len()).find(|row| self.row(*row).is_some_and(|row| row.iter().any(is_wrong))),
         }
     }
 }
 
-/// A list of numbers, or of rows.
+/// Serialises as a list of numbers or a list of rows.
 impl Serialize for Values<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
@@ -88,24 +87,24 @@ impl Serialize for Values<'_> {
     }
 }
 
-/// A quantity of a trajectory.
+/// A quantity of a trajectory, with its key and its columns.
 #[derive(Clone, Copy)]
 pub(super) struct Column<'a> {
     /// Key of the quantity in JSON.
     pub key: &'static str,
-    /// The heading of its columns in a table: `{}` is replaced by the component.
+    /// Heading of its columns in a table; `{}` is replaced by the name of the component.
     pub header: &'static str,
     pub values: Values<'a>,
-    /// The number of its columns in a table; 0 for none.
+    /// Number of its columns in a table; 0 if the table omits it.
     pub width: usize,
-    /// Whether a document has its key.
+    /// True if JSON documents contain the key.
     pub shown: bool,
-    /// Whether it belongs to an input, not to a node.
+    /// True if the rows belong to inputs, false if they belong to nodes.
     pub of_input: bool,
 }
 
 impl Column<'_> {
-    /// Returns the headings of its columns in a table, with the `names` of inputs and wheels.
+    /// Returns the headings of the columns in a table, with the `names` of inputs and wheels.
     pub fn headers(&self, names: &Names<'_>) -> Vec<String> {
         let component = |index: usize| match (self.key, self.values) {
             ("input", _) => names.input(index),
@@ -118,19 +117,19 @@ impl Column<'_> {
         (0..self.width).map(|index| self.header.replace("{}", &component(index))).collect()
     }
 
-    /// Returns whether its width depends on the maneuver.
+    /// Returns whether the number of columns depends on the maneuver.
     pub fn is_flat(&self) -> bool {
         matches!(self.values, Values::Flat(..))
     }
 }
 
-/// The names of inputs and wheels in headings of tables.
+/// Names of inputs and wheels in the headings of tables.
 pub(crate) struct Names<'a> {
-    /// The names of the inputs; numbers are used unless every input has a name.
+    /// Names of the inputs; unless every input has a name, numbers are used.
     inputs: &'a [String],
-    /// The number of inputs in newtons, which come first.
+    /// Number of the force inputs \[N\], which precede the torque inputs.
     forces: usize,
-    /// The levers \[m\] of thrusters that the spec states by position and force, and whose torques
+    /// Lever arms \[m\] of thrusters that the spec defines by position and force and whose torques
     /// are the inputs of the plan; empty for other inputs.
     levers: Vec<f64>,
 }
@@ -145,20 +144,20 @@ impl<'a> Names<'a> {
         Self { inputs: if named { &identity.inputs } else { &[] }, forces, levers }
     }
 
-    /// Returns input `index` of the plan in its unit: the input of a thruster that the spec states
-    /// by its force is a force.
+    /// Converts the value of input `index` of the plan to its unit in tables. For a thruster that
+    /// the spec defines by its force, the value is the force.
     pub fn in_its_unit(&self, index: usize, value: f64) -> f64 {
         self.levers.get(index).map_or(value, |lever| value / lever)
     }
 
-    /// Returns input `index` with its unit.
+    /// Returns the heading for input `index`: its name and unit.
     pub fn input(&self, index: usize) -> String {
         let is_force = index < self.forces || index < self.levers.len();
         let unit = if is_force { "n" } else { "n_m" };
         format!("{}_{unit}", self.bare(index, index))
     }
 
-    /// Returns the wheel behind torque input `index`.
+    /// Returns the name or number of the wheel that torque input `index` drives.
     fn wheel(&self, index: usize) -> String {
         self.bare(index + self.forces, index)
     }
@@ -168,13 +167,15 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Returns a name within a head, which is parted by commas, without quotes.
+/// Replaces commas, quotes and line breaks in a name, so that it can stand in the header of a
+/// table.
 pub(super) fn plain(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }
 
-/// Returns the quantity of costate `index` in a row of `width`, with its unit: the unit of the
-/// cost, which weights and prices determine, per unit of the quantity.
+/// Returns the heading for costate `index` in a row of `width` costates: the quantity, the
+/// component and the unit. The unit is cost per unit of the quantity; the unit of the cost depends
+/// on the weights and prices.
 fn costate(width: usize, index: usize) -> String {
     const OF: [(&str, &str); 4] =
         [("position", "m"), ("linear_momentum", "n_s"), ("attitude", "rad"), ("momentum", "n_m_s")];
@@ -182,7 +183,7 @@ fn costate(width: usize, index: usize) -> String {
     format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
 }
 
-/// Returns the columns in the order of a document.
+/// Returns the columns in the order of a JSON document.
 pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
     let (moving, controlled) = (!of.position.is_empty(), !of.torque.is_empty());
     let three = |shown: bool| if shown { 3 } else { 0 };
@@ -224,7 +225,7 @@ pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
     ]
 }
 
-/// Checks that every number is finite.
+/// Checks that every number of the trajectory is finite.
 pub(crate) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryError> {
     let wrong = columns(trajectory)
         .into_iter()
@@ -232,18 +233,18 @@ pub(crate) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryErro
     wrong.map_or(Ok(()), |(key, row)| Err(TrajectoryError::NotFinite { key, row }))
 }
 
-/// Returns the number of costates of a node: 6, or 12 with positions.
+/// Returns the number of costates at a node: 6, or 12 if the trajectory has positions.
 pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
 }
 
-/// Returns the number of reaction wheels: a row of their momenta at every node.
+/// Returns the number of reaction wheels, from the length of the list of their momenta.
 fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
-/// Returns all existing quantities, each with its key, its rows, the numbers in a row, and the
-/// numbers row by row.
+/// Returns the existing quantities of a trajectory. Each has its key, the number of rows, the
+/// length of a row, and the numbers row by row.
 pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
     let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
     let numbers = |values: Values<'_>| {

@@ -1,4 +1,4 @@
-//! An output file that appears complete or does not appear.
+//! Output files that are either complete or absent.
 
 use super::ExportError;
 use crate::spec::escape;
@@ -10,65 +10,66 @@ use std::time::Duration;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
-/// The reason for which an output file is refused or failed. No partly written file remains.
+/// Reason why an output file was rejected or could not be written. A partly written file never
+/// remains.
 #[derive(Debug, Error)]
 pub enum FileError {
-    /// The folder is missing.
+    /// The folder of the output does not exist.
     #[error("the folder {folder} of the output {path} does not exist")]
     FolderMissing {
-        /// The folder.
+        /// Path of the folder.
         folder: String,
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
     },
-    /// The path of the folder is a file.
+    /// The folder of the output is a file.
     #[error("{folder}, the folder of the output {path}, is a file")]
     FolderIsFile {
-        /// The folder.
+        /// Path of the folder.
         folder: String,
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
     },
-    /// The folder cannot be written.
+    /// No file can be created in the folder.
     #[error("cannot create a file in {folder}: {reason}")]
     NotWritable {
-        /// The folder.
+        /// Path of the folder.
         folder: String,
-        /// The message of the system.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// Writing failed before the end: usually a full disk.
+    /// Writing stopped before the end, usually because the disk is full.
     #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
-        /// The message of the system.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// The file exists.
+    /// The output file exists already.
     #[error("{path} exists")]
     Exists {
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
     },
-    /// The file may not be written.
+    /// The output file exists and is write-protected.
     #[error("{path} is write-protected")]
     Protected {
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
     },
-    /// The name cannot be a file of data.
+    /// The name cannot be the name of an output file.
     #[error("{path} cannot be an output file: {reason}")]
     Name {
-        /// The output as given, escaped.
+        /// Path of the output as given, in printable form.
         path: String,
-        /// The reason.
+        /// Reason why the name is not accepted.
         reason: &'static str,
     },
-    /// The output would replace an input.
+    /// The output would replace an input file.
     #[error("the output {path} is also an input")]
     IsInput {
-        /// The output as given.
+        /// Path of the output, as given.
         path: String,
     },
 }
@@ -86,7 +87,7 @@ impl FileError {
         }
     }
 
-    /// Returns the remedy.
+    /// Returns the remedy for the error.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } => "create it first",
@@ -100,11 +101,11 @@ impl FileError {
     }
 }
 
-/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the
-/// same path.
+/// Checks that an output file or folder is not the input `input`, even if the two paths differ in
+/// notation or by symbolic links.
 ///
 /// # Errors
-/// [`FileError::IsInput`].
+/// Returns [`FileError::IsInput`] if both are the same file.
 pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     match (fs::canonicalize(output), fs::canonicalize(input)) {
         (Ok(found), Ok(input)) if found == input => Err(FileError::IsInput { path: shown(output) }),
@@ -112,7 +113,7 @@ pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     }
 }
 
-/// An output file: checked before the work begins, written when the work is done.
+/// An output file, which is checked before the work begins and written when the work is done.
 #[derive(Clone, Debug)]
 pub struct Target {
     path: PathBuf,
@@ -121,12 +122,12 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks the name, the folder and the existence of the file. `force` allows to replace a
-    /// regular file that is not write-protected. A symbolic link to a file is kept: its target is
-    /// replaced.
+    /// Checks the name, the folder and the existence of the file. With `force`, an existing regular
+    /// file may be replaced unless it is write-protected. A symbolic link to a file is kept, and
+    /// the file to which it points is replaced.
     ///
     /// # Errors
-    /// A [`FileError`], found before any work is done.
+    /// Returns a [`FileError`] before any work is done.
     pub fn new(path: impl Into<PathBuf>, force: bool) -> Result<Self, FileError> {
         let mut path = path.into();
         let shown = shown(&path);
@@ -165,30 +166,31 @@ impl Target {
                 return Err(FileError::Exists { path: shown });
             }
         }
-        // A folder may refuse a file for many reasons, so a file is created to test it.
+        // A folder may reject a new file for many reasons, so a file is created as a test.
         let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
         let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
         drop(temporary);
         Ok(Self { path, folder, force })
     }
 
-    /// Returns the path as given.
+    /// Returns the path of the output as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Refuses an output that is the file `input`, also under another name of the same path.
+    /// Checks that the output is not the file `input`, even if the two paths differ in notation or
+    /// by symbolic links.
     ///
     /// # Errors
-    /// [`FileError::IsInput`].
+    /// Returns [`FileError::IsInput`] if both are the same file.
     pub fn distinct_from(&self, input: &Path) -> Result<(), FileError> {
         distinct(&self.path, input)
     }
 
-    /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
+    /// Writes a temporary file in the same folder, flushes it to the disk and renames it.
     ///
     /// # Errors
-    /// Passes on the error of `content`, or returns a [`FileError`]; the folder is then unchanged.
+    /// Returns the error of `content`, or a [`FileError`]; the folder is then unchanged.
     pub fn write(
         &self,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
@@ -211,15 +213,15 @@ impl Target {
         let renamed = if self.force {
             temporary.persist(&self.path)
         } else {
-            // This also refuses a file that appeared during the work.
+            // This also rejects a file that another process created in the meantime.
             temporary.persist_noclobber(&self.path)
         };
         renamed.map_err(|error| match error.error.kind() {
             ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
             _ => write(error.error),
         })?;
-        // The new name reaches the disk with the folder; not every system can, and the data are
-        // safe.
+        // The folder is flushed, so that the new name reaches the disk. Some systems cannot do
+        // this; the data are on the disk in any case.
         if let Ok(folder) = fs::File::open(&self.folder) {
             let _ = folder.sync_all();
         }
@@ -227,34 +229,34 @@ impl Target {
     }
 }
 
-/// The prefix of temporary files, before a fixed number of random letters and digits.
+/// Prefix of temporary files, which `RANDOM` random letters and digits follow.
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
-/// Returns a new temporary file, listed while it is temporary.
+/// Creates a temporary file, which is in the list `TEMPORARY` until it is renamed or removed.
 fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).rand_bytes(RANDOM);
     #[cfg(unix)]
     {
-        // The file gets the usual permissions: the default of the library would hide it from the
-        // user's group.
+        // The file gets the usual permissions. The default of the crate would make it unreadable
+        // for other users.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     Listed::new(&TEMPORARY, || builder.tempfile_in(folder))
 }
 
-/// The age at which a temporary file is abandoned: a file that is being written is younger.
+/// Age after which a temporary file counts as abandoned, because writing a file takes less time.
 const ABANDONED: Duration = Duration::from_secs(86_400);
 
-/// Removes the temporary files that killed programs have left in `folder`.
+/// Removes temporary files that killed programs have left in `folder`.
 fn sweep(folder: &Path) {
     let is_ours = |name: &str| {
         let random = name.strip_prefix(PREFIX).filter(|random| random.len() == RANDOM);
         random.is_some_and(|random| random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
     };
-    // A file that cannot be listed or removed stays, which is harmless.
+    // A file that cannot be listed or removed remains, which does no harm.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let old = |metadata: fs::Metadata| {
             let age = metadata.modified().ok().and_then(|modified| modified.elapsed().ok());
@@ -266,15 +268,15 @@ fn sweep(folder: &Path) {
     }
 }
 
-/// Paths of files.
+/// A list of file paths that threads share.
 type List = Mutex<Vec<PathBuf>>;
 
-/// The temporary files of this process.
+/// Paths of the temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and prevents new ones, for a
-/// program that ends at once without unwinding. A second call, or an output after this call, waits
-/// for ever.
+/// Removes the temporary files of all outputs that are being written, and prevents new ones. It is
+/// meant for a program that ends immediately, without unwinding. A second call, or an output after
+/// this call, blocks forever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }
@@ -285,18 +287,18 @@ fn remove_all(list: &List) {
         // The file may have been removed already.
         let _ = fs::remove_file(path);
     }
-    // The lock is never released: another thread may write until the program has ended.
+    // The lock is never released, because another thread may write until the program has ended.
     std::mem::forget(listed);
 }
 
-/// A path that is in the list during the life of this value.
+/// A path that is in the list as long as this value exists.
 struct Listed<'a> {
     path: PathBuf,
     list: &'a List,
 }
 
 impl<'a> Listed<'a> {
-    /// Makes a file, and lists it before another thread can read the list.
+    /// Creates a file and adds its path to the list before another thread can read the list.
     fn new(
         list: &'a List,
         make: impl FnOnce() -> std::io::Result<NamedTempFile>,
@@ -315,8 +317,8 @@ impl Drop for Listed<'_> {
     }
 }
 
-/// Returns the reason for which `path` cannot name an output, on this system or on one that will
-/// receive the file.
+/// Returns the reason why `path` cannot name an output file, on this system or on a system that
+/// receives the file; `None` if it can.
 fn unusable_name(path: &Path) -> Option<&'static str> {
     let text = path.to_string_lossy();
     if text.is_empty() {
@@ -325,7 +327,7 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     if text.chars().any(char::is_control) {
         return Some("it holds control characters");
     }
-    // Such a path may be a file of another program, or the stream of the text for people.
+    // Such a path may be an open file of another program, or the stream on which messages appear.
     if ["/dev/std", "/dev/fd/", "/proc/"].iter().any(|start| text.starts_with(start)) {
         return Some("it names a stream of a process, or a file of the system; `-o -` is stdout");
     }
@@ -359,14 +361,14 @@ mod tests {
         let list = List::default();
         let (listed, file) = Listed::new(&list, || {
             let file = tempfile::Builder::new().tempfile_in(folder.path());
-            // A thread that ends the program now waits until the file is listed.
+            // A thread that ends the program now waits until the file is in the list.
             assert!(list.try_lock().is_err());
             file
         })
         .unwrap();
         remove_all(&list);
         assert!(!file.path().exists());
-        // Another writing thread would wait here for the end.
+        // Another thread that writes a file would wait here until the program ends.
         assert!(list.try_lock().is_err());
         std::mem::forget(listed);
     }

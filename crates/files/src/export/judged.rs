@@ -1,4 +1,5 @@
-//! The judgement of a plan file by the witnesses: the plan, and the figures in the file.
+//! Verification of a plan file: the plan by the witnesses, and the recorded values by
+//! recomputation.
 
 use super::recorded;
 use super::{ExportError, PlanFile, Seal};
@@ -9,50 +10,51 @@ use slewkit::numerics::figures::{scientific, told_apart};
 use slewkit::plan::Status;
 use slewkit::verify::{self, Check, Verification};
 
-/// The results of the witnesses for a plan file.
+/// Results of the verification of a plan file.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The maneuver by which the file was judged, on the grid of the plan.
+    /// The maneuver against which the plan was verified, on the grid of the plan.
     pub problem: Problem,
-    /// The results, with a check of every figure in the file.
+    /// Results of the witnesses, with a check of every value recorded in the file.
     pub verification: Verification,
-    /// The keys in which the spec in the file differs from the spec of the judgement: the file's
-    /// value first.
+    /// Keys in which the spec of the file differs from the spec of the verification; each with the
+    /// value of the file first.
     pub differences: Vec<Difference>,
-    /// The recorded values that differ from the results: the value of the file first.
+    /// Recorded values that differ from the recomputed values; each with the value of the file
+    /// first.
     pub recorded: Vec<Difference>,
-    /// The items that are not judged, each a sentence without its point.
+    /// Items that were not verified, one sentence each, without the final period.
     pub not_judged: Vec<String>,
 }
 
-/// The items that no witness of a motion can judge.
+/// Text for items that the witnesses cannot verify, because they do not follow from the motion.
 const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: \
     only `slew plan` determines this";
-/// The item that is not judged for a smoothed law.
+/// Text for the item that is not verified if the inputs are smoothed.
 const SMOOTHED: &str =
     "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
-/// The items that are not judged if the plan was made for another spec, or its verification is
-/// incomplete.
+/// Text for the items that are not verified if the plan was made for another spec or its
+/// verification is incomplete.
 const FIGURES: &str =
     "the recorded figures of the witnesses: they belong to the plan's own spec, and to a complete run";
 
-/// The name of the check that fails if a value of the file is not the one that was written.
+/// Name of the check that fails if a value of the file was changed after it was written.
 const CHECKSUM: &str = "recorded checksum";
-/// The items that are not judged if the checksum cannot be judged.
+/// Text for the items that are not verified if the checksum cannot be checked.
 const UNSEALED: &str = "whether costates, gains, covariances or another figure of the search was changed in \
     the file: it has no checksum of this version, or no spec";
 
-/// The allowed relative error of a recorded figure: the round-off of sums in another order.
+/// Tolerance on the relative error of a recorded value, for the round-off of sums in another order.
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
-    /// Lets the witnesses judge whether the plan fulfils `problem`, to the tolerances of
-    /// `settings`, on its own grid. They stop when `stop` returns true; it is called every few
-    /// steps. `identity` and `closed_loop` change no verdict, but differences from the file are
-    /// reported.
+    /// Lets the witnesses verify whether the plan solves `problem` to the tolerances of `settings`,
+    /// on the grid of the plan. The witnesses poll `stop` every few steps and stop when it returns
+    /// true. `identity` and `closed_loop` do not affect the verdict, but their differences from the
+    /// file are reported.
     ///
     /// # Errors
-    /// Arrays that do not fit the maneuver.
+    /// Returns an error if arrays do not fit the maneuver.
     pub fn judge(
         &self,
         problem: &Problem,
@@ -62,7 +64,8 @@ impl PlanFile<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
         let held = self.spec.as_ref();
-        // The plan chooses its grid, and the times at which each of several sets of cones holds.
+        // The grid is taken from the plan, and so are the times at which each of several
+        // alternative sets of cones holds.
         let turned;
         let problem = if problem.alternatives.is_empty() {
             problem
@@ -79,7 +82,7 @@ impl PlanFile<'_> {
         let continuous = settings.continuous_limit();
         let mut verification = verify::verify_until(&problem, trajectory, tolerance, continuous, stop);
         let own = held.is_some() && !differences.iter().any(|found| SpecDocument::is_asked(&found.key));
-        // An incomplete verification has no figures to compare.
+        // The results of an incomplete verification are not compared.
         let cut = verification.was_stopped() || self.verified.as_ref().is_some_and(Verification::was_stopped);
         let mut not_judged = vec![SEARCH.to_string()];
         let recorded = if own && !cut && self.verified.is_some() {
@@ -92,12 +95,13 @@ impl PlanFile<'_> {
             not_judged.push(SMOOTHED.into());
         }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
-        // The recorded tolerance must be the tolerance of the plan, even if another spec has a
-        // different one.
+        // The recorded tolerance must be the tolerance of the plan's own spec, even if `settings`
+        // has a different one.
         let cost = verify::cost(&problem, trajectory);
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));
-        // If inputs switch, the plan has its own duration, and the mean of its steps is reported.
+        // If the inputs switch, the plan chooses its duration, and the recorded step is the mean
+        // step.
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         let duration = problem.duration.known().filter(|_| !problem.switches()).unwrap_or(last);
         let step = duration / problem.steps as f64;
@@ -135,8 +139,9 @@ impl PlanFile<'_> {
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
     }
 
-    /// Returns the file with the verdict of the witnesses if it claims to be solved and verified,
-    /// and the reason if they refuse that claim; `loaded` is the spec that the file holds.
+    /// Verifies a file that claims to be solved and verified; `loaded` is the spec of the file. If
+    /// the witnesses refute the claim, the returned file has their verdict, and the reason is
+    /// returned.
     pub fn settled(mut self, loaded: &Loaded) -> (Self, Option<String>) {
         if self.status != Status::Solved {
             return (self, None);
@@ -169,7 +174,8 @@ impl PlanFile<'_> {
         (self, Some(why))
     }
 
-    /// Returns whether status, outcome, exit code and the claimed proof in the file agree.
+    /// Returns whether the status, the outcome, the exit code and the claimed proof of the file
+    /// agree.
     fn is_coherent(&self, problem: &Problem) -> bool {
         let proved = self.plan().ok().and_then(|plan| plan.solution.proved(problem));
         self.status.agrees_with(self.outcome, self.verified.as_ref())

@@ -1,4 +1,5 @@
-//! The judgement of the plan of a sequence: each leg by the witnesses, and what joins them.
+//! Verification of the plan of a sequence: each leg by the witnesses, and the transitions between
+//! the legs.
 
 use super::{ExportError, Judgement, PlanFile, Seal, SequenceFile};
 use crate::identity::Identity;
@@ -10,25 +11,26 @@ use slewkit::plan::Status;
 use slewkit::sequence::{Place, Stop, tracked};
 use slewkit::verify::Check;
 
-/// The results for the plan of a sequence.
+/// Results of the verification of the plan of a sequence.
 #[derive(Clone, Debug)]
 pub struct SequenceJudgement {
-    /// The results of the witnesses for each leg, in the order of the legs.
+    /// Results of the witnesses for each leg, in the order of the legs.
     pub legs: Vec<Judgement>,
-    /// The results for each hold that moves, or that cones move past, with the name of its stop.
+    /// Results of the witnesses for each hold on a moving target or past moving cones, with the
+    /// name of its stop.
     pub holds: Vec<(String, Judgement)>,
-    /// What joins the legs: ends, stops, holds, windows, records.
+    /// Checks of the transitions between legs, of stops, holds and windows, and of recorded values.
     pub checks: Vec<Check>,
 }
 
 impl SequenceJudgement {
-    /// Returns whether everything holds.
+    /// Returns whether all checks are passed.
     pub fn passed(&self) -> bool {
         self.checks.iter().all(|check| check.passed)
             && self.judgements().all(|judged| judged.verification.passed())
     }
 
-    /// Returns whether a witness was stopped.
+    /// Returns whether a witness was stopped before its end.
     pub fn was_stopped(&self) -> bool {
         self.judgements().any(|judged| judged.verification.was_stopped())
     }
@@ -38,17 +40,17 @@ impl SequenceJudgement {
     }
 }
 
-/// The largest difference of two states that are one: of their attitudes \[rad\], of their rates as
-/// a part of a radian in the duration of a leg, and of times as a part of the whole.
+/// Tolerance for two states or times that must be equal: difference of attitudes \[rad\],
+/// difference of rates times the duration of a leg \[rad\], and relative difference of times.
 const SAME: f64 = 1e-9;
 
 impl SequenceFile<'_> {
-    /// Lets the witnesses judge every leg by the limits and the settings of `loaded`, and checks
-    /// that the legs join, that the stops are those of the spec, and that holds and windows are
-    /// kept. The witnesses stop when `stop` returns true.
+    /// Verifies every leg by the witnesses, with the limits and settings of `loaded`. Also checks
+    /// that each leg begins where the previous part ended, that the stops are the stops of the
+    /// spec, and that holds and windows are kept. The witnesses stop when `stop` returns true.
     ///
     /// # Errors
-    /// Arrays that do not fit, or a leg without a spec.
+    /// Returns an error if arrays do not fit, or if a leg has no spec.
     pub fn judge(
         &self,
         loaded: &LoadedSequence,
@@ -130,24 +132,24 @@ impl SequenceFile<'_> {
     }
 }
 
-/// The largest change of the momenta of wheels between legs, as a part of the largest momentum of the
-/// motion so far: a leg ends as well as it lands.
+/// Largest change of a wheel momentum between two parts, relative to the largest momentum so far. A
+/// leg meets its end with the accuracy of landing only.
 const CARRIED: f64 = 1e-3;
 
-/// The largest angle between a hold and its target at the nodes \[rad\]: what the witnesses' round-off
-/// comes to over many steps.
+/// Largest angle between the attitude of a hold and its target at the nodes \[rad\]; it allows for
+/// the round-off of the witnesses over many steps.
 const ON_TARGET: f64 = 1e-7;
 
-/// The maneuver of a part of a sequence, as its file holds it.
-struct Own {
-    problem: Problem,
+/// The maneuver of a leg or a hold, as its file contains it.
+pub(crate) struct Own {
+    pub(crate) problem: Problem,
     identity: Identity,
-    /// How long the part lasts \[s\].
+    /// Duration of the leg or hold \[s\].
     lasting: f64,
 }
 
 impl Own {
-    fn of(part: &PlanFile<'_>) -> Result<Self, ExportError> {
+    pub(crate) fn of(part: &PlanFile<'_>) -> Result<Self, ExportError> {
         let spec = part.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let read = spec.read("the spec of a leg", &[]).map_err(|_| ExportError::NoSpec)?;
         let Loaded { problem, identity, .. } = read;
@@ -156,8 +158,8 @@ impl Own {
         Ok(Self { problem, identity, lasting: path.time.last().copied().unwrap_or(0.0) })
     }
 
-    /// Gives another maneuver what is the part's own: its ends, its grid, and the momenta of its
-    /// wheels.
+    /// Copies the properties of this part to the maneuver `asked`: its ends, its number of steps,
+    /// its name, and the initial momenta of its wheels.
     fn gives(&self, asked: &mut Problem) {
         let own = &self.problem;
         (asked.start, asked.end, asked.steps) = (own.start, own.end, own.steps);
@@ -168,13 +170,13 @@ impl Own {
     }
 }
 
-/// The momenta that wheels have at the end of a part, and the largest one so far [N·m·s].
+/// Wheel momenta at the end of a part, and the largest momentum so far \[N·m·s\].
 struct Held {
     last: Vec<f64>,
     largest: f64,
 }
 
-/// The checks so far.
+/// The checks made so far.
 struct Checks(Vec<Check>);
 
 impl Checks {
@@ -190,15 +192,15 @@ impl Checks {
         self.within(name, (told - found).abs() / scale.abs().max(f64::MIN_POSITIVE), SAME);
     }
 
-    /// Checks that two states are one.
+    /// Checks that two states are equal; `lasting` \[s\] scales the difference of the rates.
     fn joins(&mut self, name: &str, state: &State, other: &State, lasting: f64) {
         let turn = lie::minus(&state.attitude, &other.attitude).norm();
         let rate = (state.angular_velocity - other.angular_velocity).norm() * lasting;
         self.within(name, turn.max(rate), SAME);
     }
 
-    /// Checks that wheels begin a part with the momenta that the part before has left; returns those
-    /// that this part leaves.
+    /// Checks that the wheels begin a part with the momenta at the end of the previous part.
+    /// Returns the momenta at the end of this part.
     fn carries(&mut self, name: &str, before: Option<Held>, own: &Own, part: &PlanFile<'_>) -> Option<Held> {
         let now = &own.problem.actuation.wheels.as_ref()?.momentum;
         let rows = &part.trajectory.0.wheel_momentum;
@@ -211,7 +213,8 @@ impl Checks {
         Some(Held { last: rows[rows.len().saturating_sub(now.len())..].to_vec(), largest })
     }
 
-    /// Checks that a state at a time \[s\] is at a stop; `from` is the state at the start of its leg.
+    /// Checks that the state at `time` \[s\] fulfils the conditions of a stop; `from` is the state
+    /// at the start of the leg.
     fn is_at(&mut self, stop: &Stop, state: &State, from: &State, time: f64) {
         let zero = Vector3::zeros();
         let (aim, moves) = match &stop.place {

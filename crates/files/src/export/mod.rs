@@ -1,7 +1,8 @@
-//! Files: plans as JSON, trajectories as CSV or JSON lines, all written completely or not at all.
+//! Files of plans as JSON and trajectories as CSV or JSON lines, written completely or not at all.
 //!
-//! Every number is printed with the digits that read back to the same bits. A trajectory that holds
-//! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
+//! Every number is printed with enough digits to read back to the same bits. A trajectory with a
+//! number that is not finite is rejected. Elsewhere such a number is written as `null`, which reads
+//! back as NaN.
 
 mod attitude;
 mod checksum;
@@ -25,6 +26,7 @@ pub use columns::TrajectoryError;
 pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, distinct, remove_temporaries};
 pub use judged::Judgement;
+pub(crate) use judged_sequence::Own;
 pub use judged_sequence::SequenceJudgement;
 pub use plan_file::{ConvexRecord, PlanFile, read_guess, write_document};
 pub use recorded::NOT_JUDGED;
@@ -42,43 +44,43 @@ use thiserror::Error;
 /// The JSON Schema of plan files (draft 2020-12).
 pub const PLAN_SCHEMA: &str = include_str!("plan.schema.json");
 
-/// The reason for which something could not be written or read.
+/// Reason why a plan or a trajectory could not be written or read.
 #[derive(Debug, Error)]
 pub enum ExportError {
-    /// The file.
+    /// The output file could not be created or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The trajectory.
+    /// The trajectory has wrong lengths or numbers that are not finite.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
-    /// The solve ended without a plan, so the file has the reason and no motion.
+    /// The file describes a solve that ended without a plan, so it has no trajectory.
     #[error("the solve ended without a plan, so the file has no motion")]
     NoMotion,
-    /// Writing to or reading from a stream.
+    /// Writing to or reading from a stream failed.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// The text is not a plan.
+    /// The text is not a plan file.
     #[error("not a plan file: {0}")]
     Json(serde_json::Error),
-    /// The file format is of another version.
+    /// The file has another version of the plan file format.
     #[error("the plan file has format {found}, this program reads {}{}", PlanFile::FORMAT, older(*.found))]
     Format {
-        /// The version found.
+        /// Version of the format of the file.
         found: u32,
     },
-    /// The plan was made by a library caller, and a spec has no notation for its maneuver.
+    /// The file has no spec, because a library caller defined a maneuver that specs cannot express.
     #[error(
         "the plan file holds no spec: its maneuver has no notation, such as an environment of the \
         caller's own"
     )]
     NoSpec,
-    /// The file is the plan of a sequence, and one maneuver is needed.
+    /// The file is the plan of a sequence, but the plan of a single maneuver is required.
     #[error("the plan is that of a sequence, and the plan of one maneuver is needed")]
     Sequence,
-    /// Data that a format of other programs needs are missing.
+    /// The maneuver lacks data that a format of another program requires.
     #[error(transparent)]
     Lacking(#[from] Lacking),
-    /// The scheme is not known.
+    /// The file names an unknown integration scheme.
     #[error("the plan file has the unknown scheme \"{}\"", crate::spec::escape(.0))]
     Scheme(String),
 }
@@ -100,7 +102,7 @@ impl ExportError {
         }
     }
 
-    /// Returns the remedy for a plan file with this error.
+    /// Returns the remedy for the error when a plan file was read.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
@@ -112,7 +114,8 @@ impl ExportError {
         }
     }
 
-    /// Returns whether the reader has closed the stream, as `head` does, which is not an error.
+    /// Returns whether the reader of the output stream has closed it, as `head` does; this is not
+    /// treated as an error.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
     }

@@ -1,4 +1,4 @@
-//! A plan as one JSON document, streamed both ways.
+//! A plan as one JSON document, written and read as a stream.
 
 use super::checksum::{Seal, Sealed};
 use super::nulls::null_is_nan;
@@ -22,139 +22,142 @@ use slewkit::verify::{Accuracy, Verification};
 use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 
-/// A plan and the record of its search, with the keys of the file in their order.
+/// A plan and the record of its search, with the keys in the order of the file.
 ///
-/// Equal inputs give equal files but for `solve_time_s`.
+/// Equal inputs give equal files, except for `solve_time_s`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanFile<'a> {
-    /// Version of the file format: 2.
+    /// Version of the file format, which is 2.
     pub format: u32,
-    /// The program that wrote it.
+    /// Name and version of the program that wrote the file.
     pub generator: String,
-    /// The status of the plan.
+    /// Status of the plan.
     pub status: Status,
-    /// The exit code of the status.
+    /// Exit code of the program for this status.
     pub exit_code: u8,
     /// Name of the maneuver.
     pub name: String,
-    /// The solver: "shooting", "scp" for sequential convex programming, or "interior_point".
+    /// Solution method: "shooting", "scp" for sequential convex programming, or "interior_point".
     pub method: String,
-    /// The scheme: "lie_verlet" or "lie_euler".
+    /// Integration scheme: "lie_verlet" or "lie_euler".
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
-    /// The step in seconds: the mean where the steps are not equal.
+    /// Duration of a step \[s\]; the mean if the steps differ.
     #[serde(deserialize_with = "null_is_nan")]
     pub step_s: f64,
-    /// Cost.
+    /// Cost of the plan: the value of the objective, plus the time weight times the duration if the
+    /// spec has `time_price_per_s`.
     #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
-    /// Duration, seconds.
+    /// Duration of the maneuver \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub duration_s: f64,
-    /// Newton iterations of the winning start.
+    /// Number of Newton iterations from the initial guess that gave the plan.
     pub iterations: usize,
-    /// Wall time of the solve alone, seconds: the only key that differs between two runs.
+    /// Wall time of the solver alone \[s\]; the only key that differs between two runs.
     pub solve_time_s: f64,
-    /// The outcome of the solve.
+    /// Outcome of the solver.
     pub outcome: Outcome,
-    /// The start that led to the plan.
+    /// Initial guess that led to the plan.
     pub start: String,
-    /// Rotation sense of the path.
+    /// Direction of rotation of the path: the short or the long way.
     pub sense: Sense,
-    /// Total angle turned, degrees.
+    /// Total angle turned \[deg\].
     #[serde(deserialize_with = "null_is_nan")]
     pub turned_deg: f64,
-    /// Tolerance of the scaled terminal error.
+    /// Tolerance on the scaled terminal error.
     pub tolerance: f64,
-    /// Discrete terminal error.
+    /// Terminal error of the discrete motion.
     #[serde(deserialize_with = "null_is_nan")]
     pub terminal: TerminalError,
-    /// The corrections of landing, if landing was tried; the trajectory has the discrete target.
+    /// Corrections by landing, if landing was tried; the shifted discrete target is in the
+    /// trajectory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landing: Option<Landing>,
-    /// The choice of the number of steps, if none was given.
+    /// How the number of steps was chosen, if the spec does not give it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenSteps>,
-    /// Optimality of the extremal.
+    /// Conditions of optimality that the plan fulfils, with their residuals.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
-    /// The degree to which the plan is proved to be an optimum; absent without a plan.
+    /// Degree to which the plan is proved to be an optimum; absent without a plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<Proved>,
-    /// The result of its count of conjugate points.
+    /// Result of the second-order test, which counts conjugate points.
     pub second_order: SecondOrder,
-    /// The results of the witnesses; `null` without a trajectory.
+    /// Results of the witnesses; `null` without a trajectory.
     #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
-    /// The miss of the motion under the recorded torques, and the number of steps that would
-    /// suffice.
+    /// Terminal error of the continuous motion under the recorded torques, and the number of steps
+    /// that would suffice.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub accuracy: Option<Accuracy>,
-    /// Everything tried, in order.
+    /// Runs of all strategies that were tried, in order.
     #[serde(deserialize_with = "null_is_nan")]
     pub ladder: Vec<RungReport>,
-    /// The work of the convex iteration, if it ran.
+    /// Work of the sequential convex programming, if it ran.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<ConvexRecord>,
-    /// The work of the interior point, if it found the plan.
+    /// Work of the interior-point method, if it found the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interior_point: Option<InteriorWork>,
-    /// The active limits and constraints, with their times and multipliers.
+    /// Active limits and constraints, with their times and multipliers.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
-    /// Arcs, switching times and certificate, where time or fuel is minimised.
+    /// Arcs, switching times and optimality certificate, if time or fuel is minimised.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub switching: Option<Switching>,
-    /// Other extremals found.
+    /// Other extremals that were found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
-    /// The gains along the plan, if `[feedback]` requests them.
+    /// Feedback gains along the plan, if `[feedback]` requests them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
-    /// The covariances along the plan, if the spec states an uncertainty.
+    /// Covariances along the plan, if the spec states an uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyRecord>,
-    /// The proof that no input can meet the terminal conditions, if one was found.
+    /// Proof that no input can meet the terminal conditions, if one was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
-    /// A duration below which no plan exists, seconds, as proved.
+    /// Proved lower bound on the duration \[s\]: no plan is shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// The remaining violations of the nearest iterate, and possible remedies, if no plan was
-    /// found.
+    /// Constraint violations of the iterate that came nearest to a plan, and possible remedies;
+    /// present if no plan was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// The shortest duration that was found, a local minimum, seconds, if no plan was found for
-    /// the requested one.
+    /// Shortest duration found \[s\], a local minimum; present if no plan was found for the
+    /// requested duration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_found_s: Option<f64>,
-    /// A longer duration that has a plan, seconds: a plan was found for it, or it suffices for a
-    /// turn about a fixed axis.
+    /// A longer duration that has a plan \[s\]: a plan was found for it, or it suffices for a turn
+    /// about a fixed axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
-    /// The maneuver, on the grid of the plan, and the settings; `null` if a spec has no notation
-    /// for it.
+    /// Spec of the maneuver on the grid of the plan, with the settings of the solver; `null` if a
+    /// spec cannot express the maneuver.
     #[serde(default)]
     pub spec: Option<SpecDocument>,
-    /// The unknown of the shooting, SI; a guess for another plan.
+    /// Costates at the start, the unknowns of the shooting method, in SI units; an initial guess
+    /// for another plan.
     pub costates_0: Vec<f64>,
-    /// The trajectory.
+    /// Trajectory of the plan.
     pub trajectory: TrajectoryDocument<'a>,
-    /// Whether the contents are unchanged since the file was written; the file has a checksum as
-    /// its last key.
+    /// Result of the comparison with the checksum, which is the last key of the file.
     #[serde(default, rename = "checksum", skip_serializing)]
     pub seal: Seal,
 }
 
-/// The work of the convex iteration, without its time, which differs between two runs.
+/// Work of the sequential convex programming, without its wall time, which differs between two
+/// runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvexRecord {
-    /// Subproblems of the winning seed, on all its grids.
+    /// Number of subproblems from the initial guess that gave the plan, on all its grids.
     pub subproblems: usize,
-    /// Subproblems of all seeds.
+    /// Number of subproblems from all initial guesses.
     pub all_subproblems: usize,
-    /// Interior-point iterations of all.
+    /// Number of interior-point iterations in all subproblems.
     pub cone_iterations: u32,
 }
 
@@ -166,12 +169,12 @@ impl From<&ConvexWork> for ConvexRecord {
 }
 
 impl<'a> PlanFile<'a> {
-    /// The version written and read.
+    /// Version of the format that this program writes.
     pub const FORMAT: u32 = 2;
-    /// The name and the version of this program.
+    /// Name and version of this program.
     pub const GENERATOR: &'static str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
-    /// Builds the document of a plan; the trajectory is borrowed.
+    /// Creates the document of a plan; it borrows the trajectory.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
         let solution = &plan.solution;
         let problem = &solution.on_grid(problem);
@@ -225,13 +228,14 @@ impl<'a> PlanFile<'a> {
         }
     }
 
-    /// Adds the identity of the maneuver: its names and its epoch.
+    /// Adds the identity of the maneuver, which consists of names and the epoch.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
         self
     }
 
-    /// Adds the quantities near the plan, and the sections of the spec that request them.
+    /// Adds the gains, covariances and margins along the plan, and the sections of the spec that
+    /// request them.
     pub fn with_beside(
         mut self,
         problem: &Problem,
@@ -257,8 +261,8 @@ impl<'a> PlanFile<'a> {
         self
     }
 
-    /// Adds the records of another file of the plan, and the sections of the spec that request
-    /// them.
+    /// Adds the gains and covariances from another file of this plan, and the sections of the spec
+    /// that request them.
     pub fn with_records(
         mut self,
         feedback: Option<FeedbackRecord>,
@@ -269,20 +273,20 @@ impl<'a> PlanFile<'a> {
         Self { feedback, uncertainty, ..self }
     }
 
-    /// Writes the document with its checksum, one key a line, and a last newline.
+    /// Writes the document with its checksum and a final newline; each key is on its own line.
     ///
     /// # Errors
-    /// A trajectory that is not finite, or the stream.
+    /// Returns an error if the trajectory has a number that is not finite, or if the stream fails.
     pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
         super::columns::check_finite(&self.trajectory.0)?;
         write_document(&Sealed::new(self)?, output)
     }
 
-    /// Reads a document, compares it with its checksum, and refuses a trajectory whose length
-    /// differs from `steps`.
+    /// Reads a document and checks it against its checksum. A trajectory whose length does not fit
+    /// `steps` is rejected.
     ///
     /// # Errors
-    /// Returns an error of the stream, of a text that is not a plan, or of arrays that do not fit
+    /// Returns an error if the stream fails, if the text is not a plan, or if the arrays do not fit
     /// together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
         let mut input = without_mark(input)?;
@@ -292,19 +296,20 @@ impl<'a> PlanFile<'a> {
         PlanFile::checked(serde_json::from_reader(input)?)
     }
 
-    /// Compares a file that was read with its checksum.
+    /// Checks the contents of a file against its checksum.
     pub(super) fn checked(mut file: PlanFile<'static>) -> Result<PlanFile<'static>, ExportError> {
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
-        // Only a spec that is given judges a file without its own, whose checksum covered it.
+        // If a file has no spec of its own, its checksum, which covered the spec, cannot be
+        // checked.
         let own = file.generator == Self::GENERATOR && file.spec.is_some();
         file.seal = file.seal.compared(&file, own);
         Ok(file)
     }
 
-    /// Returns whether a text with these first bytes is a plan file, and not a message or a table
-    /// of attitudes. An empty text, or one that is not text, counts as a plan file, so that its
+    /// Returns whether a text that begins with these bytes is a plan file, and not a message or a
+    /// table of attitudes. An empty text or binary data also count as a plan file, so that its
     /// reader reports the error.
     pub fn begins(text: &[u8]) -> bool {
         // The reader of attitudes reports a file that is not text.
@@ -316,7 +321,7 @@ impl<'a> PlanFile<'a> {
         first.is_none_or(|first| matches!(first, b'{' | b'[') || !(first.is_ascii_graphic() || first >= 0x80))
     }
 
-    /// Returns the scheme of the plan; `None` when its name is not known.
+    /// Returns the integration scheme of the plan; `None` if its name is unknown.
     pub fn scheme(&self) -> Option<Scheme> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
     }
@@ -324,11 +329,11 @@ impl<'a> PlanFile<'a> {
     /// Returns `problem` on the grid of this plan, if the trajectory fits it.
     ///
     /// # Errors
-    /// The arrays that do not fit, or [`ExportError::NoMotion`].
+    /// Returns an error that names the arrays that do not fit, or [`ExportError::NoMotion`].
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
-        // A plan of least time has no step if the body is already where it should be.
+        // A minimum-time plan has no step if the body is already at the requested end.
         let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
         if self.outcome != Outcome::Converged && self.trajectory.0.time.is_empty() {
             return Err(ExportError::NoMotion);
@@ -353,20 +358,20 @@ impl<'a> PlanFile<'a> {
     }
 }
 
-/// The first key of the plan of a sequence.
+/// First key of the file of the plan of a sequence.
 const SEQUENCE: &[u8] = b"\"sequence_format\":";
 
-/// Returns whether a text with these first bytes is the plan of a sequence.
+/// Returns whether a text that begins with these bytes is the plan of a sequence.
 pub(super) fn is_of_sequence(text: &[u8]) -> bool {
     text.windows(SEQUENCE.len()).any(|part| part == SEQUENCE)
 }
 
-/// Reads the guess for another plan from a plan file: its costates, and the poses of its
+/// Reads an initial guess from a plan file: its costates at the start, and the poses along its
 /// trajectory.
 ///
 /// # Errors
-/// Returns an error of the stream, of a text that is not a plan, or of another version of the
-/// format.
+/// Returns an error if the stream fails, if the text is not a plan, or if the file has an unknown
+/// version of the format.
 pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     #[derive(Deserialize)]
     struct Document {
@@ -383,7 +388,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         position_m: Vec<[f64; 3]>,
     }
     let Document { format, costates_0, trajectory } = serde_json::from_reader(without_mark(input)?)?;
-    // Older plans have the same trajectory.
+    // Files of older versions have the same form of trajectory.
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
     }
@@ -392,17 +397,17 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
-/// The largest size of a plan file, several times the size of a plan with a million steps and every
-/// input that a spec allows.
+/// Largest length of a plan file \[bytes\], several times the length of a plan with a million steps
+/// and every input that a spec allows.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// An input that fails if it is longer than any plan: a pipe need not end.
+/// A reader that fails beyond the largest length of a plan file, because a pipe may never end.
 pub(super) struct Bounded<R> {
     input: R,
     left: u64,
 }
 
-/// Returns the input behind its byte order mark.
+/// Returns the input without its byte order mark.
 pub(super) fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
     let mut input = BufReader::new(Bounded::new(input));
     if input.fill_buf()?.starts_with(encoding::MARK) {
@@ -430,8 +435,8 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Writes a document. Each key of the two outer levels has its own line, so that two files can be
-/// compared line by line. Arrays have no line breaks.
+/// Writes a JSON document. Each key of the two outermost levels has its own line, so that two files
+/// can be compared line by line. Arrays have no line breaks.
 ///
 /// # Errors
 /// Returns the errors of the stream.

@@ -1,19 +1,26 @@
-//! Compares the records of a plan file with the values that follow from its plan.
+//! Comparison of the values recorded in a plan file with the values that follow from its plan.
 //!
-//! The witnesses give `terminal`, `verified` and `accuracy`. The rows of the trajectory give
-//! arcs, pulses, costates and active limits. [`NOT_JUDGED`] lists values that need a new search.
+//! The witnesses give `terminal`, `verified` and `accuracy`. The rows of the trajectory give arcs,
+//! pulses, costates and active limits. [`NOT_JUDGED`] lists the values that only a new search could
+//! check.
 //!
-//! # What of a plan file does `verify` judge?
+//! # Which parts of a plan file does `verify` check?
 //!
-//! The comparison covers all values that follow from the plan: the trajectory by the witnesses,
-//! and every recorded figure, key by key (`export/recorded.rs`). These are terminal errors, the
-//! whole of `verified` with its checks, margins and witnesses, `accuracy`, cost, duration, turn
-//! and sense, costates at the start, arcs and pulses. Figures may differ by round-off of a long
-//! motion; limits must be equal. Values that need a new search (`NOT_JUDGED`) are reported as not
-//! judged. A test falsifies every figure, word and list of files of ten kinds, and each that is
-//! not on that list must be reported. Names and the epoch change no verdict; differences from
-//! another spec are reported. The recorded spec is a question and not a result: another spec
-//! whose limits the plan keeps is another question with an equal answer.
+//! The comparison covers all values that follow from the plan. The witnesses check the trajectory,
+//! and `export/recorded.rs` checks every recorded value, key by key:
+//!
+//! - terminal errors;
+//! - all of `verified`, with its checks, margins and witnesses, and `accuracy`;
+//! - cost, duration, angle turned and direction of rotation;
+//! - costates at the start;
+//! - arcs and pulses.
+//!
+//! Values may differ by the round-off of a long motion; limits must be equal. Values that only a
+//! new search could check (`NOT_JUDGED`) are reported as not checked. A test changes every number,
+//! word and list of files of ten kinds, and each change must be reported unless the key is on that
+//! list. Names and the epoch do not affect the verdict. Differences from another spec are reported.
+//! The recorded spec is a question and not a result: if the plan also keeps the limits of another
+//! spec, it answers that question as well.
 
 use super::PlanFile;
 use crate::spec::Difference;
@@ -25,11 +32,11 @@ use slewkit::maneuver::{
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::verify::{self, Accuracy, Verification};
 
-/// The number of steps after which the middle of an arc on equal steps is on that arc on its
-/// grid.
+/// Number of steps by which an arc on a uniform grid may be shifted from the arc in continuous
+/// time. The middle of a longer arc lies on both.
 const BESIDE: f64 = 4.0;
 
-/// The keys of a plan file that are not judged, because they describe the search and optimality.
+/// Keys of a plan file that are not checked, because they describe the search and its optimality.
 pub const NOT_JUDGED: [&str; 21] = [
     "generator",
     "iterations",
@@ -54,18 +61,18 @@ pub const NOT_JUDGED: [&str; 21] = [
     "trajectory.costates",
 ];
 
-/// The allowed difference of a recorded figure, relative, with an absolute part. Figures of
-/// another machine may differ by the round-off of a long motion.
+/// Relative and absolute tolerances on a recorded value. Values computed on another machine may
+/// differ by the round-off of a long motion.
 const TOLD: f64 = 1e-6;
 const ROUND_OFF: f64 = 1e-9;
-/// The allowed difference of a recorded order of convergence, which is computed from errors near
-/// round-off.
+/// Tolerance on a recorded order of convergence, which is computed from errors near round-off.
 const ORDER: f64 = 0.01;
-/// The relative margin of an active limit, which is touched at many times: round-off selects one
-/// of them.
+/// Relative margin up to which a limit counts as active. An active limit is touched at many times,
+/// and round-off selects one of them.
 const ACTS: f64 = 1e-6;
 
-/// Returns the records that differ from the results, with the value of the file first.
+/// Returns the recorded values that differ from the recomputed values, with the value of the file
+/// first.
 pub(super) fn differences(
     file: &PlanFile<'_>,
     found: &Verification,
@@ -85,7 +92,8 @@ pub(super) fn differences(
     apart.near("terminal.linear_momentum_relative", linear[0], linear[1]);
     if let Some(told) = &file.verified {
         apart.trees("verified", &tree(told), &tree(found));
-        // The figures were found to be right, so this value must be equal to the bit.
+        // The recorded values agree so far, and `accuracy` is a function of them, so it must be
+        // equal to the bit.
         apart.exactly("accuracy", &file.accuracy, &Some(Accuracy::of(told, problem, continuous)));
     }
     let held = file.spec.as_ref().and_then(|spec| spec.read("the plan's spec", &[]).ok());
@@ -127,7 +135,7 @@ fn near(told: f64, found: f64) -> bool {
     told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + TOLD * found.abs()
 }
 
-/// The differences so far.
+/// The differences found so far.
 struct Apart<'a> {
     found: Vec<Difference>,
     problem: &'a Problem,
@@ -142,7 +150,7 @@ impl Apart<'_> {
 
     fn exactly<T: Serialize + PartialEq>(&mut self, key: &str, told: &T, found: &T) {
         let [first, second] = [tree(told), tree(found)];
-        // NaN is null in both.
+        // NaN becomes null in both trees.
         if first != second {
             self.tell(key, &first, &second);
         }
@@ -158,7 +166,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Compares every figure and every word of two trees.
+    /// Compares every number and every text of two JSON trees.
     fn trees(&mut self, key: &str, told: &Value, found: &Value) {
         let last = key.rsplit('.').next().unwrap_or_default();
         match (told, found) {
@@ -167,8 +175,8 @@ impl Apart<'_> {
                     [first, second].map(|number| number.as_f64().unwrap_or(f64::NAN));
                 let same = match last {
                     "order" => (told_value - found_value).abs() <= ORDER,
-                    // The limit of a check is not a figure of a motion, and may be as small as
-                    // round-off.
+                    // The limit of a check does not depend on the motion and may be as small as
+                    // round-off, so only a relative tolerance applies.
                     "limit" => (told_value - found_value).abs() <= TOLD * found_value.abs(),
                     _ => near(told_value, found_value),
                 };
@@ -213,7 +221,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns whether the limit of a touched margin is also active at a time: it is at the
+    /// Returns whether the limit of an active margin is also active at the recorded time, at the
     /// nearest node.
     fn acts_at(&self, margin: &serde_json::Map<String, Value>, time: &Value) -> bool {
         let (Some(name), Some(time)) = (margin.get("name").and_then(Value::as_str), time.as_f64()) else {
@@ -222,8 +230,8 @@ impl Apart<'_> {
         self.margin_at(name, time).is_some_and(|(value, largest)| value.abs() <= ACTS * largest)
     }
 
-    /// Returns the margin of a limit at a node, and the largest of all nodes; `None` if no node has
-    /// this time.
+    /// Returns the margin of a limit at the node with this time, and the largest absolute margin
+    /// over all nodes; `None` if no node has this time.
     fn margin_at(&self, name: &str, time: f64) -> Option<(f64, f64)> {
         let (problem, trajectory) = (self.problem, self.trajectory);
         let rows = problem.input_rows();
@@ -238,11 +246,11 @@ impl Apart<'_> {
         Some((values[node], largest))
     }
 
-    /// Compares the values that follow from arcs and from the rows of the plan.
+    /// Compares the values that follow from the arcs and from the rows of the plan.
     fn switching(&mut self, told: &Switching) {
         if matches!(told.structure, Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits) {
-            // Next to a plan of equal steps the gap is the residual of the switching functions
-            // after differences of the flow.
+            // For arcs found from a plan on a uniform grid, the recorded gap is a numerical
+            // residual and need not be exactly zero.
             let most = if self.problem.is_shaped() { TOLD * told.continuous_cost.abs() } else { 0.0 };
             if !(0.0..=most).contains(&told.gap) {
                 self.tell("switching.gap", &told.gap, &0.0);
@@ -261,7 +269,7 @@ impl Apart<'_> {
             self.near("switching.gap", Some(told.gap), Some(told.continuous_cost - pulses.cost_without));
         }
         let Some(last) = told.arcs.last() else {
-            // For a smoothed law the extremal of continuous time is not in the file.
+            // If the inputs are smoothed, the extremal in continuous time is not in the file.
             if let Duration::Given(duration) = self.problem.duration {
                 let told = Some(told.continuous_duration_s);
                 self.near("switching.continuous_duration_s", told, Some(duration));
@@ -275,8 +283,8 @@ impl Apart<'_> {
             before = arc.end_s;
         }
         self.constraints_of(told);
-        // The file has no inputs along an arc of the full norm, because they turn, and no input
-        // that holds a constraint.
+        // The file has no inputs for an arc with a saturated norm, because their direction changes,
+        // or for an arc along a constraint.
         let count = self.trajectory.input_count;
         let actuation = &self.problem.actuation;
         let turns =
@@ -290,7 +298,7 @@ impl Apart<'_> {
             self.tell("switching.arcs", &"arcs of other inputs", &self.trajectory.input_count);
             return;
         }
-        // Inputs under one norm switch together.
+        // Inputs under a common norm limit switch together.
         let switches: usize = if turns {
             told.arcs.len() - 1
         } else {
@@ -305,12 +313,13 @@ impl Apart<'_> {
         self.inputs_of(told);
     }
 
-    /// Checks that each held or touched item is a constraint of the maneuver, and that a held one
-    /// has the right structure.
+    /// Checks that each constraint named by an arc is a constraint of the maneuver, and that the
+    /// recorded structure agrees with the arcs that follow constraints.
     fn constraints_of(&mut self, told: &Switching) {
         let known = |name: &String| {
             let constrained = self.problem.constraints.iter().any(|constraint| constraint.name == *name);
-            // For inputs with limited rates, their outputs can be held too.
+            // If inputs have limited rates, the limits of the actuator outputs can also hold along
+            // an arc.
             let of_state = |limit: &InputLimit| match limit.kind {
                 LimitKind::WheelMomentum => true,
                 LimitKind::Size => limit.set.limits().rate.is_some(),
@@ -336,7 +345,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns the cost of arcs with known inputs.
+    /// Returns the cost of arcs with known inputs: the fuel, or the duration.
     fn cost_of(&self, arcs: &[SwitchingArc]) -> f64 {
         let Some(fuel) = self.problem.objective.fuel() else {
             return arcs.last().map_or(0.0, |last| last.end_s);
@@ -347,11 +356,11 @@ impl Apart<'_> {
     }
 
     /// Checks that the plan has the inputs of every arc in the middle of the arc, or within a step
-    /// of it: the switches of the plan differ from the switches of the arcs by an error of its
+    /// of it. The switching times of the plan differ from those of the arcs by the error of the
     /// grid.
     fn inputs_of(&mut self, told: &Switching) {
-        // The inputs at the nodes of equal steps are a discrete optimum of their own, which is at
-        // its limits on the arcs.
+        // The inputs at the nodes of a uniform grid are an optimum of the discrete problem; on the
+        // arcs they are at their limits.
         let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
         let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
@@ -361,8 +370,8 @@ impl Apart<'_> {
             let middle = 0.5 * (arc.start_s + arc.end_s);
             let row = row_at(middle);
             let Some(after) = times.get(row + 1) else { continue };
-            // An arc shorter than a step may contain no step, and an arc of another grid is
-            // shifted.
+            // An arc shorter than a step may contain no step of the plan, and arcs of another grid
+            // are shifted.
             let elsewhere = steps * (after - times[row]) / whole;
             if arc.end_s - arc.start_s <= elsewhere || arc.input_at(middle).is_empty() {
                 continue;
@@ -374,14 +383,14 @@ impl Apart<'_> {
                 let input = arc.input_at(middle);
                 (0..held.len().min(input.len())).all(|index| {
                     let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
-                    // An input that chatters is within its limits in a plan of equal steps.
+                    // A chattering input may lie between its limits in a plan on a uniform grid.
                     beside && told.singular_inputs.contains(&index)
                         || near(input[index], held[index])
                         || (input[index] - held[index]).abs() <= meanwhile
                 })
             };
-            // A plan of equal steps with arcs has its inputs at the nodes; a row nearby may be on a
-            // ramp of the inputs by chance.
+            // A plan with arcs on a uniform grid has its inputs at the nodes. A neighbouring row
+            // would be no evidence: it may match by chance on a ramp of the inputs.
             let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
             let neighbours = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
             let mut neighbours = neighbours.filter_map(|other| told.arcs.get(other));
@@ -393,7 +402,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns the number of pulses of the inputs, and the shortest of them \[s\].
+    /// Returns the number of pulses of the inputs, and the duration of the shortest pulse \[s\].
     fn pulses(&self) -> (usize, f64) {
         let (times, count) = (&self.trajectory.time, self.trajectory.input_count);
         let (mut pulses, mut shortest) = (0, f64::INFINITY);
@@ -417,7 +426,7 @@ impl Apart<'_> {
     }
 }
 
-/// Returns whether two words differ only in their number: "input 2" and "input 1".
+/// Returns whether two texts differ only in their numbers, such as "input 2" and "input 1".
 fn is_one_of(told: &Value, found: &Value) -> bool {
     let form = |value: &Value| {
         value

@@ -1,4 +1,4 @@
-//! The plan that a plan file holds.
+//! Reconstruction of a plan from its file.
 
 use super::{ExportError, PlanFile};
 use slewkit::maneuver::Shortfall;
@@ -6,11 +6,11 @@ use slewkit::maneuver::{ConvexWork, Method, Proof, Solution};
 use slewkit::plan::Plan;
 
 impl PlanFile<'_> {
-    /// Returns the plan as it was written. The time inside the cone solver, which is not in the
-    /// file, is zero.
+    /// Returns the plan as it was when the file was written. The time spent in the cone solver is
+    /// not in the file and is set to zero.
     ///
     /// # Errors
-    /// [`ExportError::Scheme`].
+    /// Returns [`ExportError::Scheme`] if the scheme is unknown.
     pub fn plan(&self) -> Result<Plan, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let methods = [Method::Shooting, Method::Scp, Method::InteriorPoint];

@@ -1,10 +1,11 @@
-//! The rows of a trajectory, and the trajectory as JSON, one object a line.
+//! Rows of a trajectory, and trajectories as JSON lines.
 //!
 //! A table has one row for each node, `N + 1` in all. Inputs, torques, forces and costates are in
-//! the row of the node at which the input acts; the costate determines the input next to it
-//! (`u = −W⁻¹ Bᵀ λ`). Lie–Euler has no input at the first node: its fields are empty in CSV and
-//! absent in JSON lines. Inputs that are held over steps, such as switching inputs, are in the row
-//! of the node at which their step starts; the last node has no input.
+//! the row of the node at which the input acts. The costate in a row determines the input in the
+//! same row (`u = −W⁻¹ Bᵀ λ`, with the weights W and the input matrix B). Lie–Euler has no input at
+//! the first node: these cells are empty in CSV and absent in JSON lines. Inputs that are held over
+//! steps, such as switching inputs, are in the row of the node at which their step starts; the last
+//! node has no input.
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};
@@ -12,11 +13,11 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use slewkit::maneuver::Trajectory;
 use std::io::Write;
 
-/// The rows of inputs.
+/// Assignment of the rows of inputs to nodes.
 pub(super) struct Rows {
     nodes: usize,
     inputs: usize,
-    /// Whether a row of inputs belongs to the step that starts at its node.
+    /// True if a row of inputs belongs to the step that starts at its node.
     held: bool,
 }
 
@@ -24,13 +25,13 @@ impl Rows {
     pub fn of(trajectory: &Trajectory) -> Self {
         let (nodes, inputs) = (trajectory.time.len(), trajectory.torque.len());
         let costates = trajectory.costates.len();
-        // The motion over a sequence has no costates.
+        // The joined motion of a sequence has no costates.
         let held = inputs + 1 == nodes && (costates == 0 || costates == nodes * costate_width(trajectory));
         Self { nodes, inputs, held }
     }
 
-    /// Returns the row of the input at `node`, if that node has an input. Held inputs have no row
-    /// for the last node; the inputs of Lie–Euler have none for the first.
+    /// Returns the index of the row of inputs at `node`; `None` if the node has no input. Held
+    /// inputs have no row for the last node, inputs of Lie–Euler have none for the first node.
     pub fn input(&self, node: usize) -> Option<usize> {
         if self.held {
             Some(node).filter(|node| *node < self.inputs)
@@ -39,14 +40,14 @@ impl Rows {
         }
     }
 
-    /// Returns the numbers of `column` at `node`, if the column has numbers there.
+    /// Returns the numbers of `column` at `node`; `None` if the column is empty there.
     pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
         let at_node = !column.of_input || column.values.len() == self.nodes;
         column.values.row(if at_node { node } else { self.input(node)? })
     }
 }
 
-/// One row, as JSON.
+/// A row of the trajectory, serialised as a JSON object.
 struct Row<'a> {
     columns: &'a [Column<'a>],
     rows: &'a Rows,
@@ -67,10 +68,10 @@ impl Serialize for Row<'_> {
     }
 }
 
-/// Writes one JSON object a line, the keys as in a plan.
+/// Writes the trajectory as JSON lines, one object per node, with the keys of a plan file.
 ///
 /// # Errors
-/// A number that is not finite, or the stream.
+/// Returns an error if a number is not finite, or if the stream fails.
 pub fn write_jsonl(trajectory: &Trajectory, mut output: impl Write) -> Result<(), ExportError> {
     check_finite(trajectory)?;
     let (columns, rows) = (columns(trajectory), Rows::of(trajectory));

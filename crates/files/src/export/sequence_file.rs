@@ -1,30 +1,31 @@
-//! The plan of a sequence as one JSON document: its stops, its order, and a plan file for each leg.
+//! The plan of a sequence as one JSON document: its stops, their order, and a plan file for each
+//! leg.
 
 use super::checksum::{Seal, Sealed, checksum};
 use super::nulls::null_is_nan;
 use super::plan_file::{is_of_sequence, without_mark, write_document};
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
-use crate::spec::SpecDocument;
+use crate::spec::{LoadedSequence, SpecDocument};
 use serde::{Deserialize, Serialize};
-use slewkit::maneuver::Settings;
 use slewkit::plan::Status;
 use slewkit::sequence::joined::{Flown, Joined};
 use slewkit::sequence::order::Proof;
-use slewkit::sequence::{Hold, Sequence, SequencePlan};
+use slewkit::sequence::{Hold, SequencePlan};
 use std::io::{Read, Write};
 
-/// What is known of the order of the stops.
+/// Strength of the proof that the order of the stops is the best one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderProof {
-    /// The spec gives the order.
+    /// The spec prescribes the order.
     Given,
-    /// No order of these legs is better.
+    /// All orders of these legs were compared; none of them is better.
     AllOrders,
-    /// The best order that was found, with a proved lower bound.
+    /// The order is the best one found, with a proved lower bound on the cost of any order.
     LowerBound,
-    /// The best of the orders that were tried: legs depend on when they begin.
+    /// The order is the best of those tried. It has no proof, because legs depend on the times at
+    /// which they begin.
     None,
 }
 
@@ -40,85 +41,82 @@ impl OrderProof {
     }
 }
 
-/// The times of a stop, in the time of the sequence.
+/// Times of a stop, counted from the start of the sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StopRecord {
-    /// The name.
+    /// Name of the stop.
     pub name: String,
-    /// The begin of the leg that leads there \[s\].
+    /// Time at which the leg to the stop begins \[s\].
     pub leg_begins_s: f64,
-    /// The end of that leg \[s\].
+    /// Time at which this leg ends \[s\].
     pub arrives_s: f64,
-    /// The begin of the hold \[s\].
+    /// Time at which the hold begins \[s\].
     pub hold_begins_s: f64,
-    /// The end of the hold, at which the next leg begins \[s\].
+    /// Time at which the hold ends and the next leg begins \[s\].
     pub leaves_s: f64,
-    /// By how much the hold is late \[s\].
+    /// Delay of the hold past the end of the window \[s\].
     pub late_s: f64,
 }
 
-/// What a file states of a sequence beside its legs, with the keys of the file in their order.
+/// Contents of the plan file of a sequence except its legs, with the keys in the order of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SequenceRecord {
-    /// Version of the file format: 1.
+    /// Version of the file format, which is 1.
     pub sequence_format: u32,
-    /// The program that wrote it.
+    /// Name and version of the program that wrote the file.
     pub generator: String,
-    /// The status of the plan: that of its first leg that is not solved.
+    /// Status of the plan; if a leg is not solved, the status of the first such leg.
     pub status: Status,
-    /// The exit code of the status.
+    /// Exit code of the program for this status.
     pub exit_code: u8,
     /// Name of the sequence.
     pub name: String,
-    /// The objective: "effort", "time" or "fuel".
+    /// Objective of the plan: "effort", "time" or "fuel".
     pub minimize: String,
-    /// Cost of all legs.
+    /// Total cost of the legs.
     #[serde(deserialize_with = "null_is_nan")]
     pub cost: f64,
-    /// The end of the last hold, seconds.
+    /// Time at which the last hold ends \[s\].
     pub duration_s: f64,
-    /// By how much windows are missed, in all, seconds.
+    /// Total delay of the stops past the ends of their windows \[s\].
     pub late_s: f64,
-    /// What is known of the order.
+    /// Strength of the proof that the order is the best one.
     pub proof: OrderProof,
-    /// By how much the best order may be better than this one, relative; absent where the order is
-    /// given.
+    /// Upper bound on the relative improvement by any other order; absent if the spec prescribes
+    /// the order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_gap: Option<f64>,
-    /// The stops in the order in which they are visited.
+    /// Stops, in the order of the visit.
     pub stops: Vec<StopRecord>,
-    /// The sequence and the settings; `null` if a spec has no notation for it.
+    /// Spec of the sequence with the settings of the solver; `null` if a spec cannot express the
+    /// sequence.
     #[serde(default)]
     pub spec: Option<SpecDocument>,
 }
 
-/// The plan of a sequence.
+/// The plan of a sequence, as a file contains it.
 ///
-/// Equal inputs give equal files but for `solve_time_s` of the legs.
+/// Equal inputs give equal files, except for `solve_time_s` of the legs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SequenceFile<'a> {
-    /// What it states beside its legs.
+    /// Contents of the file except the legs.
     pub record: SequenceRecord,
-    /// The plan of each leg, in the order of the stops.
+    /// Plan of each leg, in the order of the stops.
     pub legs: Vec<PlanFile<'a>>,
-    /// The motion of each hold where targets or cones move, in the same order; `None` where the body
-    /// rests.
+    /// Motion of each hold on a moving target or past moving cones, in the same order; `None` if
+    /// the body rests.
     pub holds: Vec<Option<PlanFile<'a>>>,
-    /// Whether the record is the one that was written, with these legs.
+    /// Result of the comparison of the record and the legs with the checksum of the file.
     pub seal: Seal,
 }
 
 impl<'a> SequenceFile<'a> {
-    /// The version written and read.
+    /// Version of the format that this program writes and reads.
     pub const FORMAT: u32 = 1;
 
-    /// Builds the document of a plan; the trajectories are borrowed.
-    pub fn new(
-        sequence: &Sequence,
-        settings: &Settings,
-        plan: &'a SequencePlan,
-        identity: &Identity,
-    ) -> Self {
+    /// Creates the document of a plan; it borrows the trajectories.
+    pub fn new(loaded: &LoadedSequence, plan: &'a SequencePlan) -> Self {
+        let LoadedSequence { sequence, settings, identity, closed_loop, .. } = loaded;
         let legs = plan.legs.iter().map(|leg| {
             let identity = leg_identity(identity, leg.begins);
             PlanFile::new(&leg.problem, settings, &leg.plan).with_identity(&identity)
@@ -165,15 +163,17 @@ impl<'a> SequenceFile<'a> {
                 .filter(|order| order.proof != Proof::None)
                 .map(|order| order.gap()),
             stops: stops.collect(),
-            spec: SpecDocument::of_sequence(sequence, settings).ok().map(|spec| spec.with_identity(identity)),
+            spec: SpecDocument::of_sequence(sequence, settings)
+                .ok()
+                .map(|spec| spec.with_identity(identity).with_closed_loop(closed_loop)),
         };
         Self { record, legs: legs.collect(), holds, seal: Seal::Made }
     }
 
-    /// Writes the document with its checksums, and a last newline.
+    /// Writes the document with its checksums and a final newline.
     ///
     /// # Errors
-    /// A trajectory that is not finite, or the stream.
+    /// Returns an error if a trajectory has a number that is not finite, or if the stream fails.
     pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
         #[derive(Serialize)]
         struct Written<'a, 'b> {
@@ -201,10 +201,10 @@ impl<'a> SequenceFile<'a> {
         write_document(&Written { record: &self.record, legs, holds, checksum }, output)
     }
 
-    /// Reads a document, and compares it and its legs with their checksums.
+    /// Reads a document, and checks it and its legs against their checksums.
     ///
     /// # Errors
-    /// Returns an error of the stream, or of a text that is not the plan of a sequence.
+    /// Returns an error if the stream fails, or if the text is not the plan of a sequence.
     pub fn read(input: impl Read) -> Result<SequenceFile<'static>, ExportError> {
         #[derive(Deserialize)]
         struct Document {
@@ -236,12 +236,12 @@ impl<'a> SequenceFile<'a> {
         self.legs.iter().chain(self.holds.iter().flatten())
     }
 
-    /// Returns whether a text with these first bytes is the plan of a sequence.
+    /// Returns whether a text that begins with these bytes is the plan of a sequence.
     pub fn begins(text: &[u8]) -> bool {
         is_of_sequence(text)
     }
 
-    /// Returns the motion over all legs and the rests between them.
+    /// Returns the motion over all legs and the holds between them as one trajectory.
     pub fn joined(&self) -> Joined {
         let legs = self.legs.iter().zip(&self.record.stops).zip(&self.holds);
         Joined::of(legs.map(|((leg, stop), hold)| Flown {
@@ -253,7 +253,7 @@ impl<'a> SequenceFile<'a> {
     }
 }
 
-/// Returns the names of a sequence for a leg that begins at a time \[s\].
+/// Returns the names and the epoch for a leg that begins at time `begins` \[s\] of the sequence.
 fn leg_identity(identity: &Identity, begins: f64) -> Identity {
     let epoch = identity.epoch.map(|epoch| epoch.after(begins));
     Identity { epoch, scenery: None, ..identity.clone() }

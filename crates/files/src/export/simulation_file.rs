@@ -1,74 +1,74 @@
-//! A simulation as `slew simulate --format json` writes it, read back for pictures.
+//! Simulations as written by `slew simulate --format json`, read back for pictures.
 
 use super::{ExportError, TrajectoryError};
 use serde::Deserialize;
 use serde_json::Value;
 use std::io::{BufReader, Read};
 
-/// The part of the document of a simulation that is read.
+/// The parts of the document of a simulation that are read.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SimulationFile {
-    /// "simulated", or how it ended before its time.
+    /// Status: "simulated", or the reason for which the simulation ended early.
     pub status: String,
     /// Name of the simulation.
     pub name: String,
-    /// The integrator.
+    /// Name of the integrator.
     pub integrator: String,
-    /// Duration \[s\].
+    /// Duration of the simulation \[s\].
     pub duration_s: f64,
-    /// Number of steps.
+    /// Number of integration steps.
     pub steps: u64,
-    /// The step \[s\].
+    /// Integration step \[s\].
     pub step_s: f64,
-    /// The largest errors at the rows, by their key.
+    /// Largest error over all rows for each kind of error, by its key.
     #[serde(default)]
     pub errors: serde_json::Map<String, Value>,
-    /// The rows.
+    /// Rows of the simulation.
     pub trajectory: SimulationRows,
 }
 
-/// The rows of a simulation: the states of one body, or of several in `bodies`.
+/// Rows of a simulation: the states of one body, or of several bodies in `bodies`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct SimulationRows {
-    /// Times \[s\].
+    /// Times of the rows \[s\].
     pub time_s: Vec<f64>,
-    /// The one body.
+    /// Rows of the single body.
     #[serde(flatten)]
     pub body: BodyRows,
-    /// The rows of several bodies.
+    /// Rows of each of several bodies.
     #[serde(default)]
     pub bodies: Vec<BodyRows>,
-    /// Energy \[J\].
+    /// Total energy \[J\].
     pub energy_j: Vec<f64>,
-    /// Angular momentum, inertial [N·m·s].
+    /// Angular momentum, inertial components \[N·m·s\].
     pub angular_momentum_n_m_s: Vec<[f64; 3]>,
-    /// `‖I − RᵀR‖`.
+    /// Orthogonality error `‖I − RᵀR‖` of the rotation matrices.
     pub orthogonality_error: Vec<f64>,
 }
 
-/// The rows of one body, SI units; positions and velocities if the body moves.
+/// Rows of one body in SI units; positions are present if the body moves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
-    /// The name of the body, if the simulation has several.
+    /// Name of the body, if the simulation has several bodies.
     #[serde(default)]
     pub name: String,
-    /// Attitudes `[w, x, y, z]`.
+    /// Attitude quaternions `[w, x, y, z]`.
     #[serde(default)]
     pub quaternion_wxyz: Vec<[f64; 4]>,
-    /// Angular velocities, body axes.
+    /// Angular velocities, body axes \[rad/s\].
     #[serde(default)]
     pub angular_velocity_rad_s: Vec<[f64; 3]>,
-    /// Positions.
+    /// Positions \[m\].
     #[serde(default)]
     pub position_m: Vec<[f64; 3]>,
 }
 
 impl SimulationFile {
-    /// Reads a document.
+    /// Reads the JSON document of a simulation.
     ///
     /// # Errors
-    /// Returns an error of the stream, of a text that is not a simulation, or of lists of
-    /// different length.
+    /// Returns an error if the stream fails, if the text is not a simulation, or if lists differ in
+    /// length.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         let mut file: Self = serde_json::from_reader(BufReader::new(input))?;
         let rows = &mut file.trajectory;

@@ -1,4 +1,4 @@
-//! The trajectory as JSON, streamed both ways: no tree of values is built.
+//! Trajectories as JSON, written and read as a stream, without building a tree of values.
 
 use super::columns::{TrajectoryError, check_finite, columns, costate_width};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
@@ -9,10 +9,11 @@ use slewkit::{Matrix3, Vector3};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Checks that every number is finite and every array has the length that the maneuver needs.
+/// Checks that every number is finite and that every array has the length that the maneuver
+/// requires.
 ///
 /// # Errors
-/// The first [`TrajectoryError`].
+/// Returns the first [`TrajectoryError`].
 pub fn check_trajectory(trajectory: &Trajectory, problem: &Problem) -> Result<(), TrajectoryError> {
     let dimension = problem.dimension();
     let inputs = problem.actuation.count();
@@ -42,11 +43,11 @@ fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), Traject
     expect("input", "rows", trajectory.input.len() / count, rows)
 }
 
-/// A [`Trajectory`] with the keys of the file format.
+/// A [`Trajectory`] that is serialised with the keys of the file format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 
-/// The end of the discrete motion of a plan that lands.
+/// Discrete target of a plan: the end of its discrete motion, which landing has shifted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct TargetDocument {
     attitude: Matrix,
@@ -57,15 +58,15 @@ struct TargetDocument {
     velocity_m_s: Option<[f64; 3]>,
 }
 
-/// An attitude as in a spec, row by row. Unlike a quaternion, a matrix is read back bit by bit.
+/// An attitude in the notation of a spec, row by row. A matrix reads back bit by bit, unlike a
+/// quaternion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Matrix {
     matrix: [[f64; 3]; 3],
 }
 
 impl TargetDocument {
-    /// The largest difference between the identity and the product of a rotation with its
-    /// transpose.
+    /// Largest element of `RᵀR − I` with which a matrix R counts as a rotation.
     const ROTATION: f64 = 1e-9;
 
     fn of(target: &State, moves: bool) -> Self {
@@ -77,7 +78,7 @@ impl TargetDocument {
         }
     }
 
-    /// Returns the state; `None` if the attitude is not a rotation.
+    /// Returns the target as a state; `None` if the attitude is not a rotation.
     fn state(&self) -> Option<State> {
         let attitude = Matrix3::from(self.attitude.matrix).transpose();
         let is_rotation = (attitude.transpose() * attitude - Matrix3::identity()).amax() <= Self::ROTATION
@@ -146,7 +147,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is not a rotation matrix");
             trajectory.target = Some(target.state().ok_or_else(refused)?);
         }
-        // Rows and columns that have changed places would fit as well.
+        // The product of rows and columns alone would not detect that the two were exchanged.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());
         let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());
         if width * nodes != count {
@@ -169,7 +170,7 @@ fn vectors(rows: Vec<[f64; 3]>) -> Vec<Vector3> {
     rows.into_iter().map(Vector3::from).collect()
 }
 
-/// Rows of equal width, read into one flat array.
+/// Rows of equal length, read into one flat array.
 #[derive(Default)]
 struct Flat {
     values: Vec<f64>,
@@ -202,7 +203,7 @@ impl<'de> Deserialize<'de> for Flat {
             }
         }
 
-        /// Appends one row and returns its width.
+        /// Deserialises one row by appending its numbers; yields the length of the row.
         struct Row<'a>(&'a mut Vec<f64>);
         impl<'de> DeserializeSeed<'de> for Row<'_> {
             type Value = usize;

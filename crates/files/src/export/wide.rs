@@ -1,4 +1,4 @@
-//! The trajectory as one wide table for CSV and Parquet: one column for each number, with its name
+//! A trajectory as one wide table for CSV and Parquet: one column for each number, with its name
 //! and unit.
 
 use super::ExportError;
@@ -10,13 +10,15 @@ use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::verify::{cone_angles, margins_at_nodes};
 use std::io::Write;
 
-/// A column: its head, and its number at a node, if the node has one.
+/// A column of the wide table: its heading, and a function that returns its number at a node,
+/// `None` for an empty cell.
 pub(crate) struct WideColumn<'a> {
     pub head: String,
     pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
 }
 
-/// Returns all columns of the trajectory, and the columns of margins and cones if requested.
+/// Returns all columns of the trajectory and, if requested, the columns of the margins and of the
+/// angles to cones.
 pub(crate) fn wide_table<'a>(
     trajectory: &'a Trajectory,
     problem: &Problem,
@@ -24,7 +26,7 @@ pub(crate) fn wide_table<'a>(
     margins: bool,
 ) -> Vec<WideColumn<'a>> {
     let names = Names::new(problem, identity);
-    // The inputs, whose number depends on the maneuver, follow the vectors.
+    // Columns of inputs, whose number depends on the maneuver, follow the columns of fixed number.
     let mut ordered = columns(trajectory);
     ordered.sort_by_key(Column::is_flat);
     let mut table = Vec::new();
@@ -42,13 +44,13 @@ pub(crate) fn wide_table<'a>(
     table
 }
 
-/// Writes CSV: a header with units, then one line for each node; decimal points, no quotes.
-/// Inputs have the names of `identity`, else numbers. With `margins` it adds the margin of the
-/// plan to every limit and constraint of `problem` at each node, and the angle between each
-/// boresight and each direction.
+/// Writes a trajectory as CSV: a header with units, then one line for each node, with decimal
+/// points and without quotes. Inputs have the names of `identity`, or else numbers. With `margins`,
+/// columns are added for the margin to every limit and constraint of `problem` at each node, and
+/// for the angle between each boresight and each direction.
 ///
 /// # Errors
-/// A number that is not finite, or the stream.
+/// Returns an error if a number is not finite, or if the stream fails.
 pub fn write_csv(
     trajectory: &Trajectory,
     problem: &Problem,
@@ -64,7 +66,8 @@ pub fn write_csv(
         for (index, column) in table.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
             match (column.cell)(node) {
-                // The debug form of a float is the shortest that reads back to the same bits.
+                // The `Debug` format of a float is the shortest text that reads back to the same
+                // bits.
                 Some(number) => write!(output, "{comma}{number:?}")?,
                 None => write!(output, "{comma}")?,
             }
@@ -74,8 +77,8 @@ pub fn write_csv(
     Ok(output.flush()?)
 }
 
-/// Returns the margins of limits and constraints, then angles between boresights and directions
-/// \[deg\].
+/// Returns the columns of the margins to limits and constraints, followed by the columns of the
+/// angles between boresights and directions \[deg\].
 fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'static>> {
     let rows = Rows::of(trajectory);
     let margins = margins_at_nodes(problem, trajectory, |node| rows.input(node));
@@ -92,12 +95,12 @@ fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'stat
     margins.chain(angles).map(column).collect()
 }
 
-/// Returns a name in words as one word.
+/// Returns a name with underscores in place of blanks.
 fn word(name: &str) -> String {
     plain(name).replace(' ', "_")
 }
 
-/// Returns a unit as the keys of specs have it.
+/// Returns a unit in the notation of the keys of specs.
 fn key(unit: &str) -> &'static str {
     match unit {
         "N·m" => "n_m",

@@ -1,6 +1,8 @@
 //! Results of `slew fly`: statistics of many cases, each case, and one case step by step.
 
 use super::plan::{Part, PointingRecord, boresights};
+use super::runs::Runs;
+use super::whole::Mark;
 use crate::cells::quoted;
 use crate::exchange::Arrays;
 use crate::export::{ExportError, write_document};
@@ -10,7 +12,7 @@ use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
 use slewkit::lie;
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::LimitKind;
-use slewkit::optimize::discrete::linear_plan::Vector6;
+use slewkit::optimize::discrete::linear_plan::{Matrix6, Vector6};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use std::io::Write;
 
@@ -53,6 +55,44 @@ pub struct LoopRecord {
     pub saturated: f64,
     /// The statistics of the ends.
     pub end: CampaignRecord,
+    /// The statistics at each instant at which the craft has to be at a stop, of a sequence.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<MarkRecord>,
+}
+
+/// The attitude errors of many cases at an instant at which the craft has to be at a stop.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MarkRecord {
+    /// The name of the stop.
+    pub stop: String,
+    /// What happens then: "hold begins", "hold ends", or "passed".
+    pub event: String,
+    /// Time from the start of the sequence \[s\].
+    pub time_s: f64,
+    /// Angle of the attitude error that 50, 90, 99 and 99.73 % of the cases do not exceed \[deg\].
+    pub angle_quantiles_deg: [f64; 4],
+    /// One standard deviation of the attitude error, body axes.
+    pub attitude_sigma_deg: [f64; 3],
+    /// The linear prediction of these deviations.
+    pub attitude_sigma_linear_deg: [f64; 3],
+}
+
+impl MarkRecord {
+    /// Builds the statistics from the errors of all cases.
+    fn new(mark: &Mark, errors: &[Vector6], covariance: &Covariance) -> Self {
+        let turns = errors.iter().map(|error| error.fixed_rows::<3>(0).norm().to_degrees());
+        let turns = sorted(turns);
+        let sampled = Sampled::of(errors, &Matrix6::identity());
+        let predicted = |row: usize| covariance.states[mark.node][(row, row)].sqrt().to_degrees();
+        Self {
+            stop: mark.stop.clone(),
+            event: mark.event.into(),
+            time_s: mark.time,
+            angle_quantiles_deg: LEVELS.map(|level| quantile(&turns, level)),
+            attitude_sigma_deg: degrees(&sampled.sigma(), 0),
+            attitude_sigma_linear_deg: [0, 1, 2].map(predicted),
+        }
+    }
 }
 
 /// The ends of many cases, with their linear prediction.
@@ -119,8 +159,9 @@ fn degrees(vector: &Vector6, first: usize) -> [f64; 3] {
 }
 
 impl LoopRecord {
-    /// Builds the statistics of the cases of a loop.
-    pub fn new(problem: &Problem, flight: &Flight<'_>) -> Self {
+    /// Builds the statistics of the cases of a loop; `marks` are the instants at which the craft has
+    /// to be at a stop.
+    pub fn new(problem: &Problem, marks: &[Mark], flight: &Flight<'_>) -> Self {
         let flown: Vec<&Flown> = flight.cases.iter().filter_map(|case| case.as_ref().ok()).collect();
         let ends: Vec<Vector6> = flown.iter().map(|flown| flown.end).collect();
         let sampled = Sampled::of(&ends, &flight.covariance.end);
@@ -156,6 +197,12 @@ impl LoopRecord {
             ConstraintRecord::new(&name, &sorted(flown.iter().map(least)), ROUNDING, |room| room)
         });
         let count = flown.len().max(1) as f64;
+        let stops = marks.iter().enumerate().map(|(index, mark)| {
+            // The last instant may be the end.
+            let error = |flown: &&Flown| flown.stops.get(index).copied().unwrap_or(flown.end);
+            let errors: Vec<Vector6> = flown.iter().map(error).collect();
+            MarkRecord::new(mark, &errors, flight.covariance)
+        });
         Self {
             name: flight.name.into(),
             lost: flight.cases.len() - flown.len(),
@@ -174,6 +221,7 @@ impl LoopRecord {
                 constraints: constraints.collect(),
                 limits: limits.collect(),
             },
+            stops: stops.collect(),
         }
     }
 }
@@ -231,6 +279,7 @@ impl RunRecord {
 struct Columns<'a> {
     problem: &'a Problem,
     uncertainty: &'a Uncertainty,
+    marks: &'a [Mark],
 }
 
 impl Columns<'_> {
@@ -249,6 +298,8 @@ impl Columns<'_> {
                 format!("room {name}{of}")
             })
         }));
+        let of_mark = |mark: &Mark| format!("attitude_error {}, {}_rad", mark.stop, mark.event);
+        heads.extend(self.marks.iter().map(of_mark));
         heads.extend(["saturated".into(), "rejected_inertias".into()]);
         heads.extend(self.uncertainty.parameters.iter().map(|(name, ..)| name.clone()));
         heads
@@ -260,6 +311,8 @@ impl Columns<'_> {
         let mut row: Vec<f64> = flown.end.iter().copied().collect();
         row.extend(&flown.room);
         row.extend(&flown.input_room);
+        let errors = (0..self.marks.len()).map(|index| flown.stops.get(index).unwrap_or(&flown.end));
+        row.extend(errors.map(|error| error.fixed_rows::<3>(0).norm()));
         row.extend([flown.saturated, f64::from(flown.rejected)]);
         row.extend(&flown.parameters);
         row
@@ -272,13 +325,13 @@ impl Columns<'_> {
 /// # Errors
 /// Returns the errors of the stream.
 pub fn write_cases(
-    problem: &Problem,
-    uncertainty: &Uncertainty,
+    runs: &Runs<'_>,
     flights: &[Flight<'_>],
     as_arrays: bool,
     output: &mut dyn Write,
 ) -> Result<(), ExportError> {
-    let columns = Columns { problem, uncertainty };
+    let Runs { problem, uncertainty, marks, .. } = *runs;
+    let columns = Columns { problem, uncertainty, marks };
     let heads = columns.heads();
     if as_arrays {
         let mut arrays = Arrays::new(output);

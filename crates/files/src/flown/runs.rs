@@ -1,6 +1,6 @@
 //! A plan that is flown many times, with its gains and without.
 
-use super::Flight;
+use super::{Flight, Mark};
 use crate::spec::ClosedLoop;
 use slewkit::assured::Beside;
 use slewkit::closed_loop::Campaign;
@@ -18,6 +18,8 @@ pub struct Runs<'a> {
     pub uncertainty: &'a Uncertainty,
     /// Gains and covariances along the plan.
     pub beside: &'a Beside,
+    /// The instants at which the craft has to be at a stop, of a sequence.
+    pub marks: &'a [Mark],
     /// Seed of the random numbers.
     pub seed: u64,
     /// The number of threads; `None` for all available threads. They change no result.
@@ -33,7 +35,7 @@ impl<'a> Runs<'a> {
     /// Returns the flights of a loop.
     pub fn campaign(&self, closed: bool) -> Campaign<'a> {
         let gains = self.beside.gains.as_ref().filter(|_| closed);
-        let Self { problem, closed_loop, uncertainty, beside, seed, threads } = *self;
+        let Self { problem, closed_loop, uncertainty, beside, seed, threads, .. } = *self;
         Campaign::new(problem, &beside.linear, gains, uncertainty, closed_loop.plant, seed)
             .with_threads(threads)
     }

@@ -1,26 +1,26 @@
-//! Pointing files: timelines of observations, as ESA's PTR and as pointing request messages of
-//! CCSDS (PRM, 509.0-B-1).
+//! Pointing files, which are timelines of observations: ESA's PTR, and the pointing request
+//! messages of CCSDS (PRM, 509.0-B-1).
 //!
-//! An observation points a body axis `b`, the boresight, at a direction `d`. Its roll is free, or a
-//! second body axis `a` is turned from an inertial axis `i` by an angle φ about `d`, both projected
-//! onto the plane normal to `d`. If φ = 0, the body axis is as near to the inertial axis as the
-//! boresight allows. The vectors `s` are built from `b, a` like `t` from `d, i`. The attitude is
+//! An observation points a body axis `b`, the boresight, at a direction `d`. The roll about `d` is
+//! free, or it is defined by a second body axis `a` and an inertial axis `i`: projected onto the
+//! plane normal to `d`, `a` is turned from `i` by the phase angle φ about `d`. If φ = 0, the body
+//! axis is as close to the inertial axis as the boresight allows. The triad `s` is built from
+//! `b, a` as the triad `t` from `d, i`. The attitude is
 //!
 //! ```text
 //! R = exp(φ d^) [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ ,   t₁ = d ,   t₂ = d × i / |d × i| ,   t₃ = t₁ × t₂ ,
 //! ```
 //!
-//! from body to reference components. ESA's engine (OSVE with AGM) has its transpose.
+//! which maps body to reference components. ESA's engine (OSVE with AGM) uses its transpose.
 //!
-//! Between two observations the spacecraft slews. A file may have separate blocks for the slews.
-//! They contain no data, so they are checked when a file is read, and written between the
-//! observations.
+//! The spacecraft slews between two observations. A file may have separate blocks for slews. These
+//! contain no data: the reader checks them, and the writer puts one between any two observations.
 //!
-//! # Which subset is read?
+//! # Which subset of the formats is read?
 //!
-//! Inertial targets, and of PRM the Sun (templates 4.2 and 4.3). Every other construct is refused
-//! with its element and its line, because a timeline that is read in part is another timeline. A
-//! PTR must be one that OSVE 2.9.0 accepts; `tests/exchange/pointing.py` runs OSVE.
+//! Inertial targets are read, and of PRM also the Sun (templates 4.2 and 4.3). Every other
+//! construct is rejected with its element and its line, because ignoring a part would change the
+//! timeline. A PTR must be one that OSVE 2.9.0 accepts; `tests/exchange/pointing.py` runs OSVE.
 
 mod prm;
 mod ptr;
@@ -39,75 +39,78 @@ use crate::spec::{Diagnostics, Source};
 use slewkit::{Matrix3, Vector3, lie};
 use std::io::Read;
 
-/// The observations of a spacecraft, in the order of time.
+/// The observations of a spacecraft in chronological order, with the names of the spacecraft and
+/// the frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointingFile {
-    /// The name of the spacecraft.
+    /// Name of the spacecraft.
     pub object: Option<String>,
-    /// The international designator of the spacecraft, or another identifier.
+    /// International designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
-    /// The inertial frame of targets and inertial axes.
+    /// Name of the inertial frame of targets and inertial axes.
     pub reference_frame: String,
-    /// The frame of boresights and body axes.
+    /// Name of the frame of boresights and body axes.
     pub body_frame: String,
-    /// The file with the orbit of the spacecraft, from which the Sun is seen (PRM).
+    /// Name of the orbit file of the spacecraft, from whose position the Sun is seen (PRM).
     pub orbit: Option<String>,
-    /// The observations.
+    /// Observations in chronological order.
     pub observations: Vec<Observation>,
-    /// The statements of the file that are not used, and the choices that its reader made, a
-    /// sentence each without its point.
+    /// Statements of the file that were ignored, and assumptions that the reader made; one sentence
+    /// each, without the final period.
     pub not_taken: Vec<String>,
 }
 
-/// A boresight points at a target, from one moment to another.
+/// An observation: from one time to another, a boresight points at a target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// The name, for readers of the file.
+    /// Name of the observation, for people who read the file.
     pub name: Option<String>,
-    /// The start of the observation: the spacecraft is at rest.
+    /// Start of the observation, at which the spacecraft is at rest.
     pub begin: Epoch,
-    /// The end of the observation.
+    /// End of the observation.
     pub end: Epoch,
-    /// The boresight, a unit vector in body axes.
+    /// Boresight, as a unit vector in body axes.
     pub boresight: Vector3,
-    /// The target.
+    /// Target at which the boresight points.
     pub target: Target,
-    /// The roll about the boresight.
+    /// Roll about the boresight.
     pub roll: Roll,
 }
 
-/// A target of an observation.
+/// Target of an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// A direction, a unit vector in axes of the reference frame.
+    /// A direction, as a unit vector in the axes of the reference frame.
     Inertial(Vector3),
-    /// The Sun.
+    /// The Sun, whose direction is computed from the time.
     Sun,
 }
 
-/// The roll of an observation.
+/// Roll of the spacecraft during an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Roll {
-    /// Any.
+    /// The roll is free.
     Free,
-    /// A body axis is turned from an inertial axis by an angle about the target.
+    /// A body axis is turned from an inertial axis by a phase angle about the direction of the
+    /// target.
     Referred {
-        /// The body axis, a unit vector in body axes.
+        /// Body axis, as a unit vector in body axes.
         body_axis: Vector3,
-        /// The inertial axis, a unit vector in axes of the reference frame.
+        /// Inertial axis, as a unit vector in the axes of the reference frame.
         inertial_axis: Vector3,
-        /// The angle about the target \[rad\], in the plane normal to it, from the inertial axis to
-        /// the body axis.
+        /// Phase angle \[rad\] about the direction of the target, from the projected inertial axis
+        /// to the projected body axis.
         angle: f64,
     },
 }
 
-/// The sine of the least angle between a boresight and the body axis of its roll, and between a
-/// target and the inertial axis: the roll that two nearer axes define has fewer than ten digits.
+/// Smallest sine of the angle between a boresight and the body axis of its roll, and between a
+/// target and the inertial axis. If the angle is smaller, the roll has fewer than ten significant
+/// digits.
 const LEAST_APART: f64 = 1e-6;
 
 impl Observation {
-    /// Returns the attitude, from body to reference components, with the target in the direction
+    /// Returns the rotation from body to reference components, if the target is in the direction
     /// `target`; `None` if the roll is free, or if the axes that define it are parallel.
     pub fn attitude(&self, target: &Vector3) -> Option<Matrix3> {
         let Roll::Referred { body_axis, inertial_axis, angle } = self.roll else { return None };
@@ -116,8 +119,9 @@ impl Observation {
         Some(lie::exp(&(angle * target)) * inertial * body.transpose())
     }
 
-    /// Returns the observation in a given attitude, from body to reference components: the target
-    /// is where the boresight points, and the roll is referred to a body axis.
+    /// Returns the observation at a given attitude, the rotation from body to reference components.
+    /// The target becomes the direction in which the boresight points, and the roll is defined by a
+    /// body axis.
     pub fn in_attitude(&self, attitude: &Matrix3) -> Self {
         let body_axis = Matrix3::identity().column(self.boresight.iamin()).into_owned();
         Self {
@@ -131,15 +135,15 @@ impl Observation {
         }
     }
 
-    /// Returns the duration \[s\].
+    /// Returns the duration of the observation \[s\].
     pub fn lasting(&self) -> f64 {
         self.end.since(&self.begin)
     }
 }
 
 impl PointingFile {
-    /// Returns the file with its inertial directions in another frame; `None` if the rotation
-    /// between the two frames is unknown.
+    /// Returns the file with its inertial directions expressed in another frame; `None` if the
+    /// rotation between the two frames is unknown.
     pub fn in_frame(&self, name: &str) -> Option<Self> {
         if self.reference_frame.eq_ignore_ascii_case(name) {
             return Some(self.clone());
@@ -163,8 +167,8 @@ impl PointingFile {
         Some(found)
     }
 
-    /// Refuses observations that no file may contain: directions that are not unit vectors, rolls
-    /// that are not defined, or times that do not increase.
+    /// Checks that the observations can be written: directions are unit vectors, rolls are defined,
+    /// and times increase.
     fn check(&self) -> Result<(), ExportError> {
         let unit = |vector: &Vector3| (vector.norm() - 1.0).abs() < crate::rounding::ROTATION;
         let sound = |observation: &Observation| {
@@ -187,11 +191,11 @@ impl PointingFile {
     }
 }
 
-/// Reads a pointing file, a PTR or a PRM; `name` is the name of the file in messages.
+/// Reads a pointing file, a PTR or a PRM. `name` is the name of the file in messages.
 ///
 /// # Errors
-/// Returns the first fault with its line: invalid XML, a construct outside of the subset, or
-/// observations that overlap.
+/// Returns the first error with its line: invalid XML, a construct that is not supported, or
+/// overlapping observations.
 pub fn read_pointing(input: impl Read, name: &str) -> Result<PointingFile, Diagnostics> {
     let text = whole_text(input, name, "a PTR or a pointing request message (PRM)")?;
     let read = |text: &str| {
@@ -210,7 +214,8 @@ pub fn read_pointing(input: impl Read, name: &str) -> Result<PointingFile, Diagn
         .map_err(|wrong| Diagnostics(vec![wrong.coded("E0154").resolve(&[Source::new(name, text.as_str())])]))
 }
 
-/// Checks that an observation follows the one before; `at` is its begin, for messages.
+/// Checks that an observation follows the previous one; `at` is the text of its start time, for
+/// messages.
 fn check_order(before: Option<&Observation>, next: &Observation, at: Piece<'_>) -> Result<(), Wrong> {
     if next.lasting() <= 0.0 {
         return at.wrong("the block ends when it begins, or before", "give it an end that is later");
@@ -227,22 +232,25 @@ fn check_order(before: Option<&Observation>, next: &Observation, at: Piece<'_>) 
     Ok(())
 }
 
-/// Returns the unit vector along a vector; `None` along a zero vector.
+/// Returns the unit vector along a vector; `None` for a zero vector.
 fn unit(vector: Vector3) -> Option<Vector3> {
     let largest = vector.amax();
     if largest == 0.0 || !largest.is_finite() {
         return None;
     }
-    // A unit vector keeps its bits, so that a written vector is read back unchanged.
+    // A vector that is already of unit length keeps its bits, so that a written vector reads back
+    // unchanged.
     let length = vector.norm();
     if (length - 1.0).abs() <= 2.0 * f64::EPSILON {
         return Some(vector);
     }
-    // Squares of the components neither overflow nor vanish.
+    // The vector is scaled first, so that the squares of its components neither overflow nor
+    // underflow.
     Some((vector / largest).normalize())
 }
 
-/// Returns the columns of `t₁ t₂ t₃` of two directions; `None` if they are parallel.
+/// Returns the triad of the module header as columns `t₁ t₂ t₃`, with t₁ = `first` and t₂ along
+/// `first × second`; `None` if the directions are parallel.
 fn triad(first: &Vector3, second: &Vector3) -> Option<Matrix3> {
     let normal = first.cross(second);
     let length = normal.norm();

@@ -1,18 +1,20 @@
-//! Pointing request messages of CCSDS (PRM, 509.0-B-1 with corrigendum 1), XML: the templates of
-//! inertial pointing (4.2) and of Sun pointing (4.3).
+//! Pointing request messages of CCSDS (PRM, 509.0-B-1 with corrigendum 1) in XML: the templates of
+//! inertial pointing (4.2) and Sun pointing (4.3).
 //!
-//! A segment has the definition of its blocks in the metadata, and their times and numbers in the
-//! data. The definition states the axes to which the phase angle refers; without them the roll is
-//! free. Blocks that refer to other axes need a separate segment.
+//! The metadata of a segment define the form of its blocks; the data contain their times and
+//! numbers. The definition states the axes to which the phase angle refers; without these axes the
+//! roll is free. Blocks that refer to other axes need another segment.
 //!
-//! # Where does the standard leave a choice?
+//! # Where is the standard ambiguous?
 //!
 //! - Metadata end with `STOP_TIME` (3.2.1.19) or with `END_TIME` (figure 3-1): both are read.
-//! - The second of `spherical` coordinates is the polar angle in table 3-10, and a declination in
-//!   the example of table 4-2: an elevation is read, and reported. Vectors are written.
-//! - Template 4-3 defines the frame of the spacecraft twice, once with no base: both are read.
-//! - Annex F does not define an offset angle, and a plan stops at rest: only an offset and a rate
-//!   of zero are read.
+//! - The second of the `spherical` coordinates is the polar angle in table 3-10, but a declination
+//!   in the example of table 4-2. It is read as an elevation, with a remark to the user. Vectors
+//!   are written instead.
+//! - Template 4-3 defines the frame of the spacecraft twice, once without a base: both forms are
+//!   read.
+//! - Annex F does not define an offset angle, and a plan stops at rest: offsets and rates must be
+//!   zero.
 
 use super::tree::{Part, angle};
 use super::{LEAST_APART, Observation, PointingFile, Roll, Target, check_order};
@@ -25,37 +27,38 @@ use roxmltree::Node;
 use slewkit::Vector3;
 use std::io::Write;
 
-/// The blocks that are read, with the template of each.
+/// Names of the supported kinds of blocks: inertial pointing (template 4.2) and Sun pointing
+/// (template 4.3).
 const INERTIAL: &str = "inertial";
 const SUN: &str = "sunPointing";
 
-/// The identification of the message.
+/// Identifier of the message type.
 const ID: &str = "CCSDS_PRM_VERS";
-/// The version of the message.
+/// Version of the message type.
 const VERSION: &str = "1.0";
 
-/// The frames of a definition.
+/// Frames of a definition: the inertial base frame and the frame of the spacecraft.
 #[derive(Clone, Copy, Debug)]
 struct Frames<'t> {
     base: Piece<'t>,
     body: Piece<'t>,
 }
 
-/// A block as its definition has it.
+/// Form of the blocks of a segment, as the definition states it.
 #[derive(Clone, Copy, Debug)]
 struct Template<'t> {
     name: &'t str,
-    /// The body axis and the inertial axis of the phase angle.
+    /// Body axis and inertial axis of the phase angle; `None` if the roll is free.
     phase: Option<[Vector3; 2]>,
-    /// Whether blocks may have an offset angle.
+    /// True if blocks may have an offset angle.
     offset: bool,
-    /// Whether they may have an angular rate.
+    /// True if blocks may have an angular rate.
     rate: bool,
-    /// The orbit from which the Sun is seen.
+    /// Name of the orbit file, from whose position the Sun is seen.
     orbit: Option<Piece<'t>>,
 }
 
-/// Reads a PRM.
+/// Reads a PRM from its root element.
 pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
     let root = Part(root).only(&["id", "version"])?.is("id", ID)?.is("version", VERSION)?;
     let [header, body] = root.parts(["header", "body"])?;
@@ -73,7 +76,7 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
     Ok(file)
 }
 
-/// Reads a segment.
+/// Reads a segment and appends its observations to the file.
 fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     let [metadata, data] = part.parts(["metadata", "data"])?;
     let metadata = part.needed(metadata, "metadata")?.only(&[])?;
@@ -138,7 +141,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Stores a text that all segments share.
+/// Stores a text that all segments must agree on.
 fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong> {
     match kept {
         Some(kept) if kept != said.text => {
@@ -151,7 +154,7 @@ fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong
     }
 }
 
-/// Stores the name of a frame that all segments share.
+/// Stores the name of a frame that all segments must agree on.
 fn one_frame(kept: &mut String, said: Piece<'_>) -> Result<(), Wrong> {
     let mut named = Some(std::mem::take(kept)).filter(|name| !name.is_empty());
     one(&mut named, said, "the frame")?;
@@ -159,7 +162,7 @@ fn one_frame(kept: &mut String, said: Piece<'_>) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Reads a definition.
+/// Reads the definition in the metadata of a segment.
 fn definition<'t>(
     part: Part<'t>,
     frames: &mut Option<Frames<'t>>,
@@ -211,7 +214,7 @@ fn definition<'t>(
     Ok(())
 }
 
-/// Reads the definition of a block.
+/// Reads the definition of the form of a block.
 fn template<'t>(block: Part<'t>, frames: Frames<'t>) -> Result<Template<'t>, Wrong> {
     let name = block.only(&["name"])?.said("name")?;
     if ![INERTIAL, SUN].contains(&name.text) {
@@ -252,12 +255,13 @@ fn template<'t>(block: Part<'t>, frames: Frames<'t>) -> Result<Template<'t>, Wro
     Ok(Template { name: name.text, phase, offset, rate: rate.is_some(), orbit })
 }
 
-/// Checks that an element is a parameter of a block, with this name and without its own value.
+/// Checks that an element declares the block parameter `name` and gives no value for it.
 fn local(part: Part<'_>, name: &str) -> Result<(), Wrong> {
     part.only(&["localName"])?.is("localName", name)?.empty()
 }
 
-/// Reads the direction to the Sun, and returns the file of the orbit from which it is seen.
+/// Reads the direction to the Sun; returns the name of the orbit file from whose position it is
+/// seen.
 fn sun(part: Part<'_>) -> Result<Piece<'_>, Wrong> {
     let [origin, target] = part.only(&[])?.parts(["origin", "target"])?;
     let orbit = part.needed(origin, "origin")?.only(&[])?.inner("orbitFile")?.only(&[])?.text()?;
@@ -270,7 +274,7 @@ fn sun(part: Part<'_>) -> Result<Piece<'_>, Wrong> {
     Ok(orbit)
 }
 
-/// Reads a block and returns the text of its begin with it.
+/// Reads a block as an observation; also returns the text of its start time.
 fn observation<'t>(
     block: Part<'t>,
     template: &Template<'t>,
@@ -341,12 +345,13 @@ fn observation<'t>(
     Ok((Observation { name, begin, end, boresight, target, roll }, at))
 }
 
-/// Returns the unit of an angle: degrees, unless the element states another unit (annex D).
+/// Returns the unit of an angle, which is the degree unless the element states another unit (annex
+/// D).
 fn unit(part: Part<'_>) -> Piece<'_> {
     part.attribute("units").filter(|unit| !unit.text.is_empty()).unwrap_or(Piece { at: 0, text: "deg" })
 }
 
-/// Reads a direction in a frame.
+/// Reads a direction in a frame, as a unit vector. Appends assumptions to `open`.
 fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result<Vector3, Wrong> {
     part.only(&["frame", "coord", "units"])?.is("frame", frame.text)?;
     let text = part.text()?;
@@ -382,16 +387,16 @@ fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result
     part.direction(components)
 }
 
-/// Returns a moment: a calendar date, or a day of the year.
+/// Reads a time: a calendar date, or a year and the day of the year, with the time of day.
 fn moment(text: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
-    // The standard ends whole seconds with a point.
+    // The standard writes whole seconds with a final decimal point.
     let said = text.text.strip_suffix('.').unwrap_or(text.text);
     Epoch::in_scale(said, scale)
         .or_else(|error| text.wrong(error.to_string(), "write it as 2032-12-26T10:15:31.000"))
 }
 
-/// Returns the definition of an observation: whether it points at the Sun, and the axes of its
-/// roll.
+/// Returns the form of the block for an observation: whether the target is the Sun, and the axes of
+/// the roll. Consecutive observations of equal form share a segment.
 fn shared(observation: &Observation) -> (bool, Option<[Vector3; 2]>) {
     let sun = observation.target == Target::Sun;
     match observation.roll {
@@ -401,11 +406,12 @@ fn shared(observation: &Observation) -> (bool, Option<[Vector3; 2]>) {
 }
 
 impl PointingFile {
-    /// Writes a PRM: template 4.2 for inertial targets, template 4.3 for the Sun; without a phase
-    /// angle where the roll is free. Times have the scale of the first.
+    /// Writes a PRM, with template 4.2 for inertial targets and template 4.3 for the Sun. A free
+    /// roll is written without a phase angle. All times are in the time scale of the first
+    /// observation.
     ///
     /// # Errors
-    /// Returns an error for observations that cannot be written, or the error of the stream.
+    /// Returns an error if an observation cannot be written, or if the stream fails.
     pub fn write_prm(
         &self,
         created: &Epoch,
@@ -429,7 +435,7 @@ impl PointingFile {
         Ok(xml.output.flush()?)
     }
 
-    /// Writes a segment of observations with one definition.
+    /// Writes a segment with observations of equal form.
     fn write_segment(&self, observations: &[Observation], xml: &mut Xml<'_>) -> Result<(), ExportError> {
         let ([first, ..], [.., last]) = (observations, observations) else { return Ok(()) };
         let scale = self.observations[0].begin.scale();
@@ -494,7 +500,7 @@ impl PointingFile {
     }
 }
 
-/// Writes a vector in the digits that read back to its bits.
+/// Writes a vector with enough digits to read back to the same bits.
 fn vector(xml: &mut Xml<'_>, depth: usize, name: &str, frame: &str, of: &Vector3) -> std::io::Result<()> {
     let [x, y, z] = [of.x, of.y, of.z];
     let opening = format!("<{name} frame=\"{frame}\" coord=\"cartesian\" units=\"\">");

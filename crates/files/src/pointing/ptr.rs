@@ -1,5 +1,5 @@
-//! ESA's pointing timeline request (PTR, `.ptx`), resolved: observations with inertial targets, and
-//! slews.
+//! ESA's pointing timeline requests (PTR, `.ptx`) in resolved form: observations with inertial
+//! targets, and slews between them.
 //!
 //! ```text
 //! prm := body/segment/data/timeline[@frame="SC"]/block+
@@ -10,9 +10,9 @@
 //! phaseAngle[@ref="align"] := SCAxis[@frame="SC"] x y z, inertialAxis[@frame="EME2000"] x y z
 //! ```
 //!
-//! Times are UTC with whole seconds or three decimals: OSVE 2.9.0 refuses all others. It also
-//! refuses slews at either end, two slews in a row, and observations that touch. It reads `nan` as
-//! a number; this reader does not.
+//! Times are UTC with whole seconds or three decimals, because OSVE 2.9.0 rejects all others. OSVE
+//! also rejects slews at either end, two consecutive slews, and observations without a gap. It
+//! reads `nan` as a number, which this reader does not.
 
 use super::tree::{Part, angle};
 use super::{LEAST_APART, Observation, PointingFile, Roll, Target, check_order, unit};
@@ -24,15 +24,15 @@ use roxmltree::Node;
 use slewkit::{Vector3, lie};
 use std::io::Write;
 
-/// The frame of targets.
+/// Name of the inertial frame of targets.
 const INERTIAL: &str = "EME2000";
-/// The frame of the spacecraft.
+/// Name of the body frame of the spacecraft.
 const BODY: &str = "SC";
 
-/// The boresights that every mission names.
+/// Names of the boresights that exist in every mission: the body axes.
 const AXES: [&str; 3] = ["SC_Xaxis", "SC_Yaxis", "SC_Zaxis"];
 
-/// Reads a PTR.
+/// Reads a PTR from its root element.
 pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
     let body = Part(root).only(&[])?.inner("body")?.only(&[])?;
     let data = body.inner("segment")?.only(&[])?.inner("data")?.only(&[])?;
@@ -80,7 +80,7 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
     Ok(found)
 }
 
-/// Reads an observation and returns the text of its begin.
+/// Reads an observation and appends it to the file; returns the text of its start time.
 fn observation<'t>(block: Part<'t>, file: &mut PointingFile) -> Result<Piece<'t>, Wrong> {
     let [start, end, attitude, metadata] = block.parts(["startTime", "endTime", "attitude", "metadata"])?;
     let start = block.needed(start, "startTime")?.only(&[])?.text()?;
@@ -117,10 +117,10 @@ fn observation<'t>(block: Part<'t>, file: &mut PointingFile) -> Result<Piece<'t>
     Ok(start)
 }
 
-/// The note on metadata.
+/// Remark for the user that most of the metadata is ignored.
 const METADATA: &str = "<metadata> names an observation by its first <comment>; the rest is left out";
 
-/// Returns the first comment of the metadata, which names the observation.
+/// Returns the first comment of the metadata, which becomes the name of the observation.
 fn comment(metadata: Part<'_>, file: &mut PointingFile) -> Result<Option<String>, Wrong> {
     let mut parts = metadata.0.children().filter(Node::is_element).map(Part);
     let comment = parts.find(|part| part.name().text == "comment");
@@ -132,7 +132,7 @@ fn comment(metadata: Part<'_>, file: &mut PointingFile) -> Result<Option<String>
     comment.map(|comment| comment.text().map(|text| text.text.to_string())).transpose()
 }
 
-/// Returns a boresight.
+/// Reads a boresight, as a unit vector in body axes.
 fn boresight_of(part: Part<'_>) -> Result<Vector3, Wrong> {
     let Some(name) = part.attribute("ref") else {
         return cartesian(part.only(&["frame"])?.is("frame", BODY)?);
@@ -146,7 +146,7 @@ fn boresight_of(part: Part<'_>) -> Result<Vector3, Wrong> {
     Ok(Vector3::ith(axis, 1.0))
 }
 
-/// Returns a target.
+/// Reads a target, as a unit vector in inertial axes.
 fn target_of(part: Part<'_>) -> Result<Vector3, Wrong> {
     part.only(&["frame"])?.is("frame", INERTIAL)?;
     let spherical = part.0.children().any(|child| child.has_tag_name("lon") || child.has_tag_name("lat"));
@@ -161,7 +161,7 @@ fn target_of(part: Part<'_>) -> Result<Vector3, Wrong> {
     part.spherical(angle_of(lon, "lon", 360.0)?, angle_of(lat, "lat", 90.0)?)
 }
 
-/// Returns the unit vector along x, y and z.
+/// Reads x, y and z, and returns the unit vector along them.
 fn cartesian(part: Part<'_>) -> Result<Vector3, Wrong> {
     let names = ["x", "y", "z"];
     let mut components = [0.0; 3];
@@ -171,7 +171,7 @@ fn cartesian(part: Part<'_>) -> Result<Vector3, Wrong> {
     part.direction(components)
 }
 
-/// Returns a moment, in UTC.
+/// Reads a time in UTC.
 fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
     let (form, remedy) =
         ("times are UTC as 2032-12-26T10:15:31 or 2032-12-26T10:15:31.250", "write it in that form");
@@ -190,15 +190,15 @@ fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
 }
 
 impl PointingFile {
-    /// Writes a resolved PTR: observations with their attitude, and a slew between any two. Times
-    /// have milliseconds: a begin is rounded up and an end down, so that an observation is within
-    /// its hold.
+    /// Writes a resolved PTR: observations with their attitudes, and a slew between any two. Times
+    /// are written to the millisecond. A start is rounded up and an end down, so that an
+    /// observation is within its hold.
     ///
     /// # Errors
-    /// Returns [`Lacking::Roll`] if an observation has a free roll or points at the Sun
-    /// ([`Observation::in_attitude`] gives both), [`Lacking::PointingFrame`] if the reference frame
-    /// is not inertial, [`Lacking::Observations`] for observations that touch or cannot be written,
-    /// or the error of the stream.
+    /// Returns [`Lacking::Roll`] if an observation has a free roll or points at the Sun;
+    /// [`Observation::in_attitude`] resolves both. Returns [`Lacking::PointingFrame`] if the
+    /// reference frame is not inertial, [`Lacking::Observations`] if two observations leave no time
+    /// for a slew or cannot be written, or the error of the stream.
     pub fn write_ptr(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         self.check()?;
         let file = self.in_frame(INERTIAL).ok_or(Lacking::PointingFrame)?;
@@ -244,21 +244,22 @@ impl PointingFile {
     }
 }
 
-/// Writes a vector in the digits that read back to its bits.
+/// Writes a vector with enough digits to read back to the same bits.
 fn vector(xml: &mut Xml<'_>, depth: usize, opening: &str, vector: &Vector3) -> Result<(), ExportError> {
     let name = opening.split(' ').next().unwrap_or(opening);
     let [x, y, z] = [vector.x, vector.y, vector.z];
     Ok(xml.line(depth, &format!("<{opening}><x>{x}</x><y>{y}</y><z>{z}</z></{name}>"))?)
 }
 
-/// The shortest observation \[s\]: rounding shortens it by less than a millisecond at either end.
+/// Shortest observation that is written \[s\]; rounding shortens it by less than a millisecond at
+/// either end.
 const SHORTEST: f64 = 3e-3;
 
-/// The part of a millisecond within which a time is a whole number of them: a nanosecond, the sum
-/// of seconds in doubles over days.
+/// Tolerance, in milliseconds, within which a time counts as a whole number of milliseconds. It
+/// equals a nanosecond, the rounding error of sums of seconds over days.
 const WHOLE: f64 = 1e-6;
 
-/// Returns a time in UTC with three decimals.
+/// Returns a time in UTC with three decimals, rounded to milliseconds by `round`.
 fn milliseconds(moment: &Epoch, round: impl Fn(f64) -> f64) -> String {
     let utc = moment.in_other_scale(Scale::Utc);
     let past = utc.fraction() * 1e3;

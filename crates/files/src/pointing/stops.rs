@@ -1,9 +1,10 @@
-//! Converts a pointing file to a sequence of stops, and the plan of that to a file.
+//! Conversion of a pointing file to a sequence of stops, and of the plan of the sequence to a
+//! pointing file.
 //!
-//! Observations are stops that begin and end at the times of the file; slews are the legs between
-//! them. The clock of the sequence starts at the epoch of the spec, with the spacecraft in its
-//! start. If the spec has no epoch, it starts at the end of the first observation, with the
-//! spacecraft in its attitude.
+//! Observations become stops that begin and end at the times of the file; slews become the legs
+//! between them. Time zero of the sequence is the epoch of the spec, at which the spacecraft is in
+//! the start state of the spec. If the spec has no epoch, time zero is the end of the first
+//! observation, at which the spacecraft is in the attitude of that observation.
 
 use super::{Observation, PointingFile, Roll, Target};
 use crate::epoch::Epoch;
@@ -18,31 +19,33 @@ use slewkit::sequence::{Ordering, Place, Sequence, SequencePlan, Stop};
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use slewkit_sky::{EarthRotation, Sky};
 
-/// The sequence of the observations that a pointing file requests.
+/// The sequence of stops that a pointing file requests.
 #[derive(Clone, Debug)]
 pub struct Timeline {
-    /// The sequence: a stop for each observation, from [`Self::first`] on.
+    /// The sequence, with a stop for each observation from index [`Self::first`] on.
     pub sequence: Sequence,
-    /// The moment of its time zero.
+    /// Date and time of time zero of the sequence.
     pub zero: Epoch,
-    /// The first observation that is a stop: 1 where the sequence starts in the attitude of the
-    /// first.
+    /// Index of the first observation that is a stop; 1 if the sequence starts at the end of the
+    /// first observation.
     pub first: usize,
-    /// Questions that the file and the spec leave open, a sentence each without its point.
+    /// Questions that the file and the spec leave open, one sentence each, without the final
+    /// period.
     pub open: Vec<String>,
-    /// The rotation from axes of the spec's reference frame to axes of the file's.
+    /// Rotation from components in the reference frame of the spec to components in the frame of
+    /// the file.
     to_file: Matrix3,
 }
 
 impl Timeline {
-    /// Builds the sequence of a file for a spacecraft. `craft` has its start, `identity` its names
-    /// and the epoch of the start. The Sun is seen from the centre of the Earth. Its direction is
-    /// constant during an observation, as in the middle of it. `name` is the name of the file in
-    /// messages.
+    /// Creates the sequence for a pointing file. `craft` supplies the spacecraft and its start;
+    /// `identity` supplies the names of frames and the epoch of the start. The direction of the Sun
+    /// is computed as seen from the centre of the Earth, in the middle of an observation, and kept
+    /// constant during the observation. `name` is the name of the file in messages.
     ///
     /// # Errors
-    /// Returns a diagnostic for frames between which no rotation is known, for a slew that has no
-    /// time, for a first observation that cannot be the start, and for a roll that no axes define.
+    /// Returns a diagnostic if the rotation between the frames is unknown, if a slew has no time,
+    /// if the first observation cannot be the start, or if axes do not define a roll.
     pub fn new(
         file: &PointingFile,
         name: &str,
@@ -122,7 +125,8 @@ impl Timeline {
             stops.push(Stop { name: named(index), place: place(index)?, visit, passing: None });
             free_from = window[1];
         }
-        // The legs of least time find their durations; all others last as long as the file leaves them.
+        // Minimum-time legs find their own durations; all other legs last as long as the file
+        // allows.
         if !matches!(craft.objective, Objective::Time) {
             craft.duration = free_from.into();
         }
@@ -130,8 +134,8 @@ impl Timeline {
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
 
-    /// Returns the available time of each leg \[s\]: from the end of the hold before it to the
-    /// start of its own hold.
+    /// Returns the available time of each leg \[s\], from the end of the previous hold to the start
+    /// of its own hold.
     pub fn available(&self) -> Vec<f64> {
         let mut free_from = 0.0;
         let gap = |stop: &Stop| {
@@ -142,8 +146,8 @@ impl Timeline {
         self.sequence.stops.iter().map(gap).collect()
     }
 
-    /// Returns the file with the times and the attitudes of a plan of its sequence: every roll is
-    /// given, and every target is inertial.
+    /// Returns the pointing file with the times and attitudes of a plan of the sequence: free rolls
+    /// are replaced by those of the plan, and all targets are inertial.
     pub fn resolved(&self, file: &PointingFile, plan: &SequencePlan) -> PointingFile {
         let mut found = file.clone();
         for leg in &plan.legs {
@@ -162,8 +166,8 @@ impl Timeline {
     }
 }
 
-/// Returns the direction from the centre of the Earth to the Sun in the middle of an observation,
-/// in axes of an inertial frame.
+/// Returns the unit vector from the centre of the Earth to the Sun in the middle of an observation,
+/// in the axes of the frame `frame`; `None` if the frame is not known to be inertial.
 fn sun_in(frame: &str, observation: &Observation) -> Option<Vector3> {
     let Meaning::Inertial(to_icrf) = meaning(frame) else { return None };
     let middle = observation.begin.after(0.5 * observation.lasting());

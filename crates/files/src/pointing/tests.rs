@@ -1,5 +1,5 @@
-//! Pointing files: comparison with published samples and closed forms, and refusal of everything
-//! outside of the subset.
+//! Tests of pointing files: comparison with published samples and closed forms, and rejection of
+//! every construct that is not supported.
 
 use super::{Observation, PointingFile, Roll, Target, Timeline, read_pointing};
 use crate::epoch::Epoch;
@@ -13,7 +13,8 @@ use slewkit::sequence::Place;
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A timeline with the first observation of the sample, which OSVE resolves; and a second one.
+/// A timeline of two observations. The first is taken from the published sample, which OSVE
+/// resolves.
 const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
   <block ref="OBS"><startTime>2032-12-26T10:15:31</startTime><endTime>2032-12-26T10:25:31</endTime>
     <attitude ref="inertial"><boresight ref="SC_Zaxis"/>
@@ -30,7 +31,7 @@ const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
 </timeline></data></segment></body></prm>
 "#;
 
-/// A message with the block of the sample, and a second one.
+/// A message of two blocks. The first is taken from the published sample.
 const PRM: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <prm xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" id="CCSDS_PRM_VERS" version="1.0">
 <header><CREATION_DATE>2032-01-01T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>
@@ -71,8 +72,8 @@ const PRM: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </timeline></data></segment></body></prm>
 "#;
 
-/// The message on Sun pointing in annex J of the standard, without its offset, its rate and its
-/// comments; its second block.
+/// The second block of the message on Sun pointing in annex J of the standard, without offset, rate
+/// and comments.
 const SUN: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 <prm xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
 xmlns:xsd="http://www.w3.org/2001/XMLSchema" id="CCSDS_PRM_VERS" version="1.0">
@@ -169,12 +170,12 @@ fn is_close(found: &Matrix3, wanted: &Matrix3, within: f64) {
     assert!(off < within, "{off:e} rad: {found} {wanted}");
 }
 
-/// A unit vector, uniform over the sphere.
+/// Draws a unit vector, uniformly distributed over the sphere.
 fn random(draws: &mut Stream) -> Vector3 {
     Vector3::from_fn(|_, _| draws.normal()).normalize()
 }
 
-/// An observation with random axes that define its roll.
+/// Draws an observation with random axes that define its roll.
 fn random_observation(draws: &mut Stream, begin: Epoch) -> Observation {
     loop {
         let [boresight, target, body_axis, inertial_axis] = std::array::from_fn(|_| random(draws));
@@ -192,7 +193,8 @@ fn random_observation(draws: &mut Stream, begin: Epoch) -> Observation {
     }
 }
 
-/// Columns of R for a boresight along z and the axis x, as OSVE resolves the sample to 5e-8 rad.
+/// The columns of R follow from the boresight along z and the reference axis x. OSVE resolves the
+/// sample to 5e-8 rad.
 #[test]
 fn the_sample_of_a_ptr_has_the_attitude_of_its_engine() {
     let file = read(PTR);
@@ -206,7 +208,8 @@ fn the_sample_of_a_ptr_has_the_attitude_of_its_engine() {
     let a = Vector3::z();
     let x = (a - a.dot(&d) * d).normalize();
     is_close(&attitude(first), &Matrix3::from_columns(&[x, d.cross(&x), d]), 1e-15);
-    // quaternions.csv of OSVE 2.9.0 (AGM 9.3.35) for this file: its transpose, scalar last.
+    // The row of quaternions.csv that OSVE 2.9.0 (AGM 9.3.35) computes for this file: the
+    // transposed attitude, scalar last.
     let [x, y, z, w] = [-0.413629864635967, 0.783342011852720, -0.216652449219218, 0.410301527897567_f64];
     is_close(&attitude(first), &lie::rotation_from_quaternion(&[w, -x, -y, -z]), 1e-7);
 }
@@ -227,8 +230,8 @@ fn a_prm_states_what_a_ptr_states() {
     assert!((direction(second) - wanted).norm() < 1e-15);
 }
 
-/// The definition of the phase angle in 509.0-B-1, 4.2.1 d: the angle from the projected inertial
-/// axis to the projected body axis in the plane normal to the target, positive about the target.
+/// Tests the definition of the phase angle in 509.0-B-1, 4.2.1 d: the angle about the target from
+/// the projected inertial axis to the projected body axis, in the plane normal to the target.
 #[test]
 fn attitudes_have_the_properties_that_define_them() {
     let mut draws = Stream::new(7, 0, 0);
@@ -264,7 +267,7 @@ fn files_read_back_what_was_written() {
         .map(|k| {
             let mut next = random_observation(&mut draws, begin.after(1000.0 * f64::from(k)));
             if let (Roll::Referred { body_axis, .. }, true) = (&mut next.roll, k % 3 == 0) {
-                // Some observations have the axes of their neighbour, and share its definition.
+                // Some observations have the roll axes of their neighbour and share its segment.
                 *body_axis = Vector3::new(0.0, 0.6, 0.8);
             }
             next.name = (k % 2 == 0).then(|| format!("<{k}> & \"co\""));
@@ -280,7 +283,7 @@ fn files_read_back_what_was_written() {
         ..PointingFile::default()
     };
     assert_eq!(read(&prm_of(&whole)), whole);
-    // A PTR cannot state a phase angle: the inertial axis is turned instead.
+    // A PTR has no phase angle, so the inertial axis is turned instead.
     let resolved = read(&ptr_of(&whole));
     assert_eq!(resolved.observations.len(), whole.observations.len());
     for (found, wanted) in resolved.observations.iter().zip(&whole.observations) {
@@ -290,7 +293,7 @@ fn files_read_back_what_was_written() {
         is_close(&attitude(found), &attitude(wanted), 1e-12);
     }
     assert_eq!(ptr_of(&resolved), ptr_of(&whole));
-    // Both samples, both ways.
+    // Both samples are written in both formats and read back.
     for sample in [PTR, PRM] {
         let mut file = read(sample);
         file.not_taken.clear();
@@ -318,7 +321,7 @@ fn the_sun_and_a_free_roll_have_their_template() {
     let written = prm_of(&file);
     assert_eq!(written.matches("<segment>").count(), 2, "{written}");
     assert_eq!(read(&written).observations, file.observations);
-    // A given attitude becomes a whole observation.
+    // Observations built from given attitudes have these attitudes.
     let mut draws = Stream::new(3, 0, 0);
     for _ in 0..200 {
         let wanted = lie::exp(&(PI * draws.unit() * random(&mut draws)));
@@ -334,7 +337,7 @@ fn inertial_directions_turn_with_their_frame() {
     let file = read(PTR);
     let turned = file.in_frame("ICRF").unwrap();
     let bias = lie::log(&(attitude(&turned.observations[0]) * attitude(&file.observations[0]).transpose()));
-    // 23 milliarcseconds between the pole and equinox of J2000 and ICRF.
+    // The frame bias between the pole and equinox of J2000 and the ICRF is 23 milliarcseconds.
     assert!((bias.norm().to_degrees() * 3.6e6 - 23.1).abs() < 0.1, "{}", bias.norm());
     let back = turned.in_frame("EME2000").unwrap();
     is_close(&attitude(&back.observations[0]), &attitude(&file.observations[0]), 1e-15);
@@ -350,12 +353,12 @@ fn times_of_a_ptr_stay_within_the_hold() {
     let written = ptr_of(&file);
     assert!(written.contains("<startTime>2032-12-26T10:15:31.124</startTime>"), "{written}");
     assert!(written.contains("<endTime>2032-12-26T10:19:31.999</endTime>"), "{written}");
-    // The sum of seconds in doubles keeps every millisecond.
+    // Sums of seconds in doubles keep every millisecond.
     file.observations[0].begin = Epoch::parse("2032-12-26T10:00:00 UTC").unwrap().after(0.1 + 0.2);
     assert!(ptr_of(&file).contains("<startTime>2032-12-26T10:00:00.300</startTime>"));
 }
 
-/// Every construct outside of the subset is refused, with its line.
+/// Every construct that is not supported is rejected, with its line.
 #[test]
 fn what_a_ptr_may_not_hold_is_refused() {
     for (from, to, line, told) in [
@@ -409,7 +412,7 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<prm>", "<aem>", 1, "is to be closed"),
     ] {
         let text = match from {
-            // Both ends of the block are on the other day.
+            // Both the start and the end of the block are moved to the other day.
             "2032-12-26T11" => PTR.replace(from, to),
             _ => PTR.replacen(from, to, 1),
         };
@@ -507,7 +510,7 @@ fn metadata_name_an_observation_and_are_left_out_otherwise() {
     assert_eq!(read(PTR).not_taken.len(), 0);
 }
 
-/// Bytes that are no pointing file at all end with an error, in time and without a panic.
+/// Arbitrary bytes end with an error, in bounded time and without a panic.
 #[test]
 fn hostile_bytes_are_refused() {
     let mut utf16 = vec![0xff, 0xfe];
@@ -600,7 +603,7 @@ fn observations_become_stops() {
     let Place::Attitude(found) = turned.sequence.stops[0].place else { panic!() };
     is_close(&found, &attitude(&file.in_frame("ICRF").unwrap().observations[0]), 1e-15);
 
-    // The first observation is the start if no epoch is given.
+    // If the spec has no epoch, the first observation is the start.
     let nameless = Identity { epoch: None, ..identity.clone() };
     let timeline = Timeline::new(&file, "file", &craft(), &nameless).unwrap();
     assert_eq!((timeline.first, timeline.sequence.stops.len()), (1, 1));
@@ -617,8 +620,8 @@ fn observations_become_stops() {
     };
     refused(&free, &nameless, "starts in observation 1, whose roll is free");
     free.observations[0].target = Target::Sun;
-    // The formula of the Astronomical Almanac gives the longitude 275.198 deg in the equinox of
-    // date, which precedes the equinox of J2000 by 0.460 deg.
+    // The formula of the Astronomical Almanac gives the longitude 275.198° with respect to the
+    // equinox of date, which is 0.460° from the equinox of J2000.
     let timeline = Timeline::new(&free, "file", &craft(), &identity).unwrap();
     let Place::Aim(aim) = &timeline.sequence.stops[0].place else { panic!() };
     let Direction::Fixed(sun) = aim.at else { panic!() };

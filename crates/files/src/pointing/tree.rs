@@ -1,4 +1,4 @@
-//! Elements of a pointing file, whose names the reader checks.
+//! XML elements of pointing files, with checks of their names, attributes and contents.
 
 use super::unit;
 use crate::exchange::{Piece, Wrong, elements};
@@ -6,18 +6,18 @@ use crate::spec::cut;
 use roxmltree::Node;
 use slewkit::Vector3;
 
-/// An element.
+/// An XML element of a pointing file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part<'t>(pub Node<'t, 't>);
 
 impl<'t> Part<'t> {
-    /// Returns its name.
+    /// Returns the name of the element.
     pub fn name(self) -> Piece<'t> {
         elements::name(self.0)
     }
 
-    /// Refuses attributes other than these, and text next to its elements. Attributes with a
-    /// namespace belong to the schema and not to the message.
+    /// Checks that the element has no attributes other than `attributes`, and no text beside its
+    /// children. Attributes with a namespace belong to the schema and are ignored.
     pub fn only(self, attributes: &[&str]) -> Result<Self, Wrong> {
         let other = self
             .0
@@ -38,7 +38,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns its elements in their order, and refuses names other than these.
+    /// Returns the child elements in order; reports an error for a name that is not in `names`.
     pub fn all(self, names: &[&str]) -> Result<Vec<Self>, Wrong> {
         let parts: Vec<Self> = self.0.children().filter(Node::is_element).map(Part).collect();
         let other = parts.iter().find(|part| !names.contains(&part.name().text));
@@ -54,7 +54,7 @@ impl<'t> Part<'t> {
         Ok(parts)
     }
 
-    /// Returns its elements by name, each at most once.
+    /// Returns the child elements by name; each name may occur at most once.
     pub fn parts<const N: usize>(self, names: [&str; N]) -> Result<[Option<Self>; N], Wrong> {
         let mut found = [None; N];
         for part in self.all(&names)? {
@@ -68,7 +68,7 @@ impl<'t> Part<'t> {
         Ok(found)
     }
 
-    /// Returns a required child element.
+    /// Returns a required child element; reports an error if it is missing.
     pub fn needed(self, part: Option<Self>, name: &str) -> Result<Self, Wrong> {
         match part {
             Some(part) => Ok(part),
@@ -78,18 +78,18 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns its only element.
+    /// Returns the only child element, which must have this name.
     pub fn inner(self, name: &str) -> Result<Self, Wrong> {
         let [part] = self.parts([name])?;
         self.needed(part, name)
     }
 
-    /// Returns an attribute of the element.
+    /// Returns an attribute of the element; `None` if it is absent.
     pub fn attribute(self, name: &str) -> Option<Piece<'t>> {
         elements::attribute(self.0, name)
     }
 
-    /// Returns a required attribute.
+    /// Returns a required attribute; reports an error if it is missing.
     pub fn said(self, name: &str) -> Result<Piece<'t>, Wrong> {
         match self.attribute(name) {
             Some(said) => Ok(said),
@@ -113,7 +113,7 @@ impl<'t> Part<'t> {
         )
     }
 
-    /// Returns its text, which must not be empty.
+    /// Returns the text of the element, which must not be empty.
     pub fn text(self) -> Result<Piece<'t>, Wrong> {
         self.all(&[])?;
         match elements::value(self.0)? {
@@ -122,7 +122,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that the element has neither text nor elements.
+    /// Checks that the element has neither text nor child elements.
     pub fn empty(self) -> Result<(), Wrong> {
         self.all(&[])?;
         match elements::value(self.0)? {
@@ -131,7 +131,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the unit vector along three numbers.
+    /// Returns the unit vector along three components; reports an error for a zero vector.
     pub fn direction(self, components: [f64; 3]) -> Result<Vector3, Wrong> {
         match unit(components.into()) {
             Some(direction) => Ok(direction),
@@ -139,14 +139,15 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the unit vector of two angles \[rad\]: about the third axis, and towards it.
+    /// Returns the unit vector with an azimuth `about` the third axis and an elevation `towards`
+    /// it \[rad\].
     pub fn spherical(self, about: f64, towards: f64) -> Result<Vector3, Wrong> {
         let ((sin, cos), (up, level)) = (about.sin_cos(), towards.sin_cos());
         self.direction([level * cos, level * sin, up])
     }
 }
 
-/// Returns an angle in a unit as rad, if it is within `most` degrees to either side of zero.
+/// Returns an angle in radians; reports an error if its absolute value exceeds `most` degrees.
 pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64, Wrong> {
     let number = value.number()?.value;
     let radians = match unit.text {
@@ -157,7 +158,7 @@ pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64,
             return unit.wrong(reason, "give angles in deg or rad");
         }
     };
-    // Numbers of a file have their own last digit.
+    // The limit allows for the rounding of the last digit in the file.
     if radians.abs() <= most.to_radians() * (1.0 + f64::EPSILON) {
         return Ok(radians);
     }
@@ -166,7 +167,7 @@ pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64,
     value.wrong(reason, "check the unit and the order of the angles")
 }
 
-/// Returns whether a text has blanks alone.
+/// Returns whether a text is absent or blank.
 fn blank(text: Option<&str>) -> bool {
     text.is_none_or(|text| text.trim().is_empty())
 }

@@ -1,4 +1,4 @@
-//! `[actuators]`: axes, weights, prices and limits of the inputs.
+//! Reading of `[actuators]`: axes, weights, prices and limits of the inputs.
 
 pub(crate) mod reach;
 mod thrusters;
@@ -10,8 +10,8 @@ use nalgebra::DMatrix;
 use slewkit::maneuver::{Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 
-/// The actuators, their effort weights, and the price of fuel for each torque and each force input
-/// (1 if absent).
+/// Actuators, effort weights, and the fuel price of each torque and force input, which is 1 by
+/// default.
 pub(crate) struct Actuated {
     pub actuation: Actuation,
     pub weights: Weights,
@@ -19,7 +19,8 @@ pub(crate) struct Actuated {
     pub force_prices: Option<Vec<f64>>,
 }
 
-/// Reads the actuators and the costs of their inputs, with the defaults of the motion.
+/// Reads the actuators and the costs of their inputs; the default actuators depend on the kind of
+/// motion.
 pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
         Some(section) => Some(section.number(SHORTEST_PULSE)?),
@@ -31,7 +32,7 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
         set.with_limits(limits).ok()
     };
     let Actuation { torque, force, wheels, thrusters } = found.actuation;
-    // Thrusters that push and turn are one set with two kinds of axes.
+    // Thrusters that produce both force and torque are one set of inputs with two kinds of axes.
     let force = match force {
         Some(force) if thrusters.is_some() => Some(pulsing(force)?),
         force => force,
@@ -39,10 +40,10 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
     Some(Actuated { actuation: Actuation { torque: pulsing(torque)?, force, wheels, thrusters }, ..found })
 }
 
-/// The shortest pulse of the torque inputs.
+/// Key of the minimum pulse width of the torque inputs \[s\].
 pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
 
-/// Returns the actuators without regard to the shortest pulse.
+/// Reads the actuators without the minimum pulse width.
 fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
@@ -59,7 +60,7 @@ fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> 
     Some(Actuated { actuation, weights, prices, force_prices })
 }
 
-/// Reads one price for each input of a kind.
+/// Reads the price of each input of a kind from a common price or a list.
 fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
     match section.limits(key)? {
         Limits::All(price) => Some(vec![price; count]),
@@ -118,19 +119,19 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     Some((Actuation::torques_and_forces(torque, force), weights))
 }
 
-/// Keys of the limits of size, norm and rate of change.
+/// Keys of the limits on size, norm and rate of change.
 const TORQUE_LIMITS: [&str; 3] = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
 const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
 
-/// Inputs of one kind, and their weight where one is given.
+/// Inputs of one kind, and their weight matrix if the spec has one.
 type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 
-/// The largest deviation from 1 of the length of an axis whose input has a limit in N·m or N.
+/// Tolerance within which the length of an axis must be 1 if its input has a limit in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
-/// Returns the channel under the limits of the spec.
+/// Adds the limits of the spec to a set of inputs.
 fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
-    // Reported whether or not there are axes to count.
+    // The keys are checked in any case, even if the axes are invalid.
     let (channel, weight) = channel?;
     let each = |name: &str| -> Option<Option<Vec<f64>>> {
         let Some(limits) = limits_of_each(section, name, channel.count())? else { return Some(None) };
@@ -162,7 +163,7 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         .map(|channel| (channel, weight))
 }
 
-/// Reads the limit of each of `count` inputs; none if the key is absent.
+/// Reads the limit of each of `count` inputs; returns `Some(None)` if the key is absent.
 fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<Vec<f64>>> {
     if !section.has(name) {
         return Some(None);
@@ -179,8 +180,8 @@ fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<
     }
 }
 
-/// Returns the inputs of one kind: axes under one of two names (the first is the default), and
-/// their weight.
+/// Reads the inputs of one kind and their weight matrix. The axes may be under either of two keys;
+/// the first is the default.
 fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
@@ -202,7 +203,8 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     } else {
         None
     };
-    // Weighted would refuse it too, without saying which.
+    // The later check of the weights would also reject a small weight, but its message would not
+    // name the input.
     let diagonal = weight.as_ref().map(DMatrix::diagonal);
     let small = |(_, value): &(usize, &f64)| **value < SMALLEST;
     if let Some((index, value)) = diagonal.iter().flatten().enumerate().find(small) {
@@ -239,7 +241,8 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     Some((channel, weight))
 }
 
-/// Returns "wheel 2", and its name if the wheel has one.
+/// Returns the name of an actuator for messages, such as "wheel 2", followed by its own name if it
+/// has one.
 fn called(kind: &str, section: &Section, index: usize) -> String {
     match section.word("name") {
         Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),

@@ -1,10 +1,10 @@
-//! `[[any_of]]`: sets of cones that hold in turns.
+//! Reading of `[[any_of]]`: alternative sets of cones, one of which must hold at each time.
 
 use super::suggest::nearest;
 use super::{Section, constraint, escape};
 use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
 
-/// Reads all alternatives; `None` if the report has an error of one.
+/// Reads all alternatives; `None` if one of them has an error.
 pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option<Vec<Alternatives>> {
     let sections = root.tables("any_of")?;
     let mut all: Vec<Alternatives> = Vec::new();
@@ -38,7 +38,8 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
     Some(all)
 }
 
-/// Returns the remedy for the name of no constraint: the nearest name, whatever its case.
+/// Returns the remedy for an unknown constraint name: the most similar name, without regard to
+/// case.
 fn unknown(name: &str, constraints: &[Constraint]) -> String {
     let lower: Vec<String> = constraints.iter().map(|one| one.name.to_ascii_lowercase()).collect();
     let near = nearest(name, lower.iter().map(String::as_str));

@@ -1,5 +1,5 @@
-//! The second pass: from the checked tree to the problem, with all checks that need more than one
-//! key.
+//! Second pass over the spec of a maneuver: builds the problem from the checked tree, with all
+//! checks that involve more than one key.
 
 use super::attitude::Rotation;
 use super::attitude::from_file::Moment;
@@ -22,7 +22,7 @@ use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
-/// The contents of a spec, valid unless the report holds an error.
+/// Contents of the spec of a maneuver; they are valid unless the report has an error.
 pub(crate) struct Assembled {
     pub problem: Problem,
     pub settings: Settings,
@@ -33,7 +33,7 @@ pub(crate) struct Assembled {
     pub stops: Option<(Vec<Stop>, Ordering)>,
 }
 
-/// Builds the problem; `None` if the report has the reason. Files are relative to `folder`.
+/// Builds the problem; `None` if the report has an error. Relative paths refer to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) -> Option<Assembled> {
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
@@ -74,12 +74,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     if let (Some(end), Some(_), Some(start)) = (&mut end, &aim, &start) {
         end.rotation.clone_from(&start.rotation);
-        // The end has the spin of its aim.
+        // The angular velocity at the end follows from the target.
         end.rate = Some(Vector3::zeros());
     }
     let stops = if has_stops { stops::read(root, &mut sky) } else { Some(Vec::new()) };
     if let (None, true, Some(start)) = (&end, has_stops, &start) {
-        // The end of the last leg is a stop.
+        // The end of the last leg is a stop, so this end is not used.
         end = Some(Boundary { rate: Some(Vector3::zeros()), ..start.clone() });
     }
     let solver = root.section("solver");
@@ -97,7 +97,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let start_rotation = start.rotation.as_ref()?;
-    // For a free end attitude the attitude of the start is a good guess.
+    // If the end attitude is free, the attitude of the start serves as an initial guess.
     let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
     let end_condition = match aim {
         Some(aim) => EndCondition::Aim(aim),
@@ -108,8 +108,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
-    // Attitudes given in other axes of the orbit are converted to ours; the rotation from start
-    // to end does not change.
+    // Attitudes given relative to other orbital axes are converted to the orbital axes of this
+    // program. The rotation from start to end is not affected.
     let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
         == Some("velocity_antinormal_nadir");
     let axes =
@@ -143,7 +143,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
     let angle = match path {
         Path::Shortest => shortest,
-        // `best` tries both senses, the other one being the longer.
+        // `best` tries both directions of rotation, and the rotation along the long way is the
+        // larger one.
         Path::Long | Path::Best => TAU - shortest,
         Path::AsGiven(vector) => vector.norm(),
     };
@@ -209,7 +210,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     }
     match problem.check() {
         Ok(()) => {}
-        // All of them at once.
+        // All violated constraints are reported at once.
         Err(ProblemError::Violated { .. }) => {
             for error in problem.violations() {
                 refuse(&error, &problem, root, section, [&start, &end]);
@@ -230,7 +231,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens(), stops })
 }
 
-/// Returns the stops of a sequence and their order: [end] is the last one, if it is given.
+/// Returns the stops of a sequence and their order. If `[end]` is given, it is the last stop.
 fn sequence(
     root: &Section,
     maneuver: &Section,
@@ -266,7 +267,8 @@ fn sequence(
     stops::check(root, &sequence).then_some((sequence.stops, order))
 }
 
-/// Positions anywhere make it a maneuver of the whole body, and are then needed everywhere.
+/// Returns the kind of motion. If any boundary has a position or a velocity, the body also
+/// translates, and all boundaries must have both.
 fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
     let ends = [start, end];
     if !ends.iter().flatten().any(|end| end.moves()) {
@@ -327,7 +329,7 @@ fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
     }
 }
 
-/// Refuses a rotation from the start that leads elsewhere than to the attitude of the end.
+/// Reports an error if the given rotation from the start does not lead to the attitude of the end.
 fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     const ROUNDING: f64 = 1e-6;
     let Some(turn) = end.turn else { return };
@@ -349,7 +351,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     }
 }
 
-/// Returns a constraint with its directions turned by `axes`.
+/// Returns a constraint whose directions are rotated by `axes`.
 fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     if let Rule::Pointing(pointing) = &mut constraint.rule {
         for direction in &mut pointing.directions {
@@ -359,7 +361,7 @@ fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     constraint
 }
 
-/// Returns whether the maneuver is from rest to rest in one attitude, without a whole turn.
+/// Returns whether the maneuver is from rest to rest in a single attitude, without whole turns.
 fn is_same(start: &State, end: &State, path: &Path) -> bool {
     const SAME: f64 = 1e-14;
     let turned = match path {
@@ -385,7 +387,7 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
     }
 }
 
-/// Reports an error of [`Problem::check`] at its place in the spec.
+/// Reports an error of [`Problem::check`] at its position in the spec.
 fn refuse(
     error: &ProblemError,
     problem: &Problem,
@@ -458,11 +460,11 @@ fn refuse(
     }
 }
 
-/// Reports the contradiction and its remedy.
+/// Reports that the settings do not suit the maneuver, with a remedy.
 fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Problem) {
     let reason = cause.to_string();
     let remedy = match cause {
-        // Told at the key itself.
+        // The error has already been reported at the key itself.
         Unsuited::SchemeOfSoughtDuration | Unsuited::SchemeOfSwitching => return,
         // A rotation without an attitude is reported at its own key.
         Unsuited::WayToAnyAttitude => {
@@ -525,7 +527,8 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
     let lacking =
         (of_thrusters || of_directions).then(|| actuators::reach::lacking(&problem.actuation, moves));
     let (reason, remedy) = match lacking.flatten() {
-        // Sent from effort to fuel, thrusters are not to be sent back.
+        // The remedy for thrusters recommends fuel. It must state that fuel needs all directions,
+        // because otherwise the next error would recommend effort again.
         Some(way) if of_thrusters => (
             format!("{reason}; and {way}"),
             format!("{remedy}; fuel needs thrusters that reach every direction"),

@@ -1,4 +1,4 @@
-//! The notations of an attitude, and the common errors in them.
+//! Reading of attitudes in all notations, with checks for common mistakes.
 
 pub(super) mod from_file;
 
@@ -11,35 +11,37 @@ use std::f64::consts::{PI, TAU};
 /// A rotation as the user wrote it.
 #[derive(Clone, Debug)]
 pub(crate) struct Rotation {
-    /// Body vectors to reference-frame vectors (or end body to start body).
+    /// Rotation matrix from body to reference components, or from end body axes to start body axes.
     pub matrix: Matrix3,
-    /// Rotation vector \[rad\], as written where the notation keeps whole turns, else the shortest.
+    /// Rotation vector \[rad\]: as written if the notation can express whole turns, otherwise the
+    /// shortest.
     pub vector: Vector3,
-    /// The place of the attitude in the spec.
+    /// Position of the attitude in the spec.
     pub spot: Spot,
-    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other
-    /// order.
+    /// Key of the other order of components, if the quaternion would be the identity in that order:
+    /// `[0, 0, 0, ±1]` under wxyz, or `[±1, 0, 0, 0]` under xyzw.
     pub maybe_identity: Option<&'static str>,
 }
 
-/// The purpose of the rotation, which decides which angles look mistaken.
+/// Purpose of a rotation, which decides which angles look like mistakes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     /// An attitude, for which whole turns have no effect.
     Attitude,
-    /// A rotation from the start: whole turns count.
+    /// A rotation from the start, in which whole turns count.
     Turn,
 }
 
-/// The largest defect of a matrix of a plan file that is kept unchanged: round-off.
+/// Largest deviation from orthogonality with which a matrix in a plan file is used unchanged,
+/// because it is round-off.
 const KEPT: f64 = 1e-6;
 
-/// Reads the one notation that an attitude table holds.
+/// Reads an attitude table, which must have exactly one notation.
 pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle together are one notation; the angles of a pointing are another.
+        // Axis and angle are one notation, and so are the angles of the x axis and the roll.
         let name = match given.name.as_str() {
             name if angle(name) => "axis",
             name if POINTED.contains(&name) => POINTED[0],
@@ -95,10 +97,11 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     }
 }
 
-/// The keys for the direction of the body's x axis, and the roll about it.
+/// Keys of the direction of the body x axis and of the roll about it.
 const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
 
-/// Returns `R = Rz(α) Ry(−δ) Rx(ρ)`.
+/// Returns `R = Rz(α) Ry(−δ) Rx(ρ)`, with the right ascension α and declination δ of the body x
+/// axis, and the roll ρ.
 fn pointed(section: &Section) -> Option<Matrix3> {
     if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
         let reason =
@@ -115,7 +118,8 @@ fn pointed(section: &Section) -> Option<Matrix3> {
     Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
 }
 
-/// Returns the rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
+/// Returns the rotation with the Rodrigues parameters `e tan(φ/2)` or, if `modified`, the modified
+/// Rodrigues parameters `e tan(φ/4)`.
 fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
     let length = vector.norm();
     let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };
@@ -144,13 +148,15 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
         let remedy = "for the identity write axis = [0, 0, 1], angle_deg = 0";
         return section.refuse("E0054", "axis", reason, remedy);
     }
-    // Scaled first, so that the squares of very long or short axes stay within range.
+    // The axis is scaled first, so that squares of very large or small components neither overflow
+    // nor underflow.
     let (axis, angle) = ((axis? / size).normalize(), angle?);
     warn_unit(section, &[angle], name, purpose);
     Some(axis * if name == "angle_deg" { angle.to_radians() } else { angle })
 }
 
-/// Removes rounding from a quaternion `[w, x, y, z]`, refuses more.
+/// Converts a quaternion `[w, x, y, z]` to a rotation matrix. Corrects a norm that deviates from 1
+/// within rounding, and reports an error for larger deviations.
 fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
@@ -174,7 +180,8 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     Some(rotation_from_quaternion(&unit))
 }
 
-/// Removes rounding from a rotation matrix, refuses more.
+/// Reads a rotation matrix. Corrects deviations from orthogonality within rounding, and reports an
+/// error for larger deviations.
 fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     let matrix = section.matrix("matrix")?;
     let residual = if matrix.amax() > 2.0 {
@@ -182,7 +189,7 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     } else {
         (matrix.transpose() * matrix - Matrix3::identity()).amax()
     };
-    // A row of length 1 + ε has the square 1 + 2ε.
+    // A row of length 1 + ε has the squared length 1 + 2ε to first order.
     let limit = 2.0 * ROTATION;
     if residual > limit {
         let reason = format!(
@@ -237,8 +244,8 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
 }
 
-/// Warns of angles in degrees that are round numbers in radians, and of angles in radians that are
-/// round numbers in degrees.
+/// Warns if angles in degrees are round numbers of radians, or angles in radians are round numbers
+/// of degrees.
 fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
     let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();

@@ -9,7 +9,7 @@ use super::{
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The spec of a maneuver or a sequence that is parsed once and read many times, each time under
+/// The spec of a maneuver or a sequence that is parsed once and read many times, each time with
 /// other overrides.
 #[derive(Clone, Debug)]
 pub struct Base {
@@ -17,22 +17,23 @@ pub struct Base {
     folder: PathBuf,
     sources: Vec<Source>,
     root: Node,
-    /// The texts of the files that the spec names.
+    /// Contents of the files that the spec refers to.
     beside: Vec<String>,
 }
 
 impl Base {
-    /// Builds the spec at `path` under overrides that hold for all cases.
+    /// Parses the spec at `path`, with overrides that apply to all cases.
     ///
     /// # Errors
-    /// Returns errors of the file or its notation; [`Base::read`] judges the values of its keys.
+    /// Returns the errors of the file and its notation; [`Base::read`] checks the values of the
+    /// keys.
     pub fn open(path: &Path, format: Format, overrides: &[Override]) -> Result<Self, Diagnostics> {
         let name = path.display().to_string();
         let bytes = text::from_file(path, &name)?;
         Self::new(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides)
     }
 
-    /// Reads the spec from a stream, such as the standard input; messages use `name` for it.
+    /// Parses the spec from a stream such as standard input; `name` is its name in messages.
     ///
     /// # Errors
     /// Returns the errors of [`Base::open`].
@@ -64,24 +65,24 @@ impl Base {
         Ok(Self { name: name.into(), folder: folder.into(), sources, root, beside })
     }
 
-    /// Returns the name of the file as the user wrote it.
+    /// Returns the name of the file, as the user wrote it.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Returns its texts: the file, then the overrides as written, then the orbits that it names
-    /// as files.
+    /// Returns all texts of the base: the file, the overrides as written, and the contents of the
+    /// orbit files that the spec refers to.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         let own = self.sources.iter().map(|source| source.text.as_str());
         own.chain(self.beside.iter().map(String::as_str))
     }
 
-    /// Returns the files that the spec names, which no output may replace.
+    /// Returns the paths of the files that the spec refers to; no output may replace them.
     pub fn files(&self) -> Vec<PathBuf> {
         files_named(&self.root, &self.folder)
     }
 
-    /// Returns the maneuver or the sequence under more overrides.
+    /// Builds the maneuver or the sequence with further overrides.
     ///
     /// # Errors
     /// Returns all errors of the spec; a simulation is an error.
@@ -91,7 +92,7 @@ impl Base {
         understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Planned)
     }
 
-    /// Builds the base without `[dispersion]`, which need not be read again for each of its cases.
+    /// Returns the base without `[dispersion]`, which is not needed for the individual cases.
     pub fn without_dispersion(mut self) -> Self {
         if let Value::Table(entries) = &mut self.root.value {
             entries.retain(|entry| entry.key != "dispersion");
@@ -99,11 +100,11 @@ impl Base {
         self
     }
 
-    /// Checks that a spec can have the key at `path`; `at` is where the path is written, the
-    /// command line if nowhere else.
+    /// Checks that a spec can have the key `path`. `at` is the position at which the path is
+    /// written; `None` stands for the command line.
     ///
     /// # Errors
-    /// Fails when no key has this path; the error names the nearest key.
+    /// Returns an error that names the most similar key, if the key does not exist.
     pub fn check_key(&self, path: &str, at: Option<&Origin>) -> Result<(), Diagnostics> {
         self.key(path).map(drop).map_err(|(code, reason, remedy)| {
             let here = Origin { file: "command line".into(), line: 1, column: 1 };
@@ -116,11 +117,11 @@ impl Base {
         paths::place(&self.root, path)
     }
 
-    /// Checks a value alone against its key: its type, its shape, its range.
-    /// Contradictions with other keys show when the case is read.
+    /// Checks the type, shape and range of a value without regard to other keys. Contradictions
+    /// with other keys are reported when the case is read.
     ///
     /// # Errors
-    /// Fails when no key has this path, or the key cannot have this value.
+    /// Returns an error if the key does not exist, or if it cannot have this value.
     pub fn check_value(&self, given: &Override) -> Result<(), Diagnostics> {
         let key = match self.key(given.path()) {
             Ok(Place::Key(key)) => key,
@@ -137,8 +138,8 @@ impl Base {
     }
 }
 
-/// Reads the texts of the orbits and attitudes that a tree names as files. A file that cannot be
-/// read is omitted: each case reports it.
+/// Reads the contents of the orbit and attitude files that a tree refers to. A file that cannot be
+/// read is skipped, because each case reports it.
 fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     match &node.value {
         Value::Table(entries) => {
@@ -158,7 +159,7 @@ fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Returns the orbits and attitudes that a tree names as files, as paths.
+/// Returns the paths of the orbit and attitude files that a tree refers to.
 pub(super) fn files_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     match &node.value {
         Value::Table(entries) => entries
@@ -173,7 +174,7 @@ pub(super) fn files_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// The keys that name a file with an orbit, or with an attitude.
+/// Keys whose value is the name of a file with an orbit or an attitude.
 const NAMING: [&str; 3] = ["oem", "omm", "file"];
-/// The most that is read of one [bytes], as by the reader of orbits.
+/// Largest part of a file that is read \[bytes\], as in the reader of orbits.
 const MOST: u64 = 1 << 28;

@@ -1,4 +1,4 @@
-//! `[body]`.
+//! Reading of `[body]`.
 
 use super::quantity as q;
 use super::{Section, short, show};
@@ -7,21 +7,22 @@ use slewkit::Matrix3;
 use slewkit::mechanics::{Inertia, InertiaError};
 use slewkit::numerics::figures::{rounded, told_apart};
 
-/// Asymmetry that needs no warning: the last digit of an entry.
+/// Relative asymmetry of an inertia that needs no warning: the last digit of an element.
 const SILENT_ASYMMETRY: f64 = 1e-15;
-/// Smallest principal moment [kg·m²], weight and axis length: the products of the solvers stay in
-/// range.
+/// Smallest principal moment of inertia \[kg·m²\], weight and length of an axis, with which the
+/// products in the solvers stay in range.
 pub(crate) const SMALLEST: f64 = 1e-30;
-/// A body thinner than this [kg/m³] inside its radius of gyration has its inertia in other units.
+/// Density of a body \[kg/m³\] within its radius of gyration, below which the inertia probably has
+/// another unit.
 const THINNEST: f64 = 1e-5;
 
-/// Returns the inertia, checked.
+/// Reads the inertia and checks it.
 pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
     let name = "inertia_kg_m2";
     checked(body.matrix(name)?, body, name)
 }
 
-/// Returns the checked inertia of a matrix that was written under `key` of the section.
+/// Checks a matrix under the key `key`, and returns it as an inertia.
 pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
     let (inertia, excess) = match Inertia::of_rounded(matrix, rounding::MOMENT) {
         Ok(found) => found,
@@ -61,7 +62,7 @@ pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<I
     Some(inertia)
 }
 
-/// Describes an impossible inertia.
+/// Returns code, reason and remedy for an impossible inertia.
 fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     match error {
         InertiaError::NotSymmetric { row, column, upper, lower } => (
@@ -102,7 +103,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     }
 }
 
-/// Warns of an inertia that does not fit the mass, such as g·cm² taken for kg·m².
+/// Warns if the inertia does not fit the mass, for example if it is in g·cm² instead of kg·m².
 pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
     let radius = (inertia.mean() / mass).sqrt();
     let density = mass / radius.powi(3);

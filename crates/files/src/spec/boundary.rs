@@ -1,4 +1,5 @@
-//! The start and the end of a maneuver, and the start of a body, as a spec has them.
+//! The start and the end of a maneuver, and the start of a body of a simulation, as the spec
+//! defines them.
 
 use super::attitude::from_file::{self, Moment};
 use super::attitude::{self, Rotation, Use};
@@ -7,17 +8,17 @@ use super::{Section, Spot, sky};
 use slewkit::maneuver::State;
 use slewkit::{Matrix3, Vector3};
 
-/// `[start]` or `[end]` as written.
+/// The table `[start]` or `[end]` as written.
 #[derive(Clone)]
 pub(crate) struct Boundary<'a> {
     pub section: &'a Section,
-    /// The key that holds the rotation: `attitude` or `rotation_from_start`.
+    /// Key that holds the rotation: `attitude` or `rotation_from_start`.
     pub key: &'static str,
     pub rotation: Option<Rotation>,
-    /// The rotation vector from the start to the attitude \[rad\], body axes of the start, if the
-    /// end has an attitude.
+    /// Rotation vector from the start to the end attitude \[rad\], in body axes at the start, if
+    /// the spec gives it in addition to the attitude.
     pub turn: Option<Vector3>,
-    /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
+    /// Inertial angular velocity in body axes \[rad/s\]; `None` if its value is invalid.
     pub rate: Option<Vector3>,
     pub position: Option<Vector3>,
     pub velocity: Option<Vector3>,
@@ -26,8 +27,8 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    /// Reads the table. A maneuver passes the `moment` at which it needs the attitude; only then
-    /// may the attitude be in a file.
+    /// Reads the table. A maneuver passes the `moment` for which it needs the attitude; without it,
+    /// the attitude cannot be in a file.
     pub fn read(section: &'a Section, key: &'static str, moment: Option<&Moment<'_>>) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation = section.section(key).and_then(|rotation| match moment {
@@ -42,7 +43,7 @@ impl<'a> Boundary<'a> {
         Self { section, key, rotation, turn, rate, position, velocity }
     }
 
-    /// Takes the state of a body that points at a target when the maneuver begins.
+    /// Sets the state of a body that points at a target at the start of the maneuver.
     pub fn aimed(&mut self, sky: &mut sky::Reading) {
         if !self.section.has("point") {
             return;
@@ -78,13 +79,13 @@ impl<'a> Boundary<'a> {
         self.key == "rotation_from_start"
     }
 
-    /// Returns whether a rate is given without an attitude: any will do.
+    /// Returns whether the attitude is free: the table has a rate, but no attitude.
     pub fn is_open(&self) -> bool {
         let attitudes = ["attitude", "rotation_from_start", "point"];
         self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 
-    /// Returns whether it turns with the orbit.
+    /// Returns whether the body is to turn with the orbit.
     pub fn rests_in_orbit(&self) -> bool {
         self.section.knows(REST_IN_ORBIT) && self.section.has(REST_IN_ORBIT)
     }
@@ -93,7 +94,8 @@ impl<'a> Boundary<'a> {
         self.section.has("position_m") || self.section.has("velocity_m_s")
     }
 
-    /// Returns the place of the angular velocity; the place of the table if it is missing.
+    /// Returns the position of the angular velocity in the spec, or the position of the table if
+    /// the key is absent.
     pub fn rate_spot(&self) -> Spot {
         self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
     }
@@ -113,12 +115,13 @@ impl<'a> Boundary<'a> {
 }
 
 impl Section {
-    /// Returns the key that states the angular velocity.
+    /// Returns the key of the angular velocity that the table has.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
     }
 
-    /// Returns the angular velocity \[rad/s\]: zero without a key, `None` if it is given wrongly.
+    /// Returns the angular velocity \[rad/s\]: zero if the key is absent, `None` if the value is
+    /// invalid.
     pub fn rate(&self) -> Option<Vector3> {
         let Some(name) = self.rate_key() else { return Some(Vector3::zeros()) };
         let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };

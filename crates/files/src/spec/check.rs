@@ -1,4 +1,5 @@
-//! The first pass: every key against the tables of [`super::keys`], in file order.
+//! First pass over a spec: checks every key against the tables of [`super::keys`], in the order of
+//! the file.
 
 use super::keys::{ATTITUDE, DIRECTION, Key, Kind, REST_IN_ORBIT, ROOT, SIMULATION_ROOT, TARGET, Table};
 use super::section::{Given, MAX_FINDINGS, Parsed, join};
@@ -6,9 +7,9 @@ use super::suggest::nearest;
 use super::values::{self, Fault, Read, wrong};
 use super::{Entry, Finding, Node, Report, Section, Span, Spot, Value, cut};
 
-/// Reads every value of the spec, and checks names, types, shapes and ranges.
+/// Reads every value of a spec and checks names, types, shapes and ranges.
 ///
-/// `table` are the keys of its kind: a maneuver's or a simulation's.
+/// `table` has the keys of this kind of spec: a maneuver or a simulation.
 pub(crate) fn check(root: &Node, table: &'static Table, findings: Vec<Finding>) -> Section {
     let rounding = root.entry("rounding").map(|entry| &entry.node.value);
     let keeps_rounding = matches!(rounding, Some(Value::Text(word)) if word == "keep");
@@ -22,19 +23,19 @@ pub(crate) fn check(root: &Node, table: &'static Table, findings: Vec<Finding>) 
 
 struct Checker {
     findings: Vec<Finding>,
-    /// The keys of the whole spec.
+    /// Table of the keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
-    /// The report that sections pass to the second pass.
+    /// Report that the sections pass on to the second pass.
     report: Report,
 }
 
-/// Returns whether a key has a meaning for this value of the table's selector.
+/// Returns whether a key has an effect with this word of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
 
-/// Returns the name of the table at `path` in messages.
+/// Returns the name of the table at `path` for messages.
 fn table_name(path: &str) -> String {
     if path.is_empty() { "the spec".into() } else { format!("[{path}]") }
 }
@@ -71,7 +72,8 @@ impl Checker {
                 }
             };
             self.error(("E0024", node.span, reason, remedy), path);
-            // The value counts as a key, so that the table is not reported as empty as well.
+            // The value is added as a key without a name, so that the table is not also reported as
+            // empty.
             let (name, span) = (String::new(), node.span);
             section.given.push(Given { name, span, is_empty_list: false, value: None });
             return section;
@@ -82,7 +84,8 @@ impl Checker {
         });
         let mut suggested = Vec::new();
         for entry in node.entries() {
-            // Numbers without a unit are no word of ours.
+            // This key takes a word. Numbers are a rate without a unit, so the key is treated as
+            // unknown.
             let numbers = matches!(entry.node.value, Value::Array(_) | Value::Number(_));
             let key = table.key(&entry.key).filter(|key| !(key.name == REST_IN_ORBIT && numbers));
             let value = match key {
@@ -108,7 +111,7 @@ impl Checker {
             return section;
         }
         self.contradictions(node, table, path);
-        // A misspelt key is not missing as well.
+        // A key that was probably misspelt is not also reported as missing.
         let missing = |name: &str| node.entry(name).is_none() && !suggested.contains(&name);
         for key in table.keys.iter().filter(|key| applies(key, selected) && missing(key.name)) {
             self.missing(node, key, path);
@@ -127,8 +130,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. It reports nothing if the
-    /// selector is not valid, because then the selector is the error.
+    /// Reports a key that belongs to another word of the selector. Reports nothing if the selector
+    /// is invalid, because the selector is then the error.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -150,7 +153,7 @@ impl Checker {
         }
     }
 
-    /// Reports keys of which at most one is allowed.
+    /// Reports keys that exclude each other.
     fn contradictions(&mut self, node: &Node, table: &'static Table, path: &str) {
         for group in table.exclusive {
             let given: Vec<&Entry> =
@@ -163,7 +166,7 @@ impl Checker {
         }
     }
 
-    /// Reports a key that is missing, if it is needed.
+    /// Reports a missing key, if it is required.
     fn missing(&mut self, node: &Node, key: &Key, path: &str) {
         let Some(sample) = key.sample else { return };
         let (code, reason) = match key.kind {
@@ -190,7 +193,7 @@ impl Checker {
             Ok(value) => return Some(value),
             Err(faults) => faults,
         };
-        // Three wrong numbers of a list show the fault of all others.
+        // At most three errors of a list are reported, because further errors are usually similar.
         for mut fault in faults.into_iter().take(3) {
             if !fault.2.contains(&format!("`{}`", key.name)) {
                 fault.2 = format!("`{}`: {}", key.name, fault.2);
@@ -200,7 +203,7 @@ impl Checker {
         None
     }
 
-    /// Returns a direction, or a list of them.
+    /// Reads a direction, or a list of directions.
     fn directions(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
         let items = match &node.value {
@@ -210,7 +213,7 @@ impl Checker {
         };
         let numbers = |items: &[Node]| items.iter().all(|item| matches!(item.value, Value::Number(_)));
         if items.len() == 3 && numbers(items) {
-            // Three numbers can only mean a vector.
+            // Three numbers can only be a vector.
             let vector = Entry { key: "vector".into(), key_span: node.span, node: node.clone() };
             let table = Node { span: node.span, value: Value::Table(vec![vector]) };
             return Ok(Parsed::Tables(vec![self.table(&table, &DIRECTION, path)]));
@@ -234,7 +237,7 @@ impl Checker {
         Ok(Parsed::Tables(tables?))
     }
 
-    /// Checks a target, or a list of targets: words and tables.
+    /// Reads a target or a list of targets, given as words or tables.
     fn targets(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let mut one = |node: &Node, path: &str| match &node.value {
             Value::Table(_) => Ok(self.table(node, &TARGET, path)),
@@ -282,7 +285,7 @@ impl Checker {
         Some(Parsed::Tables(tables.collect()))
     }
 
-    /// Returns the complaint about a table that only the other kind of spec has.
+    /// Returns the error for a table that only the other kind of spec has.
     fn of_the_other_kind(&self, entry: &Entry, path: &str) -> Option<Fault> {
         let simulation = std::ptr::eq(self.root, &raw const SIMULATION_ROOT);
         let other = if simulation { &ROOT } else { &SIMULATION_ROOT };
@@ -306,7 +309,7 @@ impl Checker {
         Some(("E0018", entry.key_span, reason, remedy.into()))
     }
 
-    /// Reports an unknown key; returns the known one that was probably meant.
+    /// Reports an unknown key; returns the known key that was probably meant.
     fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) -> Option<&'static str> {
         let others = table.keys.iter().map(|key| key.name).filter(|name| *name != entry.key);
         let known = nearest(&entry.key, others);
@@ -345,13 +348,13 @@ impl Checker {
     }
 }
 
-/// Returns the place of the start of a table: its header; an empty place for the whole spec.
+/// Returns the position of the header of a table; an empty position for the whole spec.
 fn opening(node: &Node, path: &str) -> Span {
     if path.is_empty() {
         return Span::default();
     }
     match node.entries().first() {
-        // An inline table or an object spans all its text: point at the first character.
+        // An inline table or an object spans its whole text, so only its first character is marked.
         Some(first) if first.key_span.source == node.span.source && first.key_span.start < node.span.end => {
             Span { end: node.span.start + 1, ..node.span }
         }
@@ -359,21 +362,21 @@ fn opening(node: &Node, path: &str) -> Span {
     }
 }
 
-/// Returns the remedy for a key that is missing.
+/// Returns the remedy for a missing key.
 fn added(sample: &str) -> String {
     if sample.contains('\n') { format!("add, for example:\n{sample}") } else { format!("add {sample}") }
 }
 
-/// Returns whether `name` is a notation of an attitude, and `table` has the attitude that it belongs
-/// in.
+/// Returns whether `name` is a notation of an attitude and `table` has a key `attitude`, to which
+/// the notation belongs.
 fn is_notation(name: &str, table: &Table) -> bool {
     table.key("attitude").is_some() && ATTITUDE.key(name).is_some()
 }
 
-/// The starts of keys that mean Euler angles.
+/// Beginnings of unknown keys that probably mean Euler angles.
 const EULER: [&str; 5] = ["euler", "rpy", "ypr", "roll_pitch", "yaw_pitch"];
 
-/// Returns the remedy for a value in place of an attitude: four numbers are a quaternion.
+/// Returns the remedy for a value in place of an attitude; four numbers are taken for a quaternion.
 fn attitude_sample(value: &Value) -> String {
     match value {
         Value::Array(items) if items.len() == 4 => {
@@ -387,7 +390,7 @@ fn attitude_sample(value: &Value) -> String {
     .into()
 }
 
-/// Returns a sample with the required keys of the table.
+/// Returns a sample with the required keys of a table.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
     let one_of = table.one_of.iter().map(|(_, sample)| *sample).filter(|sample| !sample.contains('\n'));
@@ -400,8 +403,8 @@ fn table_sample(table: &Table) -> String {
     }
 }
 
-/// Returns the advice about an unknown key without a similar key in `table`: the table that has
-/// it, or the known keys.
+/// Returns advice about an unknown key for which `table` has no similar key: the table that has the
+/// key, or the list of known keys.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     if is_notation(name, table) {
         return format!("write attitude = {{ {name} = … }}");
@@ -415,6 +418,6 @@ pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     }
     let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::HeavenlyBody));
     let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
-    // All of them: the one that was meant may be any.
+    // All keys are listed, because any of them may be meant.
     format!("the keys here are {}", known.join(", "))
 }

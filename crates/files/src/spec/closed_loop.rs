@@ -6,7 +6,7 @@ mod uncertain;
 
 pub use chances::Chance;
 
-use super::{Node, Section, Value, short, show};
+use super::{Node, Section, Value, short, show, stops};
 use serde_json::Map;
 use slewkit::assured::{Feedback, Kept, Over};
 use slewkit::closed_loop::Plant;
@@ -85,9 +85,16 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
     let chances = chances::chances(root, problem, uncertainty.is_some());
+    let has_stops = stops::has_stops(root);
+    if has_stops && !chances.is_empty() {
+        let reason = "chances of limits are kept by one maneuver, and this spec has stops";
+        let remedy = "give margins in place of the chances, or plan each leg by itself";
+        root.error("E0172", "stop", reason, remedy);
+    }
     chances::hold(root, problem);
-    // Gains, ticks and covariances need equal steps, on which any constraint may shape the plan.
-    if problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
+    // Gains, ticks and covariances need equal steps, on which any constraint may shape the plan. The
+    // legs of a sequence are flown as they are.
+    if !has_stops && problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
         problem.stepping = Stepping::Equal;
     }
     let mut written = Map::new();
@@ -97,13 +104,17 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
         }
     }
     let feedback = root.section("feedback").and_then(|section| {
+        if has_stops {
+            return feedback_of_sequence(section, problem);
+        }
         let (kind, every) = (feedback(section, problem, root.has("uncertainty")), every(section, problem));
         Some(Feedback { kind: kind?, every: every? })
     });
+    let step = step(problem).filter(|_| !has_stops);
     ClosedLoop {
         feedback,
         uncertainty,
-        plant: root.section("plant").map(|section| plant(section, problem)).unwrap_or_default(),
+        plant: root.section("plant").map(|section| plant(section, step)).unwrap_or_default(),
         chances,
         written,
     }
@@ -169,6 +180,20 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     (problem.actuation.torque.frame() == AxisFrame::Reference).then_some(Unlinearised::Frame)
 }
 
+/// Reads the gains of a sequence: a regulator along the whole.
+fn feedback_of_sequence(section: &Section, problem: &Problem) -> Option<Feedback> {
+    if section.has("kind") && section.word("kind")? != "tvlqr" {
+        let reason = "the gains of a sequence are those of a regulator along all legs and holds";
+        return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\", or remove the key");
+    }
+    if section.has("every_s") {
+        let reason = "each leg has steps of its own, and a tick cannot be a whole number of all of them";
+        return section.refuse("E0176", "every_s", reason, "remove the key: the tick is then the step");
+    }
+    let flown = Problem { stepping: Stepping::Recorded, ..problem.clone() };
+    Some(Feedback::from(feedback(section, &flown, false)?))
+}
+
 fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kind> {
     let has_wheels = problem.actuation.wheels.is_some();
     let default = if problem.switches() || has_wheels { "tvlqr" } else { "neighbouring" };
@@ -228,10 +253,11 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
     }
 }
 
-fn plant(section: &Section, problem: &Problem) -> Plant {
+/// Reads the plant, for a plan whose step \[s\] the spec determines if it is given.
+fn plant(section: &Section, step: Option<f64>) -> Plant {
     let number = |key: &str| section.number(key).unwrap_or(0.0);
     let tick = number("tick_s");
-    if let (true, Some(step)) = (tick > 0.0, step(problem))
+    if let (true, Some(step)) = (tick > 0.0, step)
         && !is_whole(step / tick)
     {
         let reason = format!("a step of {} s is not a whole number of ticks of {} s", show(step), show(tick));

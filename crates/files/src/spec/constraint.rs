@@ -1,14 +1,14 @@
-//! `[[constraint]]`: where the body may point and how fast it may turn.
+//! Reading of `[[constraint]]`: limits on boresight directions and angular rates.
 
 use super::{Angle, Limits, Section, escape, short, sky};
 use slewkit::Vector3;
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use slewkit::optimize::shooting_obstacle;
 
-/// The largest number of pairs of a boresight and a direction in all constraints together.
+/// Largest number of pairs of a boresight and a direction in all constraints together.
 const MAX_PAIRS: usize = 10_000;
 
-/// The names of the limits of the actuators in reports, which no constraint may have.
+/// Names of actuator limits in reports, which must not be names of constraints.
 const TAKEN: [&str; 9] = [
     "torque limit",
     "torque norm limit",
@@ -21,7 +21,7 @@ const TAKEN: [&str; 9] = [
     "wheel momentum limit",
 ];
 
-/// Returns whether reports call a limit of the actuators so.
+/// Returns whether `name` is the name of an actuator limit in reports.
 pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
@@ -51,7 +51,8 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
     Some(constraints)
 }
 
-/// Returns the names as given, or made from the kind of constraint; all are different.
+/// Returns the names of the constraints: as given, or made from the kind of the constraint. All
+/// names differ.
 fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
@@ -143,14 +144,14 @@ fn rate_limit(section: &Section) -> Option<Rule> {
     })
 }
 
-/// Returns the half angle and margin \[rad\].
+/// Reads the half angle and the margin of a cone \[rad\].
 fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     let half_angle = if section.has("beyond_limb_deg") {
         section.number("beyond_limb_deg").map(|value| Angle { key: "beyond_limb_deg", value })
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    // A cone on which boresights are held has no margin, which was reported already.
+    // A keep-on cone has no margin; an earlier check has reported one.
     let has_margin = !matches!(side, Side::On { .. });
     let margin_given = has_margin && (section.has("margin_deg") || section.has("margin_rad"));
     let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
@@ -180,7 +181,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
-/// Returns the directions of a constraint, given as vectors or as named targets.
+/// Reads the directions of a constraint, given as vectors or as named targets.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {
@@ -214,7 +215,7 @@ fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }
 
-/// Returns the code and remedy of a boundary state that violates the constraint `name`.
+/// Returns the code and remedy for a start or end state that violates the constraint `name`.
 pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static str, String) {
     match rule_of(problem, name) {
         Some(Rule::RateNorm(limit)) => (
@@ -236,8 +237,8 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
     }
 }
 
-/// Refuses the method `shooting` where a constraint limits more than the inputs. It holds limits of
-/// the inputs alone.
+/// Reports an error if the spec selects the method `shooting`, which supports input limits only,
+/// and the maneuver has other constraints.
 pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     let limits = |channel: &slewkit::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;
@@ -258,7 +259,7 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
 }
 
-/// Refuses a maneuver that SCP does not plan.
+/// Reports an error if the spec selects the method SCP for a maneuver that SCP does not support.
 pub(crate) fn refuse_scp(problem: &Problem, solver: &Section) {
     if problem.objective.switches() || problem.duration.known().is_none() {
         let reason = "method = \"scp\" plans least effort in a given duration only";

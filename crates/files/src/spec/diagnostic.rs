@@ -1,47 +1,48 @@
-//! The findings about a spec: the place, the reason and the remedy.
+//! Findings about a spec: errors and warnings with their position, reason and remedy.
 
 use super::{Origin, Source, Span};
 use serde::Serialize;
 use std::fmt::{self, Write};
 
-/// Whether a finding stops the program.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// The spec cannot be used.
+    /// An error: the spec cannot be used.
     Error,
-    /// The spec is used in the way that the reason states.
+    /// A warning: the spec is used as the reason states.
     Warning,
 }
 
-/// One finding about a spec.
+/// A finding about a spec.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnostic {
-    /// Stable code, `E0040` or `W0040`.
+    /// Stable code of the finding, such as `E0040` or `W0040`.
     pub code: &'static str,
-    /// Error or warning.
+    /// Severity of the finding: error or warning.
     pub severity: Severity,
-    /// The file as the user named it, or `command line`.
+    /// Name of the file as the user wrote it, or `command line`.
     pub file: String,
-    /// Line, from 1.
+    /// Line number, counted from 1.
     pub line: usize,
-    /// Column in characters, from 1.
+    /// Column in characters, counted from 1.
     pub column: usize,
-    /// Key path such as `maneuver.steps`; empty when the finding concerns no key.
+    /// Path of the key, such as `maneuver.steps`; empty if the finding concerns no key.
     pub key: String,
-    /// The offending text, cut to a readable length; control characters escaped.
+    /// Text that caused the finding, shortened, with control characters escaped.
     pub text: String,
-    /// The reason, with the numbers.
+    /// Reason of the finding, with its numbers.
     pub reason: String,
-    /// The next thing to do.
+    /// Remedy for the finding.
     pub remedy: String,
-    /// The line to show, with the caret's offset and length in characters.
+    /// Line of the spec to show, with the position and the length of the mark below it, in
+    /// characters.
     #[serde(skip)]
     excerpt: Option<(String, usize, usize)>,
 }
 
 impl Diagnostic {
-    /// Builds a finding about a whole file whose text was not read.
+    /// Creates a finding about a whole file whose text was not read.
     pub(crate) fn about_file(code: &'static str, file: &str, reason: String, remedy: &str) -> Self {
         Self {
             code,
@@ -57,16 +58,17 @@ impl Diagnostic {
         }
     }
 
-    /// Builds an error about a `text` at `at` in some file.
+    /// Creates an error about the text `text`, which is at `at` in a file.
     pub(crate) fn in_text(code: &'static str, at: &Origin, text: &str, reason: String, remedy: &str) -> Self {
         let source = Source::new(at.file.as_str(), text).within(at.line, at.column);
         let span = Span { source: 0, start: 0, end: text.len() };
         Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
-    /// Returns the finding as text: position, reason, the line with a caret, and the remedy.
+    /// Returns the finding as text: position, reason, the line with a mark below it, and the
+    /// remedy.
     ///
-    /// Plain text; `colour` adds ANSI colours.
+    /// The text is plain; with `colour`, ANSI colour codes are added.
     pub fn render(&self, colour: bool) -> String {
         let (kind, paint) = match self.severity {
             Severity::Error => ("error", "\x1b[1;31m"),
@@ -81,7 +83,7 @@ impl Diagnostic {
         let number = self.line.to_string();
         if let Some((line, start, length)) = &self.excerpt {
             let gap = " ".repeat(number.len());
-            // Writing to a String cannot fail.
+            // Writing to a `String` cannot fail.
             let _ = writeln!(out, " {blue}{number} |{reset} {line}");
             let _ = writeln!(
                 out,
@@ -104,21 +106,21 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All findings about a spec that cannot be used, in the order of the file.
+/// All findings about a spec with errors, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// Returns whether a spec could not be read, or a file that is not a spec is wrong; false if
-    /// the contents of the spec are wrong.
+    /// Returns whether the spec could not be read, or another file has errors; false if the
+    /// contents of the spec have errors.
     pub fn is_io(&self) -> bool {
         self.0.iter().any(|finding| {
             matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152" | "E0154" | "E0155")
         })
     }
 
-    /// Returns all findings as text, in their order, with a count at the end.
+    /// Returns all findings as text, in order, followed by their number.
     pub fn render(&self, colour: bool) -> String {
         let mut out = String::new();
         for finding in &self.0 {
@@ -145,12 +147,12 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// Returns `text` with control characters shown as escapes, so that no terminal obeys them.
+/// Returns `text` with control characters escaped, so that they have no effect on a terminal.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        // These characters are no "control" characters, but they break a line on screen, reorder
-        // it, or are invisible.
+        // Unicode does not classify these characters as control characters, but they break a line,
+        // reorder it, or are invisible.
         let hidden = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
             | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
         if c.is_control() || hidden {
@@ -162,12 +164,12 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Escapes control characters in a text, line by line, because it may quote input.
+/// Escapes control characters in a text of several lines, because it may quote input.
 pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns `text` escaped and cut to `limit` characters.
+/// Returns `text` escaped and shortened to `limit` characters.
 pub(crate) fn cut(text: &str, limit: usize) -> String {
     let mut kept: String = text.chars().take(limit).collect();
     if kept.len() < text.len() {
@@ -176,11 +178,13 @@ pub(crate) fn cut(text: &str, limit: usize) -> String {
     escape(&kept)
 }
 
-/// The numbers of characters of a line that an excerpt shows, in all and before the caret.
+/// Largest number of characters of a line that an excerpt shows, and how many of them precede the
+/// mark.
 const EXCERPT: usize = 100;
 const LEAD: usize = 60;
 
-/// Returns the line around a span with the caret's place: cut to [`EXCERPT`] characters, escaped.
+/// Returns the part of a line around a span, escaped and shortened to [`EXCERPT`] characters, with
+/// the position and length of the mark.
 fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     let (text, start) = source.line(line);
     let offset = source.boundary(span.start).saturating_sub(start).min(text.len());
@@ -200,14 +204,14 @@ fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     (shown.trim_end().to_string(), before.chars().count(), marked.chars().count().max(1))
 }
 
-/// The place of a finding: the bytes, and the key path.
+/// Position of a finding: the span in the text and the path of the key.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spot {
     pub span: Span,
     pub key: String,
 }
 
-/// One finding before its position is worked out.
+/// A finding whose line and column have not been computed yet.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Finding {
     pub severity: Severity,
@@ -218,7 +222,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// Builds an error in the text, under no key.
+    /// Creates an error in the text that concerns no key.
     pub fn error(
         code: &'static str,
         span: Span,
@@ -228,7 +232,7 @@ impl Finding {
         Self::error_at(code, Spot { span, key: String::new() }, reason, remedy)
     }
 
-    /// Builds an error at a key.
+    /// Creates an error at a key.
     pub fn error_at(
         code: &'static str,
         spot: Spot,
@@ -253,7 +257,7 @@ impl Finding {
             text: cut(source.slice(span), 60),
             reason: escape_lines(&self.reason),
             remedy: escape_lines(&self.remedy),
-            // A finding about the whole file has no place.
+            // A finding about the whole file has no line to show.
             excerpt: (span != Span::default()).then(|| excerpt(source, line_of_text, span)),
         }
     }

@@ -1,22 +1,23 @@
-//! The keys in which two specs differ.
+//! Comparison of two specs, key by key.
 
 use super::cut;
 use serde::Serialize;
 use serde_json::Value;
 use std::fmt;
 
-/// One key in which two maneuvers differ.
+/// A key in which two specs differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// The key, dotted.
+    /// Dotted path of the key.
     pub key: String,
-    /// Value of the key in the first maneuver, as JSON.
+    /// Value of the key in the first spec, as JSON.
     pub first: String,
-    /// Value of the key in the second maneuver, as JSON.
+    /// Value of the key in the second spec, as JSON.
     pub second: String,
 }
 
-/// Displays the difference between a plan and the spec that judges it; long lists of numbers are cut.
+/// Displays the difference between the spec of a plan and the spec against which it is verified;
+/// long lists of numbers are shortened.
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         const SHOWN: usize = 60;
@@ -25,10 +26,11 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The rounding of an angle on another machine, which is not a difference.
+/// Relative difference of numbers that counts as round-off, such as that of an angle on another
+/// machine.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Returns the keys in which two trees differ beyond round-off.
+/// Returns the keys in which two trees differ by more than round-off.
 pub(super) fn differences(first: &Value, second: &Value) -> Vec<Difference> {
     let mut found = Vec::new();
     compare("", first, second, &mut found);
@@ -45,7 +47,7 @@ fn compare(key: &str, first: &Value, second: &Value, found: &mut Vec<Difference>
             }
         }
         _ if agree(first, second) => {}
-        // Tables of a list, such as constraints, one by one.
+        // Tables in a list, such as constraints, are compared one by one.
         (Value::Array(a), Value::Array(b))
             if a.len() == b.len() && a.iter().chain(b).all(Value::is_object) =>
         {

@@ -1,4 +1,4 @@
-//! `[dispersion]`: the uncertain numbers, read into a linear map of standard random numbers.
+//! Reading of `[dispersion]`: uncertain numbers as linear functions of standard random numbers.
 
 use super::attitude::{self, Use};
 use super::keys::{Kind, SPREADS};
@@ -8,65 +8,66 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use slewkit::lie::{exp, log};
 use slewkit::{Matrix3, Vector3};
 
-/// The uncertain numbers of a spec, for `slew monte-carlo`.
+/// Uncertain numbers of a spec, for `slew monte-carlo`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Number of cases.
+    /// Number of random cases.
     pub cases: u64,
-    /// The varied numbers; each is drawn independently.
+    /// The uncertain quantities, which are drawn independently of each other.
     pub varied: Vec<Varied>,
 }
 
-/// One quantity that varies: its nominal numbers, and `offset = map · ξ` with standard random
-/// numbers ξ.
+/// An uncertain quantity: its nominal numbers, and their random offset `map · ξ` with standard
+/// random numbers ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Varied {
-    /// The key that a case sets.
+    /// Key of the spec that a case sets.
     pub key: String,
-    /// The value without dispersion.
+    /// Nominal value, without a random offset.
     pub nominal: Nominal,
-    /// Distribution of ξ.
+    /// Distribution of the standard random numbers ξ.
     pub distribution: Distribution,
-    /// The map from ξ to the offset of the numbers, in the unit of the key; the offset of an
-    /// attitude is a rotation vector, rad.
+    /// Matrix that maps ξ to the offset of the numbers, in the unit of the key. The offset of an
+    /// attitude is a rotation vector \[rad\].
     pub map: DMatrix<f64>,
 }
 
-/// Distribution of the standard numbers ξ.
+/// Distribution of the standard random numbers ξ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
-    /// Independent normal numbers with mean 0 and variance 1.
+    /// Independent normal distributions with mean 0 and variance 1.
     Normal,
-    /// Independent numbers, uniform in (−1, 1).
+    /// Independent uniform distributions on (−1, 1).
     Uniform,
-    /// Together uniform in the unit ball.
+    /// Joint uniform distribution in the unit ball.
     Ball,
 }
 
-/// A nominal value and its notation.
+/// Nominal value of an uncertain quantity, with its notation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Nominal {
-    /// One number.
+    /// A single number.
     Number(f64),
     /// A list of numbers.
     List(Vec<f64>),
-    /// Rows of numbers.
+    /// A matrix, given by rows of numbers.
     Rows(Vec<Vec<f64>>),
-    /// An inertia [kg·m²]; its numbers are xx, yy, zz, xy, xz, yz.
+    /// An inertia \[kg·m²\]; its numbers are xx, yy, zz, xy, xz, yz.
     Inertia(Matrix3),
-    /// An attitude, its rotation vector \[rad\]; an offset δ makes it R exp(δ).
+    /// An attitude by its rotation vector \[rad\]; an offset δ changes the attitude from R to R
+    /// exp(δ).
     Attitude(Vector3),
-    /// A rotation from the start, of any angle; whole turns are kept.
+    /// A rotation vector from the start \[rad\], of any length; whole turns are kept.
     Turn(Vector3),
 }
 
-/// Upper triangle of an inertia in the order of its numbers.
+/// Row and column of each number of an inertia, in the order of the numbers.
 const ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 impl Nominal {
-    /// Returns the numbers that vary.
+    /// Returns the nominal numbers to which the offset is added.
     pub fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Number(number) => vec![*number],
@@ -77,8 +78,8 @@ impl Nominal {
         }
     }
 
-    /// Returns the value with its numbers moved by `offset`, as a spec would have it, to the last
-    /// bit.
+    /// Returns the value with `offset` added to its numbers, in the notation of a spec, exact to
+    /// the last bit.
     pub fn moved(&self, offset: &[f64]) -> String {
         let at = |index: usize| offset.get(index).copied().unwrap_or_default();
         let row = |numbers: &[f64]| {
@@ -121,17 +122,17 @@ impl Nominal {
     }
 }
 
-/// Returns the rotation vector of the same rotation as `shortest`, with whole turns, that is
-/// nearest to `wanted`.
+/// Returns the rotation vector nearest to `wanted` among those that differ from `shortest` by whole
+/// turns.
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
-    // Whole turns keep the axis of the nominal rotation.
+    // Whole turns are about the axis of the nominal rotation.
     let axis = if angle > 0.0 { shortest / angle } else { wanted.try_normalize(0.0).unwrap_or_default() };
     let turns = ((wanted.dot(&axis) - angle) / std::f64::consts::TAU).round();
     axis * (angle + turns * std::f64::consts::TAU)
 }
 
-/// Reads `[dispersion]`; `None` if it is absent, or if the report has an error.
+/// Reads `[dispersion]`; `None` if the table is absent, or if the report has an error.
 pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
     let section = root.section("dispersion")?;
     let varied: Vec<Option<Varied>> =
@@ -160,7 +161,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
         _ => Distribution::Ball,
     };
     let numbers = nominal.numbers();
-    // Only the diagonal of an inertia may vary.
+    // If an inertia has three spreads, only its diagonal varies.
     let inertia = matches!(nominal, Nominal::Inertia(_));
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
@@ -198,9 +199,10 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     Some(Varied { key, nominal, distribution, map: map * scale })
 }
 
-/// Returns a matrix `A` such that `A Aᵀ` is the covariance.
+/// Returns a matrix `A` with `A Aᵀ` equal to the covariance; reports an error if the covariance is
+/// not symmetric and positive semidefinite.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// The largest value of a zero after rounding of the entries.
+    /// Relative tolerance on asymmetry and negative eigenvalues, for the rounding of the elements.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
@@ -217,8 +219,8 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// Returns the key that is set, its value, and the unit of its spread relative to the unit of its
-/// offset.
+/// Returns the key that a case sets, its nominal value, and the unit in which the spec gives the
+/// spread, relative to the unit of the offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {
         return entry.refuse(code, "key", reason, remedy);
@@ -267,7 +269,7 @@ fn absent<T>(entry: &Section, path: &str) -> Option<T> {
     entry.refuse("E0160", "key", reason, "write its mean value")
 }
 
-/// Returns a number, a list or rows.
+/// Reads a number, a list of numbers, or rows of numbers; `None` for other values.
 fn numbers(node: &Node) -> Option<Nominal> {
     let number = |node: &Node| match &node.value {
         Value::Number(number) => Some(number.value),

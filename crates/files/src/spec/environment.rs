@@ -1,4 +1,4 @@
-//! `[environment]`.
+//! Reading of `[environment]`.
 
 use super::boundary::Boundary;
 use super::{Section, short, show};
@@ -10,24 +10,25 @@ use slewkit::mechanics::{
 use slewkit::numerics::figures::{rounded, told_apart};
 use std::sync::Arc;
 
-/// `[environment]` and the data that it depends on.
+/// The table `[environment]`, and the data on which it depends.
 pub(crate) struct Surroundings<'a> {
     pub section: Option<&'a Section>,
     pub motion: Motion,
-    /// The mass of the body \[kg\].
+    /// Mass of the body \[kg\].
     pub mass: Option<f64>,
-    /// The place of the states in the spec, for messages.
+    /// Table of the spec that holds the states, for messages.
     pub place: &'static str,
 }
 
-/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No
-/// planet or moon is as dense.
+/// Largest mean motion of an orbit \[rad/s\]: that at the surface of a sphere of osmium, 22 600
+/// kg/m³, √(4πGρ/3). No planet or moon has this density.
 const FASTEST_ORBIT: f64 = 0.0025;
-/// Relative difference of the masses of the points from the mass of the body that is rounding.
+/// Relative difference between the total mass of the points and the mass of the body that counts as
+/// rounding.
 const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
-    /// Returns the environment; without an environment no force or torque acts.
+    /// Reads the environment; without the table, no external force or torque acts.
     pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;
@@ -113,7 +114,8 @@ impl Surroundings<'_> {
         accept(CentralGravity::of_masses(parameter?, points), section)
     }
 
-    /// Checks the requirements of the environment on the states, the start first.
+    /// Checks that the boundary states fulfil the requirements of the environment; the first state
+    /// is the start.
     pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {
@@ -158,7 +160,7 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Warns of a start that is not on a closed orbit.
+    /// Warns if the start is not on a closed orbit.
     fn warn_escape(&self, section: &Section, start: &Boundary<'_>) {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)

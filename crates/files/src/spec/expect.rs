@@ -1,138 +1,142 @@
-//! `[expect]`: the required result of a plan or a motion; the tests of a collection of problems
-//! read it.
+//! Reading of `[expect]`, the required result of a plan or a motion; the tests of the collection of
+//! problems use it.
 
 use super::attitude::{self, Use};
 use super::{Section, cut};
 use slewkit::maneuver::Sense;
 use slewkit::{Matrix3, Vector3};
 
-/// A required number and its tolerance.
+/// A required number with a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toleranced {
-    /// The number.
+    /// The required number.
     pub value: f64,
-    /// Largest accepted difference.
+    /// Largest accepted absolute difference.
     pub tolerance: f64,
 }
 
-/// `[expect]`: the required result of the plan of a shipped problem.
+/// Required result of the plan of a maneuver or a sequence, from `[expect]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expect {
-    /// The source of the numbers.
+    /// Source of the numbers.
     pub source: Option<String>,
-    /// The status of the plan; `solved` by default.
+    /// Status of the plan; the default is `solved`.
     pub status: String,
-    /// Cost.
+    /// Cost of the plan.
     pub cost: Option<Toleranced>,
-    /// The published cost, in the unit of ours, and its rounding: the plan must not cost more.
+    /// Published cost in the unit of `cost`, with its rounding as the tolerance; the plan must not
+    /// cost more.
     pub published: Option<Toleranced>,
-    /// Bound on the larger of attitude error in rad and relative momentum error at the end.
+    /// Upper bound on the terminal error: the larger of the attitude error \[rad\] and the relative
+    /// momentum error.
     pub terminal_error: Option<f64>,
-    /// Bound on the Newton iterations of the winning start, over its whole fallback sequence.
+    /// Upper bound on the number of Newton iterations from the initial guess that gave the plan,
+    /// over its whole fallback sequence.
     pub newton_iterations_at_most: Option<usize>,
-    /// Conjugate points of the plan.
+    /// Number of conjugate points of the plan.
     pub conjugate_points: Option<usize>,
-    /// Cost of the continuous extremal, where time or fuel is minimised.
+    /// Cost of the extremal in continuous time, if time or fuel is minimised.
     pub continuous_cost: Option<Toleranced>,
-    /// Number of switches, where time or fuel is minimised.
+    /// Number of switches of the inputs, if time or fuel is minimised.
     pub switches: Option<usize>,
-    /// Bound on the gap, where time or fuel is minimised.
+    /// Upper bound on the gap, if time or fuel is minimised.
     pub gap_at_most: Option<f64>,
-    /// Rotation sense of the plan.
+    /// Direction of rotation of the plan: the short or the long way.
     pub sense: Option<Sense>,
     /// Costs of other extremals that must be found.
     pub rivals: Vec<Toleranced>,
-    /// Bound on the smallest scaled margin of all limits and constraints.
+    /// Lower bound on the smallest scaled margin to any limit or constraint.
     pub margin_at_least: Option<f64>,
-    /// The names of all active limits and constraints.
+    /// Names of all active limits and constraints.
     pub active: Option<Vec<String>>,
-    /// The names of the stops in the order in which they are visited.
+    /// Names of the stops in the order of the visit.
     pub order: Option<Vec<String>>,
-    /// Part of the reason why nothing can meet the terminal conditions.
+    /// A part of the reason why the terminal conditions cannot be met.
     pub because: Option<String>,
 }
 
-/// `[expect]` of a simulation: the required result of the motion of a shipped problem.
+/// Required result of a simulation, from `[expect]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulationExpect {
-    /// The source of the numbers.
+    /// Source of the numbers.
     pub source: Option<String>,
     /// Energy at the start \[J\].
     pub energy: Option<Toleranced>,
-    /// Bound on the error of the energy, relative to the energy at the start.
+    /// Upper bound on the energy error, relative to the energy at the start.
     pub energy_error_at_most: Option<f64>,
-    /// Bound on the change of the angular momentum, relative to the one at the start.
+    /// Upper bound on the change of the angular momentum, relative to its value at the start.
     pub angular_momentum_error_at_most: Option<f64>,
-    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the
-    /// start.
+    /// Upper bound on the change of the linear momentum, relative to the sum of the momentum norms
+    /// of all bodies at the start.
     pub linear_momentum_error_at_most: Option<f64>,
-    /// Bound on `‖I − RᵀR‖` of every body.
+    /// Upper bound on the orthogonality error `‖I − RᵀR‖` of every body.
     pub orthogonality_at_most: Option<f64>,
-    /// States at the end.
+    /// Required states of bodies at the end.
     pub end: Vec<EndExpect>,
-    /// Mean rate of a body axis about a direction.
+    /// Required mean rate of a body axis about a direction.
     pub precession: Option<Precession>,
-    /// Mean period of a body axis that swings.
+    /// Required mean period of an oscillating body axis.
     pub oscillation: Option<Oscillation>,
 }
 
-/// State of one body at the end, each with the largest accepted distance from it (SI units,
-/// radians).
+/// Required state of one body at the end, in SI units and radians; each quantity has the largest
+/// accepted distance from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndExpect {
-    /// The index of the body, from 0.
+    /// Index of the body, counted from 0.
     pub body: usize,
-    /// Attitude, body → reference.
+    /// Rotation matrix from body to reference components.
     pub attitude: Option<(Matrix3, f64)>,
-    /// Angular velocity, body axes [rad/s].
+    /// Angular velocity in body axes \[rad/s\].
     pub angular_velocity: Option<(Vector3, f64)>,
-    /// Position, reference frame \[m\].
+    /// Position in the reference frame \[m\].
     pub position: Option<(Vector3, f64)>,
-    /// Velocity, reference frame [m/s].
+    /// Velocity in the reference frame \[m/s\].
     pub velocity: Option<(Vector3, f64)>,
 }
 
-/// The mean rate of a body axis about a direction.
+/// Required mean rate of a body axis about a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precession {
-    /// The index of the body, from 0.
+    /// Index of the body, counted from 0.
     pub body: usize,
-    /// The axis, body axes, any length.
+    /// The body axis, as a vector of any length in body axes.
     pub axis: Vector3,
-    /// The axis of its rotation, reference frame, any length.
+    /// The direction about which the axis turns, as a vector of any length in the reference frame.
     pub about: Vector3,
-    /// Mean rate [rad/s].
+    /// Mean rate of the axis about the direction \[rad/s\].
     pub rate: Toleranced,
 }
 
-/// The mean period of a body axis that swings.
+/// Required mean period of an oscillating body axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillation {
-    /// The index of the body, from 0.
+    /// Index of the body, counted from 0.
     pub body: usize,
-    /// The axis, body axes, any length.
+    /// The body axis, as a vector of any length in body axes.
     pub axis: Vector3,
-    /// The direction along which its component is observed, reference frame, any length.
+    /// The direction along which the component of the axis is observed, as a vector of any length
+    /// in the reference frame.
     pub direction: Vector3,
-    /// Mean time between upward passages of that component through zero \[s\].
+    /// Mean time between upward zero crossings of this component \[s\].
     pub period: Toleranced,
 }
 
 impl Toleranced {
-    /// Builds a table of a value and its tolerance.
+    /// Reads a table with a value and its tolerance.
     fn read(section: &Section) -> Option<Self> {
         Some(Self { value: section.number("value")?, tolerance: section.number("tolerance")? })
     }
 }
 
 impl Section {
-    /// Returns the number under `name`, and its tolerance.
+    /// Returns the number and tolerance in the table `name`.
     pub fn toleranced(&self, name: &str) -> Option<Toleranced> {
         self.section(name).and_then(Toleranced::read)
     }
 }
 
-/// Reads `[expect]` and checks it alone: it does not affect the plan.
+/// Reads `[expect]` of a maneuver or a sequence. It does not affect the plan.
 pub(crate) fn of_maneuver(section: &Section) -> Expect {
     Expect {
         source: section.word("source").map(str::to_string),
@@ -154,7 +158,7 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
     }
 }
 
-/// The keys of `[[expect.end]]`, and their tolerances.
+/// Keys of quantities in `[[expect.end]]`, each with the key of its tolerance.
 const TOLERATED: [(&str, &str); 4] = [
     ("attitude", "attitude_tolerance_rad"),
     ("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
@@ -162,7 +166,7 @@ const TOLERATED: [(&str, &str); 4] = [
     ("velocity_m_s", "velocity_tolerance_m_s"),
 ];
 
-/// Reads `[expect]` of a simulation of bodies with these names; `None` if it names an unknown
+/// Reads `[expect]` of a simulation of bodies with these names; `None` if it refers to an unknown
 /// body.
 pub(crate) fn of_simulation(section: &Section, names: &[&str]) -> Option<SimulationExpect> {
     let body = |section: &Section| {

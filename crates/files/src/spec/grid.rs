@@ -1,13 +1,13 @@
-//! The grid: a number of steps, or a step, of a plan or a simulation.
+//! Reading of the time grid of a plan or a simulation, given by the number of steps or the step.
 
 use super::keys::StepsOf;
 use super::{Section, short, show};
 use slewkit::maneuver::Problem;
 
-/// Code, reason and remedy.
+/// Code, reason and remedy of an error.
 type Words = (&'static str, String, &'static str);
 
-/// Returns the message for too few steps.
+/// Returns the message for a number of steps that is too small.
 pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     let (what, remedy) = match of {
         StepsOf::Plan => ("a plan", "100 is a good first value; or remove the key"),
@@ -18,12 +18,12 @@ pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     ("E0033", format!("{steps} is too few: {what} needs at least {least} step{plural}"), remedy)
 }
 
-/// Returns the message for too many steps.
+/// Returns the message for a number of steps that is too large.
 pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     let (why, remedy) = match of {
         StepsOf::Plan => {
-            // A node holds state, inputs, costates and the transition matrix of the sweep: about 1
-            // kB on SO(3).
+            // A node holds the state, the inputs, the costates and the transition matrix of the
+            // backward sweep, about 1 kB for rotations alone.
             let gigabytes = short(steps * 1e3 / 1e9);
             let why =
                 format!("they would need about {gigabytes} GB, and the limit of a plan is {}", of.most());
@@ -38,7 +38,7 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
 }
 
-/// Returns the number of steps from `steps` or `step_s` of the section.
+/// Returns the number of steps, given by `steps` or computed from `step_s` and `duration` \[s\].
 pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
     if section.has("steps") {
         return section.whole("steps");

@@ -1,83 +1,84 @@
-//! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these
-//! tables.
+//! Tables of all keys of a spec. The reader, the messages and the JSON Schema are all driven by
+//! these tables.
 
 use super::quantity::{self as q, Quantity};
 use Kind::*;
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::ActuatorSet;
 
-/// The kind of value of a key.
+/// Kind of the value of a key.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
-    /// The version of the format, 1.
+    /// Version of the format, which is 1.
     Format,
-    /// Text on one line, at most this many characters.
+    /// A text on one line, of at most this many characters.
     Text(usize),
-    /// One of the first words; the second words are known but not supported.
+    /// A word of the first list; words of the second list are known but not supported.
     Choice(&'static [&'static str], &'static [&'static str]),
     /// A number.
     Number(Quantity),
-    /// One number that is not negative for all, or one for each.
+    /// A common nonnegative number for all items, or a list with one for each item.
     Spread(Quantity),
-    /// A square matrix as rows, or its diagonal.
+    /// A square matrix, given as rows or by its diagonal.
     Square(Quantity),
     /// A number of steps.
     Steps(StepsOf),
-    /// A count, from … to ….
+    /// An integer between these two bounds, both included.
     Count(i64, i64),
-    /// Three numbers (x, y, z).
+    /// A vector, given as three numbers (x, y, z).
     Vector(Quantity),
-    /// Four numbers.
+    /// A quaternion, given as four numbers.
     Quaternion,
-    /// Three rows of three numbers.
+    /// A 3 × 3 matrix, given as three rows.
     Matrix,
-    /// Three rows of three numbers, or a diagonal of three.
+    /// An inertia, given as three rows of three numbers or by its diagonal.
     Inertia,
-    /// A list of axes, each three numbers.
+    /// A list of axes, each given as three numbers.
     Axes,
-    /// One number per input, or as many rows of as many numbers.
+    /// A weight matrix of the inputs, given as rows or by its diagonal.
     Weight,
     /// A table.
     Table(&'static Table),
-    /// A list of tables, at most this many.
+    /// A list of tables, of at most this many elements.
     List(&'static Table, usize),
-    /// A positive number; an absent key means no limit.
+    /// A positive number; without the key no limit applies.
     Limit(Quantity),
-    /// One limit for all, or a list with one for each input, or with this many.
+    /// A common limit for all inputs, or a list of limits. The list has one element for each input,
+    /// or as many as stated.
     Limits(Quantity, Option<usize>),
-    /// Three numbers, or a list of such vectors.
+    /// A vector, or a list of vectors.
     Vectors(Quantity),
-    /// A direction in space, or a list of them.
+    /// A direction in inertial space, or a list of directions.
     Directions,
-    /// A target: a word, a table, or a list of these.
+    /// A target: a word, a table, or a list of words and tables.
     Targets,
-    /// A body of the sky, whose direction this version cannot compute.
+    /// A celestial body in place of a direction, which is reported as an error.
     HeavenlyBody,
-    /// A list of texts, at most this many.
+    /// A list of texts, of at most this many elements.
     Texts(usize),
-    /// A list of points, each three numbers.
+    /// A list of vertices, each given as three numbers.
     Vertices(Quantity),
-    /// A list of triangles, each three whole numbers from 1.
+    /// A list of triangles, each given as three vertex numbers, counted from 1.
     Faces,
-    /// A list of intervals of time \[s\], one after another.
+    /// A list of time intervals \[s\] in increasing order.
     Intervals,
-    /// An interval of time \[s\].
+    /// A time interval \[s\].
     Interval,
-    /// True or false.
+    /// A boolean.
     Flag,
 }
 
-/// The kind of motion that has steps.
+/// The kind of run to which a number of steps belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StepsOf {
-    /// A plan, which holds its nodes in memory.
+    /// A plan, whose nodes are held in memory.
     Plan,
-    /// A simulation, which streams.
+    /// A simulation, whose rows are written as a stream.
     Simulation,
 }
 
 impl StepsOf {
-    /// Returns the smallest number of steps.
+    /// Returns the smallest number of steps that is allowed.
     pub fn least(self) -> u64 {
         match self {
             Self::Plan => Problem::MIN_STEPS as u64,
@@ -85,7 +86,7 @@ impl StepsOf {
         }
     }
 
-    /// Returns the largest number of steps.
+    /// Returns the largest number of steps that is allowed.
     pub fn most(self) -> u64 {
         match self {
             Self::Plan => Problem::MAX_STEPS as u64,
@@ -95,7 +96,7 @@ impl StepsOf {
 }
 
 impl Kind {
-    /// Returns the keys of the table, or of each table of the list, that it holds.
+    /// Returns the table of the keys, if the value is a table or a list of tables.
     pub fn table(self) -> Option<&'static Table> {
         match self {
             Self::Table(table) | Self::List(table, _) => Some(table),
@@ -106,42 +107,43 @@ impl Kind {
     }
 }
 
-/// One key.
+/// A key of a spec: its name, kind and description.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// Meaning of the key, in one line.
+    /// Description of the key in one line.
     pub doc: &'static str,
-    /// The sample value of a required key; `None` if the key is optional.
+    /// Sample value for messages if the key is required; `None` if it is optional.
     pub sample: Option<&'static str>,
-    /// Only for these values of the table's selector; empty: always.
+    /// Words of the table's selector with which the key has an effect; empty if it always has an
+    /// effect.
     pub only: &'static [&'static str],
 }
 
-/// The keys of one table.
+/// Keys of a table of the spec, with the rules on their combinations.
 #[derive(Debug)]
 pub(crate) struct Table {
     pub keys: &'static [Key],
-    /// The key whose value decides which others apply.
+    /// Name of the key whose word decides which other keys have an effect.
     pub selector: Option<&'static str>,
-    /// Groups of keys of which at most one is allowed.
+    /// Groups of keys that exclude each other.
     pub exclusive: &'static [&'static [&'static str]],
-    /// Groups of keys of which one is required, with a sample.
+    /// Groups of keys of which at least one is required, with a sample for messages.
     pub one_of: &'static [(&'static [&'static str], &'static str)],
 }
 
 impl Table {
     const EMPTY: Self = Self { keys: &[], selector: None, exclusive: &[], one_of: &[] };
 
-    /// Returns the key of this name.
+    /// Returns the key with this name; `None` if the table does not have it.
     pub fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
     }
 }
 
-/// One key: its description, its name, its [`Kind`]; then `only` and the values of the selector
-/// under which it means something, `needed` and a sample.
+/// Builds a key from its description, name and [`Kind`]. `only` lists the words of the selector
+/// with which the key has an effect; `needed` makes the key required and gives its sample.
 macro_rules! key {
     ([] $shared:ident) => { $shared };
     ([$($doc:literal)*] $name:expr; $kind:expr $(, only $only:expr)? $(, needed $sample:expr)?) => {
@@ -156,15 +158,15 @@ macro_rules! key {
     };
 }
 
-/// Keys that several tables have.
+/// Defines keys that several tables share.
 macro_rules! shared_keys {
     ($($(#[doc = $doc:literal])* $key:ident = $name:literal: $kind:expr;)*) => {
         $(const $key: Key = key!([$($doc)*] $name; $kind);)*
     };
 }
 
-/// Tables, each with its properties in brackets. A key is a name with its [`Kind`], or a shared
-/// key; the comment of a key is its description in the schema.
+/// Defines tables, each with its properties in brackets. A key is written as a name with its
+/// [`Kind`], or as a shared key. The comment of a key becomes its description in the schema.
 macro_rules! tables {
     ($(
         $(#[doc = $about:literal])*
@@ -202,7 +204,7 @@ pub(crate) use dispersion::{DISPERSION, MOST_CASES, SPREADS};
 pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
 pub(crate) const MAX_POINTS: usize = 100;
-/// The most stops: all pairs of so many are planned where their order is free.
+/// Largest number of stops; if their order is free, all pairs of stops are planned.
 pub(crate) const MAX_STOPS: usize = 200;
 pub(crate) const MAX_WHEELS: usize = ActuatorSet::MAX_INPUTS;
 const POINTING: &[&str] = &["keep_out", "keep_in", "on_cone"];
@@ -737,9 +739,9 @@ shared_keys! {
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
-/// Keys of the spin about an axis that points.
+/// Keys of the rate about the boresight.
 const SPINS: &[&str] = &["roll_rate_deg_s", "angular_velocity_deg_s", "angular_velocity_rad_s"];
-/// The key with the value "at rest in LVLH".
+/// Key with the value "at rest in LVLH".
 pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "point"];
 const ENDS: &[&str] =
@@ -1026,7 +1028,8 @@ macro_rules! attitude_keys {
     };
 }
 
-// Axes by letters, and by numbers, as spacecraft engineers write them: 321 is zyx.
+// The axes of a sequence are named by letters or, as spacecraft engineers write them, by numbers:
+// 321 is zyx.
 attitude_keys! {
     "xyz" "xzy" "yxz" "yzx" "zxy" "zyx" "xyx" "xzx" "yxy" "yzy" "zxz" "zyz"
     "123" "132" "213" "231" "312" "321" "121" "131" "212" "232" "313" "323"

@@ -1,28 +1,29 @@
-//! `[maneuver]` and `[solver]`.
+//! Reading of `[maneuver]` and `[solver]`.
 
 use super::keys::StepsOf;
 use super::{Angle, Section, grid, short, show};
 use slewkit::maneuver::{Duration, Method, Problem, Scheme, Settings, Target, Thoroughness};
 use std::time;
 
-/// Angle per step that the default number of steps allows \[rad\]: two or three Newton iterations.
+/// Largest rotation per step with the default number of steps \[rad\]; Newton's method then needs
+/// two or three iterations per step.
 const ANGLE_PER_STEP: f64 = 0.3;
-/// The fewest steps chosen by default.
+/// Smallest default number of steps.
 const DEFAULT_STEPS: f64 = 100.0;
 
-/// Returns the default number of steps: the smallest `N ≥ 100` with at most 0.3 rad in each step
-/// along the cubic guess.
+/// Returns the default number of steps: the smallest `N ≥ 100` for which the cubic initial guess
+/// turns by at most 0.3 rad in each step.
 ///
-/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`: the cubic turns at most `1.5 φ/T` fast, for the longest
-/// rotation `angle` = φ in rad that is to be tried; `rate` = ω in rad/s is the largest boundary
-/// rate plus the rate of the reference frame and the rate of the nutation under the momentum of the
-/// wheels; `duration` = T in s.
+/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`, because the rate of the cubic is at most `1.5 φ/T`. `angle`
+/// = φ \[rad\] is the longest rotation that is tried. `rate` = ω \[rad/s\] is the largest boundary
+/// rate plus the rate of the reference frame plus the nutation rate due to the momentum of the
+/// wheels. `duration` = T \[s\].
 pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// Reads the duration: required if effort or fuel is the objective and time has neither price nor
-/// bound; otherwise the plan finds it.
+/// Reads the duration. It is required if effort or fuel is minimised without a time weight and
+/// without a bound on the duration; otherwise the plan determines it.
 pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
@@ -39,7 +40,8 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         }
     } else if !priced && !bounded {
         if !section.has("duration_s") {
-            // An unknown key or objective was reported, and may be what frees or states the duration.
+            // An unknown key or objective has been reported. It may be the misspelt key that gives
+            // or frees the duration.
             let misspelt = section.given.iter().any(|given| !section.knows(&given.name));
             if misspelt || (section.has("minimize") && minimize.is_none()) {
                 return None;
@@ -65,7 +67,7 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
-    // A wrong number is reported, and not a missing duration.
+    // An invalid number is reported; the duration is then not reported as missing.
     for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
         if given {
             section.number(key)?;
@@ -78,7 +80,8 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
     Some(Duration::Sought { at_most: section.number("duration_at_most_s") })
 }
 
-/// Returns the number of steps of a maneuver with a free duration, given or chosen for its angle.
+/// Returns the number of steps of a maneuver with a free duration: as given, or chosen for the
+/// rotation `angle` \[rad\].
 pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
     if section.has("steps") {
         section.whole("steps")?.try_into().ok()
@@ -87,7 +90,8 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
     }
 }
 
-/// Refuses a scheme that switching inputs, or a free duration, do not allow.
+/// Reports an error if the spec selects a scheme that does not support switching inputs or a free
+/// duration.
 pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
         let reason = "a free duration, and inputs that switch, need the second-order scheme";
@@ -95,7 +99,7 @@ pub(crate) fn refuse_scheme(section: &Section) {
     }
 }
 
-/// Returns the number of steps, given or chosen for the `angle` and `rate` of [`default_steps`].
+/// Returns the number of steps: as given, or chosen by [`default_steps`] for `angle` and `rate`.
 pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> Option<usize> {
     if section.has("steps") || section.has("step_s") {
         return grid::given(StepsOf::Plan, section, duration)?.try_into().ok();
@@ -115,7 +119,7 @@ pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> 
     Some(steps as usize)
 }
 
-/// Returns `[solver]`: the discretisation and the settings.
+/// Reads `[solver]`: the integration scheme and the settings of the solver.
 pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     let mut settings = Settings::default();
     let Some(section) = section else { return (Scheme::LieVerlet, settings) };

@@ -1,37 +1,45 @@
-//! Spec files: the maneuver or the simulation as a person writes it, in TOML or JSON.
+//! Spec files: a maneuver, a sequence or a simulation as a user writes it, in TOML or JSON.
 //!
 //! ```text
 //! text ──▶ tree with places ──▶ --set ──▶ check of names, types, ranges ──▶ Problem, Settings
 //!                                                                       └─▶ Simulation
 //! ```
 //!
-//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned: a maneuver, or a
-//! sequence if it has `[[stop]]`. [`load`] reads every kind, [`read`] one maneuver.
+//! A spec with `[simulation]` or `[[bodies]]` is simulated. Any other spec is planned: as a
+//! sequence if it has `[[stop]]`, otherwise as a single maneuver. [`load`] reads every kind,
+//! [`read`] a single maneuver.
 //!
-//! The keys state the units; inside the crate everything is SI. All errors of a spec are reported
-//! at once, each with its place, its reason and a remedy. [`schema()`] returns the JSON Schema of
-//! the format, [`template`] a first spec. [`SpecDocument`] writes a maneuver in these keys.
+//! The names of keys state their units; in the library all quantities are in SI units. All errors
+//! of a spec are reported at once, each with its position, its reason and a remedy. [`schema()`]
+//! returns the JSON Schema of the format, and [`template`] a spec to start from. [`SpecDocument`]
+//! writes a maneuver with these keys.
 //!
-//! The defaults of a maneuver are three body torques of weight 1, and three forces along the
-//! reference axes if `[start]` has a position; angular velocities at rest; the number of steps of
-//! [`default_steps`]; a free body; no limits and no constraints; `path = "best"`, or `"as_given"`
-//! with `rotation_from_start`. With `rotation_from_start` a quaternion, a matrix, or two or more
-//! Euler angles mean the shortest rotation; axis and angle, a rotation vector, or a single Euler
-//! angle mean the angle as written.
+//! A maneuver has these defaults:
 //!
-//! The defaults of a simulation are Lie–Verlet; a row for every step; bodies at rest without
-//! mutual gravity; the inertia of a body with a shape. A body without a shape attracts to second
-//! order in its size.
+//! - three body torques of weight 1, and three forces along the reference axes if `[start]` has a
+//!   position;
+//! - zero angular velocities, and the number of steps of [`default_steps`];
+//! - a body without force fields, limits and constraints;
+//! - `path = "best"`, or `"as_given"` with `rotation_from_start`.
 //!
-//! # Why a hand-written reader of specs instead of serde derive?
+//! In `rotation_from_start`, a quaternion, a matrix, or two or more Euler angles stand for the
+//! shortest rotation. Axis and angle, a rotation vector, or a single Euler angle keep the angle as
+//! written.
 //!
-//! Derive stops at the first error and loses the place for `--set` and nested tables. This reader
-//! reports all errors at once, each with line, column, reason with its numbers and a remedy. TOML
-//! and JSON are parsed to one tree whose nodes carry spans, and tables of keys (`spec/keys.rs`)
-//! drive the check, the nearest-key suggestions, the writer and the JSON Schema: a key is one
-//! line there under its description. A table that has been read reports at its own keys
-//! (`section.refuse("E0054", "axis_body", reason, remedy)`). Opinion: the reader is long because
-//! helpful messages are long, not because parsing is.
+//! A simulation has these defaults: the scheme Lie–Verlet, a row for every step, bodies at rest
+//! without mutual gravity, and for a body with a shape the inertia of the shape. The gravity of a
+//! body without a shape is expanded to second order in its size.
+//!
+//! # Why is the reader of specs written by hand and not derived with serde?
+//!
+//! A derived reader stops at the first error, and loses the positions of `--set` values and nested
+//! tables. This reader reports all errors at once, each with line, column, reason with its numbers,
+//! and a remedy. TOML and JSON are parsed to one kind of tree, whose nodes carry their positions.
+//! Tables of keys (`spec/keys.rs`) drive the check, the suggestions of similar keys, the writer and
+//! the JSON Schema: a new key is one line in a table, below its description. Later checks report
+//! errors at the keys of a table that has been read
+//! (`section.refuse("E0054", "axis_body", reason, remedy)`). The reader is long because helpful
+//! messages are long, not because parsing is.
 
 mod actuators;
 mod any_of;
@@ -101,118 +109,120 @@ use slewkit::sequence::{Place, Sequence};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The largest spec, in bytes.
+/// Largest size of a spec \[bytes\].
 pub const MAX_BYTES: usize = 1 << 20;
 
-/// The notation of a spec.
+/// File format of a spec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// TOML, the default.
     Toml,
-    /// JSON, strict.
+    /// Strict JSON, without comments and trailing commas.
     Json,
 }
 
 impl Format {
-    /// Returns JSON for names that end in `.json`, and otherwise TOML.
+    /// Returns JSON for file names that end in `.json`, and TOML for all others.
     pub fn of(path: &Path) -> Self {
         let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
         if json { Self::Json } else { Self::Toml }
     }
 }
 
-/// A spec that can be planned.
+/// A checked spec of a single maneuver, ready to be planned.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The maneuver, in SI units, checked.
+    /// The maneuver in SI units.
     pub problem: Problem,
-    /// The settings of the solver.
+    /// Settings of the solver.
     pub settings: Settings,
-    /// The required result of the plan, if the spec has one.
+    /// Required result of the plan, if the spec has `[expect]`.
     pub expect: Option<Expect>,
-    /// The names and the epoch for files of other programs.
+    /// Names and epoch, for files of other programs.
     pub identity: Identity,
-    /// The uncertain numbers, if the spec has any.
+    /// Uncertain numbers, if the spec has `[dispersion]`.
     pub dispersion: Option<Dispersion>,
-    /// The directions of the named targets, if the spec has such targets.
+    /// Named targets and their directions, if the spec has any.
     pub heavens: Option<Heavens>,
-    /// The gains, the uncertainty and the plant.
+    /// Feedback gains, uncertainty and plant for flights of the plan.
     pub closed_loop: ClosedLoop,
-    /// The files that it names, which no output may replace.
+    /// Files that the spec refers to; no output may replace them.
     pub files: Vec<PathBuf>,
-    /// The warnings, in file order.
+    /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A spec with stops, which can be planned.
+/// A checked spec with stops, ready to be planned.
 #[derive(Clone, Debug)]
 pub struct LoadedSequence {
-    /// The spacecraft, its start and its stops, in SI units, checked.
+    /// The spacecraft, its start and its stops, in SI units.
     pub sequence: Sequence,
-    /// The settings of the solver.
+    /// Settings of the solver.
     pub settings: Settings,
-    /// The required result of the plan, if the spec has one.
+    /// Required result of the plan, if the spec has `[expect]`.
     pub expect: Option<Expect>,
-    /// The names and the epoch for files of other programs.
+    /// Names and epoch, for files of other programs.
     pub identity: Identity,
-    /// The files that it names, which no output may replace.
+    /// The gains, the uncertainty and the plant with which the whole is flown.
+    pub closed_loop: ClosedLoop,
+    /// Files that the spec refers to; no output may replace them.
     pub files: Vec<PathBuf>,
-    /// The warnings, in file order.
+    /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A spec that can be simulated.
+/// A checked spec of a simulation, ready to be run.
 #[derive(Clone, Debug)]
 pub struct LoadedSimulation {
-    /// Bodies, method and duration, in SI units, checked.
+    /// Bodies, integrator and duration, in SI units.
     pub simulation: Simulation,
-    /// Shapes of the bodies, in their order; `None` for bodies without a shape.
+    /// Shape of each body, in the order of the bodies; `None` for a body without a shape.
     pub shapes: Vec<Option<BodyShape>>,
-    /// The solids of the bodies with faces, in their order.
+    /// Solid of each body, in the order of the bodies; `None` for a body without faces.
     pub solids: Vec<Option<Solid>>,
-    /// The required result of the motion, if the spec has one.
+    /// Required result of the motion, if the spec has `[expect]`.
     pub expect: Option<SimulationExpect>,
-    /// Files that the spec names and the reader has read.
+    /// Files that the spec refers to and that were read.
     pub files: Vec<PathBuf>,
-    /// The warnings, in file order.
+    /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A homogeneous solid within the faces of the spec or of its file.
+/// A homogeneous solid, bounded by faces in the spec or in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// Number of triangles.
+    /// Number of triangular faces.
     pub faces: usize,
     /// Volume \[m³\].
     pub volume: f64,
-    /// The mass center in the coordinates of the given vertices \[m\]; the origin of the body moves
-    /// to it.
+    /// Center of mass in the coordinates of the given vertices \[m\]; the origin of the body is
+    /// moved to this point.
     pub mass_center: Vector3,
 }
 
-/// Shape of a body.
+/// Shape of a body of a simulation.
 #[derive(Clone, Debug)]
 pub enum BodyShape {
-    /// Two spheres on a rod.
+    /// Two spheres, connected by a rod.
     Dumbbell(Dumbbell),
-    /// Any other.
+    /// Any other shape, given by its gravity field.
     Other(Box<Attractor>),
 }
 
-/// A spec of any kind.
+/// A checked spec of any kind.
 #[derive(Clone, Debug)]
 pub enum Spec {
-    /// A maneuver.
+    /// A single maneuver.
     Maneuver(Box<Loaded>),
-    /// A maneuver with stops.
+    /// A sequence of maneuvers with stops.
     Sequence(Box<LoadedSequence>),
     /// A simulation.
     Simulation(Box<LoadedSimulation>),
 }
 
 impl LoadedSequence {
-    /// Returns the boresight that points at the stop of this name, body axes; `None` for a stop that
-    /// is an attitude.
+    /// Returns the boresight that points at the target of the stop with this name, as a unit vector
+    /// in body axes; `None` if no stop has this name, or if the stop is an attitude.
     pub fn boresight(&self, stop: &str) -> Option<Vector3> {
         match self.sequence.stops.iter().find(|other| other.name == stop)?.place {
             Place::Aim(ref aim) => Some(aim.boresight),
@@ -222,7 +232,7 @@ impl LoadedSequence {
 }
 
 impl Spec {
-    /// Returns the maneuver, if it is one without stops.
+    /// Returns the maneuver, if the spec is a single maneuver.
     pub fn maneuver(self) -> Option<Loaded> {
         match self {
             Self::Maneuver(loaded) => Some(*loaded),
@@ -230,7 +240,7 @@ impl Spec {
         }
     }
 
-    /// Returns the warnings, in file order.
+    /// Returns the warnings, in the order of the file.
     pub fn warnings(&self) -> &[Diagnostic] {
         match self {
             Self::Maneuver(loaded) => &loaded.warnings,
@@ -240,19 +250,19 @@ impl Spec {
     }
 }
 
-/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative
-/// to its folder.
+/// Reads the spec at `path`, which may be of any kind, in the format `format`. Relative paths in
+/// the spec refer to its folder.
 ///
 /// # Errors
-/// All errors and warnings of the file.
+/// Returns all errors and warnings of the file.
 pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
     interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
 }
 
-/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the
-/// size limit; messages use `name` for it. Files that it names are relative to the current
+/// Reads a spec of any kind from a stream such as standard input, up to its end or the size limit.
+/// `name` is the name of the stream in messages. Relative paths in the spec refer to the current
 /// folder.
 ///
 /// # Errors
@@ -267,17 +277,17 @@ pub fn load_from_reader(
     interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
 }
 
-/// Reads the maneuver or the sequence at `path` in the given notation.
+/// Reads the maneuver or the sequence at `path` in the format `format`.
 ///
 /// # Errors
-/// Returns all errors of the file or its contents; a simulation is an error.
+/// Returns all errors of the file and its contents; a simulation is an error.
 pub fn read_planned(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
     interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Planned)
 }
 
-/// Reads a maneuver or a sequence from a stream, such as the standard input.
+/// Reads a maneuver or a sequence from a stream such as standard input.
 ///
 /// # Errors
 /// Returns the errors of [`read_planned`].
@@ -291,11 +301,11 @@ pub fn planned_from_reader(
     interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Planned)
 }
 
-/// Reads a spec of either kind from text; messages use `name` for it, and files that it names are
-/// relative to `folder`.
+/// Reads a spec of any kind from a text. `name` is the name of the text in messages. Relative paths
+/// in the spec refer to `folder`.
 ///
 /// # Errors
-/// Every error of the spec, in file order, with the warnings among them.
+/// Returns all errors and warnings of the spec, in the order of the file.
 pub fn load_from_str(
     text: &str,
     name: &str,
@@ -306,15 +316,15 @@ pub fn load_from_str(
     interpret(text::decode(text.as_bytes(), name)?, name, folder, format, overrides, Wanted::Any)
 }
 
-/// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
+/// Reads the maneuver at `path`, as JSON if the file name ends in `.json`, otherwise as TOML.
 ///
 /// # Errors
-/// Returns all errors of the file or its contents; a simulation is an error.
+/// Returns all errors of the file and its contents; a sequence or a simulation is an error.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     read_as(path, Format::of(path), overrides)
 }
 
-/// Reads the maneuver at `path` in the given notation.
+/// Reads the maneuver at `path` in the format `format`.
 ///
 /// # Errors
 /// Returns the errors of [`read`].
@@ -324,7 +334,7 @@ pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Lo
     maneuver(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides)
 }
 
-/// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
+/// Reads a maneuver from a stream such as standard input, up to its end or the size limit.
 ///
 /// # Errors
 /// Returns the errors of [`read`].
@@ -338,7 +348,7 @@ pub fn from_reader(
     from_bytes(&bytes, name, format, overrides)
 }
 
-/// Reads a maneuver from bytes that messages call `name`.
+/// Reads a maneuver from bytes; `name` is their name in messages.
 ///
 /// # Errors
 /// Returns the errors of [`read`].
@@ -352,10 +362,10 @@ pub fn from_bytes(
     from_str(text, name, format, overrides)
 }
 
-/// Reads a maneuver from text that messages call `name`.
+/// Reads a maneuver from a text; `name` is its name in messages.
 ///
 /// # Errors
-/// Every error of the spec, in file order, with the warnings among them.
+/// Returns all errors and warnings of the spec, in the order of the file.
 pub fn from_str(
     text: &str,
     name: &str,
@@ -374,7 +384,7 @@ fn maneuver(
 ) -> Result<Loaded, Diagnostics> {
     match interpret(text, name, folder, format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
-        // `interpret` has refused them.
+        // Unreachable: `interpret` rejects both kinds if only a maneuver is accepted.
         Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
     }
 }
@@ -383,16 +393,16 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or_else(|| Path::new(""))
 }
 
-/// The accepted kind of spec.
+/// The kinds of spec that a caller accepts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Any,
-    /// One that is planned: a maneuver or a sequence.
+    /// A maneuver or a sequence.
     Planned,
     Maneuver,
 }
 
-/// Reads a spec. Files that it names are relative to `folder`.
+/// Reads a spec of the accepted kind. Relative paths in the spec refer to `folder`.
 fn interpret(
     text: &str,
     name: &str,
@@ -410,7 +420,7 @@ fn interpret(
     understand(&root, findings, &sources, name, folder, wanted)
 }
 
-/// Interprets a tree, and adds the errors and warnings of its parsing.
+/// Checks a tree and builds the spec; adds the findings of the parser to the report.
 fn understand(
     root: &Node,
     findings: Vec<Finding>,
@@ -451,16 +461,21 @@ fn understand(
     } else {
         assemble::assemble(&section, &stem, folder).map(|assembled| {
             let assemble::Assembled { mut problem, settings, expect, identity, heavens, stops } = assembled;
+            let closed_loop = closed_loop::read(&section, root, &mut problem);
+            let (files, warnings) = (base::files_named(root, folder), Vec::new());
             if let Some((stops, order)) = stops {
                 let sequence = Sequence { craft: problem, stops, order };
-                let files = base::files_named(root, folder);
-                let warnings = Vec::new();
-                let loaded = LoadedSequence { sequence, settings, expect, identity, files, warnings };
-                return Spec::Sequence(Box::new(loaded));
+                return Spec::Sequence(Box::new(LoadedSequence {
+                    sequence,
+                    settings,
+                    expect,
+                    identity,
+                    closed_loop,
+                    files,
+                    warnings,
+                }));
             }
             let dispersion = dispersion::read(&section, root);
-            let closed_loop = closed_loop::read(&section, root, &mut problem);
-            let warnings = Vec::new();
             Spec::Maneuver(Box::new(Loaded {
                 problem,
                 settings,
@@ -469,7 +484,7 @@ fn understand(
                 dispersion,
                 heavens,
                 closed_loop,
-                files: base::files_named(root, folder),
+                files,
                 warnings,
             }))
         })
@@ -489,8 +504,9 @@ fn understand(
     }
 }
 
-/// Returns the key that makes a spec a simulation; `None` for a maneuver. If a spec has keys of
-/// both, `[maneuver]` makes it a maneuver unless it has `[simulation]`.
+/// Returns the entry whose key makes the spec a simulation; `None` for a maneuver. If a spec has
+/// keys of both kinds, `[simulation]` makes it a simulation, and otherwise `[maneuver]` makes it a
+/// maneuver.
 fn is_simulation(root: &Node) -> Option<&tree::Entry> {
     let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
     root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
@@ -501,12 +517,12 @@ pub fn template() -> &'static str {
     include_str!("template.toml")
 }
 
-/// Returns a commented simulation to start from: two bodies that attract one another.
+/// Returns a commented simulation to start from: two bodies that attract each other.
 pub fn simulation_template() -> &'static str {
     include_str!("simulation_template.toml")
 }
 
-/// Returns the tree of the file.
+/// Parses a text to a tree.
 fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     let text = &source.text;
     let wrong = |code, (start, end), reason: &str, remedy: &str| {
@@ -551,7 +567,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     }
 }
 
-/// Returns the findings in file order, with their positions.
+/// Returns the findings in the order of the file, with their positions.
 fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
     findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
     findings.truncate(section::MAX_FINDINGS);

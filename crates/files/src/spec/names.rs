@@ -1,11 +1,11 @@
-//! `epoch` and `[names]`: the identity of the maneuver in files for other programs.
+//! Reading of `epoch` and `[names]`, the identity of a maneuver in files for other programs.
 
 use super::{Section, cut, show};
 use crate::epoch::{Epoch, EpochError};
 use crate::identity::{Boresights, Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
-/// Reads the identity; `actuation` is the actuation of the maneuver, if known.
+/// Reads the identity; `actuation` has the actuators of the maneuver, if they are known.
 pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
     let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
@@ -34,8 +34,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Returns the boresights that have a name: first the boresights of constraints, then the boresights
-/// of the end and of stops.
+/// Returns the named boresights: first those of the constraints, then those of the end and of
+/// stops.
 fn boresights(root: &Section) -> Vec<Boresights> {
     let ends = root.section("end").into_iter().chain(root.list("stop"));
     let points = ends.filter_map(|end| end.section("point"));
@@ -55,8 +55,8 @@ fn boresights(root: &Section) -> Vec<Boresights> {
     named.collect()
 }
 
-/// Returns the thrusters if all are given by position and force. The maneuver has been read from
-/// them.
+/// Returns the thrusters if all are defined by position and force; the maneuver has been built from
+/// the same tables.
 fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     let nozzle = |thruster: &Section| {
         Some(Nozzle {
@@ -69,14 +69,13 @@ fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     root.section("actuators")?.list("thruster").iter().map(nozzle).collect()
 }
 
-/// Returns the epoch under the key `epoch` of a table; `None` if it is absent, or if the report has
-/// an error of it.
+/// Reads the epoch of a table; `None` if it is absent or invalid.
 pub(super) fn epoch(section: &Section) -> Option<Epoch> {
     let date = date("epoch", section.word("epoch")?);
     date.map_err(|(reason, remedy)| section.error("E0130", "epoch", reason, remedy)).ok()
 }
 
-/// Returns the moment that a text states; or the reason for which it states none, and the remedy.
+/// Parses a date and time; otherwise returns the reason and the remedy.
 pub(super) fn date(key: &str, text: &str) -> Result<Epoch, (String, String)> {
     Epoch::parse(text).map_err(|error| {
         let how = match error {
@@ -94,7 +93,7 @@ pub(super) fn date(key: &str, text: &str) -> Result<Epoch, (String, String)> {
     })
 }
 
-/// Returns a name that every format can carry.
+/// Reads a name that every format can represent.
 fn name(names: &Section, key: &str) -> Option<String> {
     let text = names.word(key)?.trim();
     let wrong = |c: &char| !(c.is_ascii_graphic() || *c == ' ');
@@ -120,8 +119,8 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// Returns the names of wheels or thrusters. If only some have names, the others get their numbers;
-/// if none has a name, the list is empty.
+/// Returns the names of wheels or thrusters. If only some have names, the others are named by their
+/// numbers; if none has a name, the list is empty.
 fn names_of(root: &Section, key: &str) -> Vec<String> {
     let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
     if !all.iter().any(|one| one.has("name")) {

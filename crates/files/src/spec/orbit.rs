@@ -1,4 +1,4 @@
-//! `[orbit]`, and the orbit of another satellite that is aimed at: two-line elements, an OMM,
+//! Reading of `[orbit]`, and of the orbit of a targeted satellite: two-line elements, an OMM,
 //! Keplerian elements, a state, or an OEM.
 
 mod table;
@@ -14,15 +14,15 @@ use slewkit_sky::{
 };
 use std::path::PathBuf;
 
-/// The age of mean elements above which a warning is given \[days\].
+/// Age of mean elements above which a warning is given \[days\].
 const OLD: f64 = 3.0;
-/// The error that mean elements gain in a day, smallest and largest \[km\].
+/// Smallest and largest growth of the position error of mean elements per day \[km\].
 const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
-/// The age above which mean elements are refused by default \[days\]: drag that is known to a tenth
-/// then gives an error of a hundred kilometres.
+/// Default of the age above which mean elements are rejected \[days\]. At this age, a drag that is
+/// known to 10 % gives an error of a hundred kilometres.
 const OLDEST: f64 = 30.0;
 
-/// The keys of which at least one is required.
+/// Keys of which an orbit needs exactly one.
 const KINDS: [&str; 5] = ["tle", "omm", "oem", "position_m", "semi_major_axis_m"];
 
 const KEPLERIAN: [&str; 5] =
@@ -46,27 +46,27 @@ pub(super) const KEYS: &[&str] = &[
     "model",
 ];
 
-/// The data of a maneuver that the reader of an orbit needs.
+/// Data of a maneuver with which an orbit is read.
 #[derive(Clone, Debug)]
 pub(super) struct Around {
-    /// The moment at which the maneuver begins.
+    /// Epoch of the maneuver, at which it begins.
     pub epoch: Epoch,
-    /// The clock that starts then.
+    /// Clock whose time zero is the epoch of the maneuver.
     pub clock: Clock,
-    /// The rotation of the Earth.
+    /// UT1 − UTC and polar motion.
     pub rotation: EarthRotation,
-    /// The time ahead for which positions are needed \[s\].
+    /// Time after the epoch up to which positions are needed \[s\].
     pub ahead: f64,
-    /// The folder of the spec.
+    /// Folder of the spec, to which relative paths refer.
     pub folder: PathBuf,
 }
 
-/// Reads the orbit of a table; `what` is its name in messages.
+/// Reads the orbit in a table of the spec, which messages call `what`.
 pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Orbit> {
     let given: Vec<&str> = KINDS.into_iter().filter(|key| section.has(key)).collect();
     let state = section.has("position_m") || section.has("velocity_m_s");
     match given[..] {
-        // The table of keys has already reported a conflict in [orbit].
+        // For [orbit], the check of its keys has already reported the conflict.
         [first, second, ..] => {
             if section.path != "orbit" {
                 let reason = format!("both `{first}` and `{second}` are given");
@@ -141,7 +141,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
 }
 
 fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit> {
-    // A line above them is the name of the satellite.
+    // A line above the two lines is the name of the satellite.
     let (first, second) = match lines {
         [first, second] => (first, second),
         [name, first, second] if !name.starts_with("1 ") => (first, second),
@@ -156,7 +156,7 @@ fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit>
     recent(section, "tle", orbit)
 }
 
-/// Returns the orbit of an OMM.
+/// Reads the orbit from an OMM file.
 fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     let written = section.word("omm")?;
     let (path, file) = match open(written, &around.folder, "an orbit mean-elements message") {
@@ -172,7 +172,7 @@ fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     recent(section, "omm", orbit)
 }
 
-/// Reports the fault of a file that a key names.
+/// Reports the first error of a file that is named by the key `key`.
 fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
         || (1, "it cannot be read".into(), "check it".into()),
@@ -181,8 +181,8 @@ fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
 }
 
-/// Returns an orbit by mean elements that are not too old. Older elements cause a warning after
-/// some days, and are refused after more.
+/// Returns an orbit by mean elements if they are not too old. Above some age they cause a warning,
+/// and above a larger age an error.
 fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
     let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
@@ -206,7 +206,7 @@ fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     Some(orbit)
 }
 
-/// Reads the orbit of an OEM from the first segment that covers the whole maneuver.
+/// Reads the orbit from the first segment of an OEM file that covers the whole maneuver.
 fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     let written = section.word("oem")?;
     let (path, file) = match open(written, &around.folder, "an orbit ephemeris message") {
@@ -265,7 +265,8 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     made.map_err(|error| section.error("E0076", "oem", error.to_string(), "check the file")).ok()
 }
 
-/// Returns the rows of a segment in the axes of the GCRS, times from the epoch of the maneuver.
+/// Returns the rows of a segment with components in the GCRS and times after the epoch of the
+/// maneuver.
 fn tabulated(segment: &Segment, around: &Around) -> Table {
     let time: Vec<f64> = segment.moment.iter().map(|moment| moment.since(&around.epoch)).collect();
     let (clock, rotation) = (&around.clock, &around.rotation);
@@ -275,7 +276,8 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
         EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(clock, time),
         EphemerisAxes::Earth => earth_to_gcrs(clock, time, rotation),
     };
-    // The Earth turns under its axes. Axes of a date turn by 8e-12 rad/s, which has no effect here.
+    // The rotation of Earth-fixed axes contributes to the velocity. Axes of date turn by 8e-12
+    // rad/s, which is negligible.
     let turning = |time: f64, position: &Vector3| match segment.axes {
         EphemerisAxes::Earth => {
             (earth_to_gcrs(clock, time + 1.0, rotation) - earth_to_gcrs(clock, time - 1.0, rotation))
@@ -292,9 +294,9 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
     Table { time, position, velocity, between: segment.between }
 }
 
-/// Two segments belong to one orbit if they are this near \[m\].
+/// Largest distance between two segments that count as one orbit \[m\].
 const ONE_ORBIT: f64 = 10.0;
-/// Moments are equal to this \[s\]: sums of seconds in doubles.
+/// Tolerance on the equality of times \[s\], for the rounding of sums of seconds.
 const ROUNDED: f64 = 1e-6;
-/// The largest number of segments that a message lists.
+/// Largest number of segments that a message lists.
 const SHOWN: usize = 3;

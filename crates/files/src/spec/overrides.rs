@@ -1,11 +1,12 @@
-//! Keys that are set from outside the file: by `--set`, by a cell of a table of cases, by a grid.
+//! Values of keys that are set from outside the file: by `--set`, by a cell of a table of cases, or
+//! by a grid.
 
 use super::{Finding, MAX_BYTES, Node, Origin, Source, Span, Spot, Value, cut, toml_text};
 
-/// A key set from outside the file, as by `--set maneuver.steps=200`.
+/// A key with a value that is set from outside the file, such as `--set maneuver.steps=200`.
 ///
-/// The value is read as a TOML value, or else as text. A number in the path selects an element of
-/// a list, from 0.
+/// The value is parsed as a TOML value or, if that fails, used as text. A number in the path
+/// selects an element of a list, counted from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     path: String,
@@ -13,14 +14,14 @@ pub struct Override {
     origin: Option<Origin>,
 }
 
-/// The form of an override.
+/// Description of the notation of an override, for messages.
 const WANTED: &str = "write key.path=value, for example maneuver.steps=200";
 
 impl Override {
-    /// Splits `key.path=value`.
+    /// Parses `key.path=value`.
     ///
     /// # Errors
-    /// Fails when the text cannot be used; the error is text for a usage message.
+    /// Returns a text for a usage message, if the path or the value is not valid.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((path, value)) = text.split_once('=') else {
             return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
@@ -28,10 +29,10 @@ impl Override {
         Self::new(path, value)
     }
 
-    /// Sets the key at a dotted `path` to `value`.
+    /// Creates an override that sets the key at the dotted `path` to `value`.
     ///
     /// # Errors
-    /// Fails when the path or the value cannot be used; the error is text for a usage message.
+    /// Returns a text for a usage message, if the path or the value is not valid.
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {
@@ -46,7 +47,7 @@ impl Override {
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }
 
-    /// Builds the override with the place that messages point at.
+    /// Sets the position that messages report for the value.
     pub fn at(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
@@ -62,8 +63,8 @@ impl Override {
         &self.value
     }
 
-    /// Returns the text that messages show, and the byte at which the path begins in it, if it
-    /// does, and the value.
+    /// Returns the text that messages show, the index of its first byte of the path, if it contains
+    /// the path, and the index of the first byte of the value.
     pub(super) fn source(&self) -> (Source, Option<usize>, usize) {
         const PREFIX: &str = "--set ";
         let Self { path, value, origin } = self;
@@ -79,8 +80,8 @@ impl Override {
     }
 }
 
-/// Returns the value that a text means: a TOML value, else the text itself; `offset` is its first
-/// byte in the source.
+/// Parses a value as TOML, and otherwise as text; `offset` is the index of its first byte in the
+/// source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },
@@ -88,7 +89,7 @@ pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     })
 }
 
-/// Sets the overrides in the tree. Each override is a separate source.
+/// Sets the overrides in a tree. Each override is a separate source.
 pub(super) fn apply(
     mut root: Node,
     overrides: &[Override],
@@ -115,7 +116,8 @@ pub(super) fn apply(
             findings.push(Finding::error_at("E0025", spot, reason, remedy));
             continue;
         }
-        // A message about the whole value, such as an attitude, shows the part that was set.
+        // A message about a whole value, such as an attitude, then shows the part that the override
+        // has set.
         let inside = keys.len() > 2 && keys[keys.len() - 2].0.parse::<usize>().is_err();
         if inside && let Some(value) = root.at_mut(&keys[..keys.len() - 1]) {
             value.span = shown;

@@ -1,4 +1,4 @@
-//! Dotted paths to keys, as `--set` and the columns of a table of cases have them.
+//! Dotted paths of keys, as in `--set` and in the headers of tables of cases.
 
 use super::check::elsewhere;
 use super::keys::{Key, Kind, ROOT};
@@ -7,16 +7,16 @@ use super::tree::Entry;
 use super::values::{self, Fault};
 use super::{Node, Value, cut};
 
-/// The target of a path.
+/// What a path refers to.
 pub(super) enum Place {
-    /// The path of a key.
+    /// A key of the spec.
     Key(&'static Key),
-    /// Into the value of a key: an element of a list.
+    /// An element of a list, which is the value of a key.
     Element,
 }
 
-/// Returns the target of `path` in the spec of a maneuver whose tree is `root`; else code, reason
-/// and remedy.
+/// Returns what `path` refers to in the spec of a maneuver with the tree `root`; otherwise code,
+/// reason and remedy of the error.
 pub(super) fn place(root: &Node, path: &str) -> Result<Place, (&'static str, String, String)> {
     let (mut table, mut node, mut above) = (&ROOT, Some(root), String::new());
     let mut parts = path.split('.').map(str::trim).peekable();
@@ -71,7 +71,7 @@ fn no_element(path: &str, count: usize, index: &str) -> (&'static str, String, S
     ("E0025", reason, "elements are counted from 0".into())
 }
 
-/// Handles the end of a path at a key that holds no table; `rest` is the rest of the path.
+/// Resolves the part `rest` of a path that follows a key whose value is not a table.
 fn element(
     rest: Option<&str>,
     node: Option<&Node>,
@@ -99,7 +99,7 @@ fn element(
     }
 }
 
-/// Returns the errors of a value of this key that do not depend on the rest of the spec.
+/// Returns the errors of a value of this key that do not depend on other keys.
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],

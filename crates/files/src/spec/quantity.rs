@@ -1,33 +1,33 @@
-//! Kinds of values and the ranges of physical quantities.
+//! Physical quantities with the ranges of values that a spec may have.
 //!
-//! The ranges are wide: they only catch slips of the exponent, and keep every product of the
-//! solvers within double precision.
+//! The ranges are wide. They detect errors in exponents, and keep the products that the solvers
+//! form within the range of double precision.
 
 pub(crate) use slewkit::numerics::figures::{exact as show, short};
 
-/// The allowed signs of a quantity.
+/// Signs that a quantity may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sign {
-    /// Any, zero included.
+    /// Any sign; zero is allowed.
     Any,
     /// Zero or positive.
     NotNegative,
-    /// Positive.
+    /// Positive; zero is not allowed.
     Positive,
 }
 
-/// A physical quantity: its unit and its range.
+/// A physical quantity with its unit and its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
     /// Name of the quantity with its article, for messages.
     pub name: &'static str,
-    /// Unit in files; empty for a pure number.
+    /// Unit in files; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Smallest magnitude other than zero.
+    /// Smallest absolute value of a nonzero number.
     pub smallest: f64,
-    /// Largest magnitude.
+    /// Largest absolute value.
     pub largest: f64,
-    /// Signs.
+    /// Signs that are allowed.
     pub sign: Sign,
 }
 
@@ -41,8 +41,8 @@ const fn quantity(
     Quantity { name, unit, smallest, largest, sign }
 }
 
-// Entries of matrices and vectors may be tiny (1e-17 of a neighbour is a rounded zero) but not so
-// small that their squares vanish.
+// Elements of matrices and vectors may be tiny, because 1e-17 of a neighbour is a rounded zero, but
+// their squares must not underflow.
 const TINY: f64 = 1e-150;
 
 pub(crate) const INERTIA: Quantity = quantity("an inertia", "kg·m²", 1e-60, 1e30, Sign::Any);

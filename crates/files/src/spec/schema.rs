@@ -1,11 +1,11 @@
-//! The JSON Schema of a spec, made from the tables of [`super::keys`].
+//! JSON Schema of specs, generated from the tables of keys in [`super::keys`].
 
 use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, ROOT, SIMULATION_ROOT, TARGET, Table};
 use super::quantity::{Quantity, Sign};
 use super::values::{MAX_DIRECTIONS, MAX_INTERVALS};
 use serde_json::{Map, Value, json};
 
-/// Returns the JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
+/// Returns the JSON Schema (draft 2020-12) of specs, which editors can use for both JSON and TOML.
 pub fn schema() -> Value {
     let titled = |root, title: &str| {
         let mut schema = table(root);
@@ -34,7 +34,7 @@ fn table(table: &'static Table) -> Value {
     }
 }
 
-/// Returns a table, with its selector set to one word.
+/// Returns the schema of a table, with the selector fixed to one word.
 fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     let mut properties = Map::new();
     let mut required = Vec::new();
@@ -102,7 +102,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     Value::Object(out)
 }
 
-/// Returns the keys of each notation of an attitude.
+/// Returns the required keys of each notation of an attitude.
 fn notations() -> Vec<Value> {
     let together = ["axis", "angle_deg", "angle_rad", "ra_deg", "dec_deg", "roll_deg"];
     let alone = ATTITUDE.keys.iter().filter(|key| !together.contains(&key.name));

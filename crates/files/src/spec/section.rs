@@ -1,5 +1,5 @@
-//! A table of the spec as the first pass has read it: values by name. A value is silently absent if
-//! that pass has reported an error.
+//! A table of the spec after the first pass: values by key. A value is absent without a further
+//! message if the first pass has reported an error of the value.
 
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
@@ -8,21 +8,22 @@ use std::cell::RefCell;
 use std::fmt;
 use std::rc::Rc;
 
-/// The largest deviation from 1 of the length of a unit vector by rounding.
+/// Tolerance within which the length of a rounded unit vector counts as 1.
 const UNIT_ROUNDING: f64 = 1e-9;
 
-/// The largest number of reported findings; a megabyte of nonsense could have a hundred thousand.
+/// Largest number of findings that are reported; a megabyte of invalid text could have a hundred
+/// thousand.
 pub(crate) const MAX_FINDINGS: usize = 100;
 
-/// Returns `path.name`.
+/// Returns the dotted path `path.name`.
 pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// A stable code, `E0040` or `W0040`.
+/// Stable code of a finding, such as `E0040` or `W0040`.
 type Code = &'static str;
 
-/// Collects findings; all tables of a spec share one.
+/// List of findings, which all tables of a spec share.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Report(Rc<RefCell<Vec<Finding>>>);
 
@@ -43,8 +44,8 @@ impl Report {
         None
     }
 
-    /// Returns the value; or reports the error in its own words, with the code, the place and the
-    /// remedy of `told`.
+    /// Returns the value of a successful result. Otherwise reports the error: its text is the
+    /// reason, and `told` supplies the code, the position and the remedy.
     pub fn accept<'r, T, E: fmt::Display>(
         &self,
         made: Result<T, E>,
@@ -69,23 +70,23 @@ impl Report {
         }
     }
 
-    /// Adds findings from elsewhere.
+    /// Appends findings.
     pub fn extend(&self, findings: Vec<Finding>) {
         self.0.borrow_mut().extend(findings);
     }
 
-    /// Takes all findings out.
+    /// Removes all findings from the report and returns them.
     pub fn take(&self) -> Vec<Finding> {
         self.0.take()
     }
 
-    /// Returns whether the spec cannot be used.
+    /// Returns whether the report has an error, so that the spec cannot be used.
     pub fn failed(&self) -> bool {
         self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
     }
 }
 
-/// The value of a key.
+/// Value of a key, by kind.
 #[derive(Clone, Debug)]
 pub(crate) enum Parsed {
     Number(f64),
@@ -104,14 +105,14 @@ pub(crate) enum Parsed {
     Tables(Vec<Section>),
 }
 
-/// One limit for all, or one for each.
+/// A limit for each input: a common limit, or one limit per input.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Limits {
     All(f64),
     Each(Vec<f64>),
 }
 
-/// An angle as written; the key ends in its unit.
+/// An angle as written, with its key, which ends in the unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle {
     pub key: &'static str,
@@ -131,7 +132,7 @@ impl Angle {
         if self.in_degrees() { self.value.to_radians() } else { self.value }
     }
 
-    /// Returns half a turn in its unit, for messages.
+    /// Returns 180° as text in the unit of the angle, for messages.
     pub fn half_turn(self) -> &'static str {
         if self.in_degrees() { "180 deg" } else { "π rad" }
     }
@@ -143,33 +144,33 @@ impl fmt::Display for Angle {
     }
 }
 
-/// A table of the spec and its place.
+/// A table of the spec with its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
     pub span: Span,
     pub table: &'static Table,
     pub path: String,
-    /// Whether matrices and unit vectors keep every bit.
+    /// True if matrices and unit vectors are used to the last bit, without correction of rounding.
     pub keeps_rounding: bool,
-    /// The report that receives the errors and warnings of the table.
+    /// Report to which the errors and warnings of the table are added.
     pub report: Report,
     /// Keys and values of the table, in the order of the file.
     pub given: Vec<Given>,
 }
 
-/// A key of a table with its value; unknown keys count too.
+/// A key of a table with its value; the key may be unknown.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub name: String,
-    /// The place of the value.
+    /// Position of the value.
     pub span: Span,
-    /// Whether the value is `[]`.
+    /// True if the value is the empty list `[]`.
     pub is_empty_list: bool,
     /// The value; `None` if the first pass has reported an error of the value.
     pub value: Option<Parsed>,
 }
 
-/// Values of one kind by name.
+/// Defines methods that return the value of a key if it has a given kind.
 macro_rules! values_by_name {
     ($($(#[$doc:meta])* $name:ident: $kind:ident => $type:ty;)*) => {
         $(
@@ -187,22 +188,22 @@ macro_rules! values_by_name {
 impl Section {
     values_by_name! {
         number: Number => f64;
-        /// A whole number.
+        /// Returns the integer under `name`.
         whole: Whole => u64;
         vector: Vector => Vector3;
         quaternion: Quaternion => [f64; 4];
-        /// A rotation matrix or an inertia.
+        /// Returns the rotation matrix or the inertia under `name`.
         matrix: Matrix => Matrix3;
-        /// One limit for all, or one for each.
+        /// Returns the common limit or the individual limits under `name`.
         limits: Limits => Limits;
-        /// One vector or several: axes, boresights, vertices.
+        /// Returns the vectors under `name`: axes, boresights or vertices.
         vectors: Vectors => Vec<Vector3>;
-        /// Triangles, vertices counted from 1.
+        /// Returns the triangles under `name`, as vertex numbers counted from 1.
         faces: Faces => Vec<[u32; 3]>;
-        /// A square matrix, rows.
+        /// Returns the square matrix under `name` as a list of rows.
         square: Square => Vec<Vec<f64>>;
         texts: Texts => Vec<String>;
-        /// True or false.
+        /// Returns the boolean under `name`.
         flag: Flag => bool;
     }
 
@@ -215,12 +216,12 @@ impl Section {
         self.given(name)?.value.as_ref()
     }
 
-    /// Returns a whole number of items.
+    /// Returns the integer under `name` as a count.
     pub fn count(&self, name: &str) -> Option<usize> {
         usize::try_from(self.whole(name)?).ok()
     }
 
-    /// Returns a word of a choice, or a text.
+    /// Returns the text under `name`, which may be a word of a choice.
     pub fn word(&self, name: &str) -> Option<&str> {
         match self.value(name)? {
             Parsed::Text(text) => Some(text),
@@ -228,8 +229,8 @@ impl Section {
         }
     }
 
-    /// Returns the tables under `name`: one table, the tables of a list, or no table if the key is
-    /// absent. Returns `None` if it holds anything else.
+    /// Returns the tables under `name`: a single table, the tables of a list, or an empty slice if
+    /// the key is absent. Returns `None` if the value is not a table.
     pub fn tables(&self, name: &str) -> Option<&[Section]> {
         match self.given(name) {
             None => Some(&[]),
@@ -238,12 +239,12 @@ impl Section {
         }
     }
 
-    /// Returns the table `name`, if it exists.
+    /// Returns the table under `name`, if it exists.
     pub fn section(&self, name: &str) -> Option<&Section> {
         self.tables(name)?.first()
     }
 
-    /// Returns the tables of the list `name`.
+    /// Returns the tables of the list under `name`; an empty slice if the key is absent.
     pub fn list(&self, name: &str) -> &[Section] {
         self.tables(name).unwrap_or(&[])
     }
@@ -252,37 +253,38 @@ impl Section {
         self.given(name).is_some()
     }
 
-    /// Returns whether `name` is given as `[]`.
+    /// Returns whether the value under `name` is `[]`.
     pub fn is_empty_list(&self, name: &str) -> bool {
         self.given(name).is_some_and(|given| given.is_empty_list)
     }
 
-    /// Returns whether such a table may have this key.
+    /// Returns whether tables of this kind may have the key `name`.
     pub fn knows(&self, name: &str) -> bool {
         self.table.key(name).is_some()
     }
 
-    /// Returns the value of `name`, or the table if the value is missing.
+    /// Returns the position of the value under `name`, or the position of the table if the key is
+    /// absent.
     pub fn spot(&self, name: &str) -> Spot {
         Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
     }
 
-    /// Returns the table itself.
+    /// Returns the position of the table.
     pub fn here(&self) -> Spot {
         Spot { span: self.span, key: self.path.clone() }
     }
 
-    /// Records an error at the value of `name`.
+    /// Reports an error at the value under `name`.
     pub fn error(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.spot(name), reason, remedy);
     }
 
-    /// Records an error of the table.
+    /// Reports an error of the whole table.
     pub fn error_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.here(), reason, remedy);
     }
 
-    /// Reports an error at the value of `name`, and returns `None`.
+    /// Reports an error at the value under `name`, and returns `None`.
     pub fn refuse<T>(
         &self,
         code: Code,
@@ -293,7 +295,7 @@ impl Section {
         self.report.refuse(code, self.spot(name), reason, remedy)
     }
 
-    /// Reports an error of the table, and returns `None`.
+    /// Reports an error of the whole table, and returns `None`.
     pub fn refuse_here<T>(
         &self,
         code: Code,
@@ -303,29 +305,30 @@ impl Section {
         self.report.refuse(code, self.here(), reason, remedy)
     }
 
-    /// Records a warning at the value of `name`.
+    /// Reports a warning at the value under `name`.
     pub fn warn(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.spot(name), reason, remedy);
     }
 
-    /// Records a warning about the table.
+    /// Reports a warning about the whole table.
     pub fn warn_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.here(), reason, remedy);
     }
 
-    /// Returns the angle under one of two keys, the one in degrees first.
+    /// Returns the angle under the key `degrees` or, if that is absent, under the key `radians`.
     pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
         let key = if self.has(degrees) { degrees } else { radians };
         Some(Angle { key, value: self.number(key)? })
     }
 
-    /// Returns the vector scaled to length 1. It is unchanged if it has that length and the spec
-    /// keeps its rounding.
+    /// Returns the vector scaled to length 1. If the spec keeps rounding, a vector of this length
+    /// is returned unchanged.
     pub fn unit(&self, vector: Vector3) -> Vector3 {
         if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
             return vector;
         }
-        // Scaled first, so that the squares of very long or short vectors stay within range.
+        // The vector is scaled first, so that squares of very large or small components neither
+        // overflow nor underflow.
         (vector / vector.amax()).normalize()
     }
 }

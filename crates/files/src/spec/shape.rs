@@ -1,4 +1,4 @@
-//! `[bodies.shape]`: the mass, inertia and gravity of a shape.
+//! Reading of `[bodies.shape]`: the mass, inertia and gravity of a body with a shape.
 
 use super::{Section, Solid, cut, short};
 use slewkit::Matrix3;
@@ -10,25 +10,25 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// The largest number of faces of all bodies of a spec together.
+/// Largest total number of faces of all bodies of a spec.
 pub(crate) const MAX_FACES: usize = 200_000;
-/// The largest number of points and Gauss points of all bodies of a spec together.
+/// Largest total number of points and Gauss points of all bodies of a spec.
 pub(crate) const MAX_POINTS: usize = 2_000_000;
 
-/// The largest size of all OBJ files of a spec together, in bytes: seconds of reading.
+/// Largest total size of all OBJ files of a spec \[bytes\]; reading this much takes seconds.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
-/// The default number of Gauss points along each direction of a tetrahedron.
+/// Default number of Gauss points along each direction of a tetrahedron.
 const GAUSS_ORDER: usize = 3;
 
-/// The rest of the size that all shapes of a spec may have.
+/// What remains of the limits on the total size of all shapes of a spec.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     faces: usize,
     points: usize,
-    /// Bytes of OBJ files.
+    /// Remaining bytes of OBJ files.
     bytes: u64,
-    /// The files that have been read.
+    /// Paths of the files that have been read.
     pub files: Vec<PathBuf>,
 }
 
@@ -37,7 +37,8 @@ impl Budget {
         Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES, files: Vec::new() }
     }
 
-    /// Subtracts the size of a shape; returns false, and reports an error, if it is too large.
+    /// Subtracts the size of a shape from the remaining size; if it is too large, reports an error
+    /// and returns false.
     fn take(&mut self, section: &Section, faces: usize, points: usize) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
@@ -53,7 +54,8 @@ impl Budget {
         false
     }
 
-    /// Subtracts the size of a file from the remaining bytes, before the file is read.
+    /// Subtracts the size of a file from the remaining bytes before the file is read; if it is too
+    /// large, reports an error and returns false.
     fn take_file(&mut self, section: &Section, size: u64) -> bool {
         if let Some(bytes) = self.bytes.checked_sub(size) {
             self.bytes = bytes;
@@ -68,25 +70,25 @@ impl Budget {
     }
 }
 
-/// A shape as written, all numbers known.
+/// Shape of a body with its mass properties.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     /// Mass \[kg\].
     pub mass: f64,
-    /// Inertia about the mass center [kg·m²], body axes; singular for points on a line.
+    /// Inertia about the center of mass in body axes \[kg·m²\]; singular for points on a line.
     pub inertia: Matrix3,
-    /// The gravity of the body.
+    /// Gravity field of the body.
     pub attractor: Attractor,
-    /// A dumbbell has a closed form.
+    /// The dumbbell, if the shape is one; its gravity has a closed form.
     pub dumbbell: Option<Dumbbell>,
-    /// Distance of its farthest point from the mass center \[m\].
+    /// Distance of the farthest point from the center of mass \[m\].
     pub reach: f64,
-    /// The solid of a shape with faces.
+    /// The solid, if the shape has faces.
     pub solid: Option<Solid>,
 }
 
-/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` if the report has an
-/// error.
+/// Reads the shape of a body; `mass` is the value of `mass_kg`, if given. Returns `None` if the
+/// report has an error.
 pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &mut Budget) -> Option<Shape> {
     let section = body.section("shape")?;
     let kind = section.word("kind")?;
@@ -178,7 +180,7 @@ fn points(section: &Section, budget: &mut Budget) -> Option<Shape> {
     Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
 
-/// Returns a solid of one density, its mass center moved to the origin.
+/// Returns the shape of a homogeneous solid, whose center of mass is moved to the origin.
 fn homogeneous(
     solid: &Polyhedron,
     section: &Section,
@@ -203,10 +205,10 @@ fn homogeneous(
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach, solid: Some(written) })
 }
 
-/// Reads vertices and faces in the spec.
+/// Reads a solid whose vertices and faces are listed in the spec.
 fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
-        // The first pass has reported that a shape is missing.
+        // The first pass has reported that the shape is missing.
         return None;
     }
     if !section.has("faces") {
@@ -216,7 +218,7 @@ fn listed(section: &Section) -> Option<Polyhedron> {
         return section.refuse("E0021", "vertices_m", reason, remedy);
     }
     let (vertices, faces) = (section.vectors("vertices_m")?, section.faces("faces")?);
-    // The reader has seen that they are at least 1.
+    // The reader has checked that vertex numbers are at least 1.
     let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
     let remedy = "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
     section.report.accept(Polyhedron::new(vertices, faces), |_| ("E0088", section.spot("faces"), remedy))
@@ -243,7 +245,7 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
     section.report.accept(read, |_| ("E0089", section.spot("obj"), remedy))
 }
 
-/// Opens a file in the folder of the spec or below: a spec cannot read other files.
+/// Opens a file in the folder of the spec or below; a spec cannot refer to other files.
 pub(super) fn open(
     written: &str,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! The second pass over a simulation spec: from the checked tree to a [`Simulation`].
+//! Second pass over the spec of a simulation: from the checked tree to a [`Simulation`].
 
 use super::boundary::Boundary;
 use super::environment::Surroundings;
@@ -16,7 +16,7 @@ use slewkit::propagate::simulate::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The contents of a simulation spec, valid unless the report holds an error.
+/// Contents of a spec of a simulation; they are valid unless the report has an error.
 pub(crate) struct Assembled {
     pub simulation: Simulation,
     pub shapes: Vec<Option<BodyShape>>,
@@ -25,10 +25,11 @@ pub(crate) struct Assembled {
     pub files: Vec<PathBuf>,
 }
 
-/// The turn of a step with which the variational methods cannot propagate a body: `h|Ω|` \[rad\].
+/// Largest rotation in a step for which the implicit equation of the variational integrators has a
+/// solution, as `h|Ω|` with the step h and the angular velocity Ω \[rad\].
 const LONGEST_TURN: f64 = 1.0;
 
-/// One body as written.
+/// A body as the spec defines it.
 struct Member<'a> {
     name: String,
     boundary: Boundary<'a>,
@@ -38,7 +39,7 @@ struct Member<'a> {
     moves: bool,
 }
 
-/// Builds the simulation; `None` if the report has an error. Files are relative to `folder`.
+/// Builds the simulation; `None` if the report has an error. Relative paths refer to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
@@ -118,7 +119,7 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-/// Checks that the forces fit the number of bodies.
+/// Checks that the forces of the spec are compatible with the number of bodies.
 fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section]) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
@@ -202,7 +203,7 @@ impl Member<'_> {
         Some(Body { inertia: self.inertia.clone()?, mass: self.mass.filter(|_| self.moves) })
     }
 
-    /// Returns the state, from velocities or momenta.
+    /// Returns the state of the body at the start, from velocities or momenta.
     fn state(&self) -> Option<State> {
         let section = &self.boundary.section;
         let mut state = self.boundary.state(self.boundary.rotation.as_ref()?.matrix)?;
@@ -227,7 +228,7 @@ fn names_differ(members: &[Member<'_>]) {
     }
 }
 
-/// Returns `[environment]` of the only body.
+/// Returns `[environment]` and its data, if the simulation has a single body.
 fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surroundings<'a>> {
     let section = root.section("environment")?;
     let [member] = members else { return None };
@@ -244,7 +245,7 @@ fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surround
     Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
 }
 
-/// Builds mutual gravity; only dumbbells have a closed form.
+/// Builds the mutual gravity of the bodies; only dumbbells have the closed form.
 fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potential>> {
     let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
         Some(constant) => constant,
@@ -275,11 +276,11 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
     gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
-/// The least number of interactions of one evaluation for which a step takes a considerable part of
-/// a second.
+/// Smallest number of point interactions in an evaluation for which a step takes a noticeable part
+/// of a second.
 const LONG: f64 = 1e8;
 
-/// Warns if a step will take long, because no progress is shown within a step.
+/// Warns if a step will take long, because progress is shown only between steps.
 fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]) {
     let interactions = gravity.interactions();
     if interactions < LONG {
@@ -301,11 +302,12 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     section.warn_here("W0137", reason, remedy);
 }
 
-/// Interactions a second on one processor, roughly: `cargo bench -p benches --bench bodies` prints
-/// the time of 10⁸.
+/// Approximate number of point interactions per second on one processor;
+/// `cargo bench -p benches --bench bodies` prints the time of 10⁸ interactions.
 const PER_SECOND: f64 = 2e8;
 
-/// Checks the steps: the implicit attitude equation has a solution at the start.
+/// Checks that the steps are short enough for the implicit attitude equation to have a solution at
+/// the start.
 fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>]) {
     let limited = matches!(
         simulation.kind,
@@ -332,7 +334,7 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
     }
 }
 
-/// Checks that the bodies are apart from one another at the start.
+/// Checks that the bodies do not overlap at the start.
 fn apart(simulation: &Simulation, members: &[Member<'_>]) {
     let poses = simulation.start.poses();
     let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);

@@ -1,8 +1,8 @@
-//! `epoch` and `[orbit]`, and what ends and cones aim at by name.
+//! Reading of `epoch` and `[orbit]`, and of the named targets of ends and cones.
 //!
-//! When a spec is read, targets become vectors as functions of time. The maneuver holds these,
-//! and a plan file writes their coefficients (`at = "track"`), so that later commands need no
-//! orbit and no ephemeris. Axes are those of the GCRS.
+//! When a spec is read, targets become direction vectors as functions of time. The maneuver holds
+//! these functions, and a plan file holds their coefficients (`at = "track"`), so that later
+//! commands need neither an orbit nor an ephemeris. The axes are those of the GCRS.
 
 mod acting;
 mod scenery;
@@ -20,61 +20,63 @@ use std::path::Path;
 pub(super) use target::star;
 use target::{axis, named, own_keys, station, track};
 
-/// The time for which targets are computed if the duration is free and has no bound \[s\].
+/// Time over which targets are computed if the duration is free and has no bound \[s\].
 const HORIZON: f64 = 7_200.0;
 
-/// The most of that \[s\]: a day of vectors is read in a second.
+/// Longest time over which targets are computed \[s\]; reading the vectors of a day takes a second.
 const MOST_AHEAD: f64 = 86_400.0;
 
-/// The remedy for a spec without an epoch.
+/// Remedy for a spec without an epoch.
 const ADD_EPOCH: &str = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top";
 
-/// The time within which the next pass over a station is searched \[s\].
+/// Time within which the next pass over a station is searched for \[s\].
 const PASSES: f64 = 86_400.0;
 
-/// Returns the time for which the targets of a sequence are computed that lasts `least` at least, and
-/// whose windows are open until `open`, all \[s\].
+/// Returns the time over which the targets of a sequence are computed \[s\]. `least` is the
+/// smallest possible duration of the sequence, and `open` the end of the last window, both in
+/// seconds.
 pub(crate) fn ahead_of([least, open]: [f64; 2]) -> f64 {
     if least < MOST_AHEAD { (least.max(open) + HORIZON).min(MOST_AHEAD) } else { least }
 }
 
-/// Something that is aimed at, with the name that people read.
+/// A named target of a spec.
 #[derive(Clone, Debug)]
 pub struct Named {
-    /// The user of the target: "end", or the name of the constraint.
+    /// Where the target is used: "end", or the name of the constraint.
     pub used_by: String,
-    /// The name, as in "sun".
+    /// Name of the target, such as "sun".
     pub name: String,
-    /// The target.
+    /// The target itself.
     pub target: Target,
 }
 
-/// The targets of a spec and their directions.
+/// The named targets of a spec and the sky with which their directions are computed.
 #[derive(Clone, Debug)]
 pub struct Heavens {
     /// The spacecraft on its orbit.
     pub sky: Sky,
-    /// The targets of the spec.
+    /// Named targets of the spec.
     pub targets: Vec<Named>,
 }
 
-/// The data on the sky in a spec, while it is read.
+/// Data on the sky and its targets, collected while a spec is read.
 pub(crate) struct Reading {
-    /// The epoch and the folder for reading orbits; `None` without an epoch.
+    /// Epoch and folder for reading orbits; `None` without an epoch.
     around: Option<Around>,
-    /// Whether the report has an error of the epoch, which then is not missing as well.
+    /// True if the epoch is invalid, which has been reported, so that it is not reported as
+    /// missing.
     epoch_is_wrong: bool,
-    /// The sky; `None` if the report has an error, or without an epoch.
+    /// The sky; `None` without an epoch, or if an error was reported.
     sky: Option<Sky>,
-    /// The time that tracks cover \[s\].
+    /// Time that the tracks of targets cover \[s\].
     ahead: f64,
     targets: Vec<Named>,
-    /// The target of the end, if it has a name.
+    /// How the target of the end is shown, if it has a name.
     goal: Option<TargetShown>,
 }
 
 impl Reading {
-    /// Reads `[orbit]`. Files that it names are relative to `folder`.
+    /// Reads `[orbit]`. Relative paths refer to `folder`.
     pub fn new(root: &Section, epoch: Option<Epoch>, duration: Option<f64>, folder: &Path) -> Self {
         let section = root.section("orbit");
         let number = |name: &str| section.and_then(|section| section.number(name)).unwrap_or(0.0);
@@ -117,7 +119,7 @@ impl Reading {
             let reason = format!("`{key}` needs `epoch`: apparent directions depend on the date");
             root.error("E0075", key, reason, format!("{ADD_EPOCH}, or remove the key"));
         }
-        // An error of the orbit has been reported already.
+        // An error of the orbit has already been reported.
         let sky = match &around {
             Some(around) if orbit.is_some() || section.is_none() => {
                 Some(Sky::new(around.clock, orbit, rotation).with_light(light))
@@ -127,16 +129,17 @@ impl Reading {
         Self { around, epoch_is_wrong, sky, ahead, targets: Vec::new(), goal: None }
     }
 
-    /// Returns the targets.
+    /// Returns the sky and the named targets, if the spec has any.
     pub fn heavens(self) -> Option<Heavens> {
         Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
     }
 
-    /// Returns the direction of a table of targets.
+    /// Reads the direction in a table; `used_by` is the end or constraint that uses it.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
             let star = star(section)?;
-            // A vector is a direction as it is, a star gives light.
+            // A direction given as a vector is used as it is. A star, given by angles, is displaced
+            // by aberration.
             return match &self.sky {
                 Some(sky) if sky.light().aberrates && section.has("ra_deg") => {
                     self.known_ahead(section, "ra_deg")?;
@@ -197,7 +200,7 @@ impl Reading {
         Some(direction)
     }
 
-    /// Reads a direction fixed in a turning object, such as a tumbling satellite.
+    /// Reads a direction that is fixed in a rotating object, such as a tumbling satellite.
     fn turning(&self, section: &Section) -> Option<Direction> {
         for (key, sample) in [("turning_vector", "[0, 0, 1]"), ("turning_rate_deg_s", "[0, 0, 2]")] {
             if !section.has(key) {
@@ -218,7 +221,7 @@ impl Reading {
             .ok()
     }
 
-    /// Returns the disc of the Earth, whose limb a cone begins at.
+    /// Reads the disc of the Earth, from whose limb the angle of a cone is measured.
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         self.around(section, "limb_of", || "the position of the Earth".into(), ADD_EPOCH)?;
         let sky = self.sky.as_ref()?;
@@ -229,7 +232,7 @@ impl Reading {
         Some(direction)
     }
 
-    /// Refuses a maneuver that lasts longer than targets are known.
+    /// Reports an error if the maneuver may last longer than the targets are computed.
     fn known_ahead(&self, section: &Section, key: &str) -> Option<()> {
         if self.ahead <= MOST_AHEAD {
             return Some(());
@@ -242,7 +245,7 @@ impl Reading {
         section.refuse("E0076", key, reason, "shorten the maneuver, or bound it by duration_at_most_s")
     }
 
-    /// Returns the epoch of the spec, with the data that orbits need. If the spec has no epoch,
+    /// Returns the epoch of the spec and the data that orbits need. If the spec has no epoch,
     /// reports that `what` depends on the date.
     fn around(
         &self,
@@ -258,8 +261,8 @@ impl Reading {
         self.around.as_ref()
     }
 
-    /// Returns the epoch of the spec, from which the date under `key` is counted. If the spec has no
-    /// epoch, reports an error.
+    /// Returns the epoch of the spec, which is needed to convert the date under `key` to seconds.
+    /// If the spec has no epoch, reports an error.
     pub fn epoch(&self, section: &Section, key: &str) -> Option<Epoch> {
         if self.around.is_none() && !self.epoch_is_wrong {
             let reason = format!("`{key}` is a date, and the spec has no `epoch` at which time begins");
@@ -280,7 +283,7 @@ impl Reading {
         found.map_err(|error| section.error("E0076", key, format!("\"{what}\": {error}"), remedy)).ok()
     }
 
-    /// Refuses the keys of `point` if that is absent.
+    /// Reports keys that have an effect only with `point`, if `point` is absent.
     pub fn check_boundary(boundary: &Section) {
         for key in ["second", "rate", "roll_rate_deg_s"] {
             if boundary.has(key) && !boundary.has("point") {
@@ -291,7 +294,7 @@ impl Reading {
         }
     }
 
-    /// Reads an end, or a start, on a target.
+    /// Reads a start or an end at which the body points at a target.
     pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
         let (point, end) = (boundary.section("point")?, &boundary.path);
         let boresight = axis(point, "boresight_body");
@@ -311,14 +314,14 @@ impl Reading {
             let within = second.number("roll_within_deg").unwrap_or(0.0).to_radians();
             aim = aim.with_roll_towards(axis?, at?, within);
         }
-        // A stop has no rate of its own.
+        // A stop has no angular velocity of its own.
         let is_still = boundary.knows("rate") && boundary.word("rate") == Some("zero");
         let aim = if is_still { Aim { rate: AimRate::Zero, ..aim } } else { aim };
         let spin = spin(boundary, &aim)?;
         Some(aim.spinning(spin))
     }
 
-    /// Refuses a station that is below the horizon when it is to be pointed at.
+    /// Reports an error if a targeted station is below the horizon at `time` \[s\].
     fn above_the_horizon(&self, section: &Section, time: f64) -> Option<()> {
         let Some(Named { target: Target::Ground { latitude_deg, longitude_deg, height_m }, .. }) =
             self.targets.last()
@@ -360,16 +363,17 @@ impl Reading {
     }
 }
 
-/// Describes the position of a target in messages.
+/// Returns the name of a target's position, for messages.
 fn of_word(word: &str) -> String {
     format!("the position of \"{word}\"")
 }
 
-/// The largest part of an angular velocity across the axis that points which is round-off.
+/// Largest component of an angular velocity perpendicular to the boresight, relative to its norm,
+/// that counts as round-off.
 const ACROSS: f64 = 1e-6;
 
-/// Reads the rate about the axis that points \[rad/s\]: under its own key, or as an angular
-/// velocity along the axis, which then is the whole one.
+/// Reads the rate about the boresight \[rad/s\]: from its own key, or from an angular velocity,
+/// which must then be along the boresight.
 fn spin(boundary: &Section, aim: &Aim) -> Option<f64> {
     if boundary.has("roll_rate_deg_s") {
         return boundary.number("roll_rate_deg_s").map(f64::to_radians);

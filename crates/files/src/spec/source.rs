@@ -1,36 +1,36 @@
-//! The texts of a spec: the file, and each `--set` of the command line.
+//! The texts from which a spec is read: the file, and each `--set` of the command line.
 
-/// A range of bytes in one of the sources.
+/// A range of bytes in one of the texts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Span {
-    /// The index of the source: 0 is the file, `i` the i-th override.
+    /// Index of the text: 0 for the file, `i` for the i-th override.
     pub source: usize,
-    /// First byte.
+    /// Index of the first byte.
     pub start: usize,
-    /// One past the last byte.
+    /// Index after the last byte.
     pub end: usize,
 }
 
-/// The place of a value that is not on the command line, for messages.
+/// Position of a value outside of the spec, such as in a table of cases, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// The file, as the user named it.
+    /// Name of the file, as the user wrote it.
     pub file: String,
-    /// Line, from 1.
+    /// Line number, counted from 1.
     pub line: usize,
-    /// Column in characters, from 1.
+    /// Column in characters, counted from 1.
     pub column: usize,
 }
 
-/// One text, with the starts of its lines.
+/// A text with the positions at which its lines begin.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
-    /// Name of the text for the user.
+    /// Name of the text in messages.
     pub name: String,
-    /// The text.
+    /// The text itself.
     pub text: String,
     lines: Vec<usize>,
-    /// Line and column of the file at which the text begins, both from 1.
+    /// Line and column of the file at which the text begins, both counted from 1.
     begins: (usize, usize),
 }
 
@@ -42,36 +42,37 @@ impl Source {
         Self { name: name.into(), text, lines, begins: (1, 1) }
     }
 
-    /// Builds the source as a part of a longer file, which begins at this line and column.
+    /// Marks the text as a part of a longer file, beginning at this line and column.
     pub fn within(mut self, line: usize, column: usize) -> Self {
         self.begins = (line, column);
         self
     }
 
-    /// Returns the line and column in the whole file of a place in this text.
+    /// Converts a line and column of this text to a line and column of the whole file.
     pub fn in_file(&self, line: usize, column: usize) -> (usize, usize) {
         let (first, indent) = self.begins;
         (line + first - 1, if line == 1 { column + indent - 1 } else { column })
     }
 
-    /// Returns the index of the line that holds byte `at`, from 0.
+    /// Returns the index of the line with byte `at`, counted from 0.
     fn line_index(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at).saturating_sub(1)
     }
 
-    /// Returns the line and column of byte `at`, both from 1, the column in characters.
+    /// Returns the line and the column, in characters, of byte `at`; both are counted from 1.
     pub fn position(&self, at: usize) -> (usize, usize) {
         let at = self.boundary(at);
         let line = self.line_index(at);
         (line + 1, self.text[self.lines[line]..at].chars().count() + 1)
     }
 
-    /// Returns the line number of byte `at`, from 1.
+    /// Returns the number of the line with byte `at`, counted from 1.
     pub fn line_number(&self, at: usize) -> usize {
         self.line_index(self.boundary(at)) + 1
     }
 
-    /// Returns the line `number` (from 1) without its line break, and the byte at which it starts.
+    /// Returns line `number`, counted from 1, without its line break, and the index of its first
+    /// byte.
     pub fn line(&self, number: usize) -> (&str, usize) {
         let start = self.lines[number - 1];
         let end = self.lines.get(number).map_or(self.text.len(), |next| next - 1);
@@ -84,7 +85,7 @@ impl Source {
         &self.text[start..end.max(start)]
     }
 
-    /// Returns the nearest character boundary at or before `at`, within the text.
+    /// Returns the last character boundary at or before byte `at`.
     pub fn boundary(&self, at: usize) -> usize {
         let mut at = at.min(self.text.len());
         while !self.text.is_char_boundary(at) {

@@ -10,12 +10,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 
 /// The keys of a table that have no meaning beside stops, with the reason.
-const ALONE: [(&str, &str); 4] = [
-    ("feedback", "gains are of one maneuver"),
-    ("uncertainty", "covariances are of one maneuver"),
-    ("plant", "a plant flies one maneuver"),
-    ("dispersion", "cases are of one maneuver"),
-];
+const ALONE: [(&str, &str); 1] = [("dispersion", "cases are of one maneuver")];
 
 /// Returns whether a spec has stops.
 pub(crate) fn has_stops(root: &Section) -> bool {

@@ -1,10 +1,12 @@
-//! The nearest known word: by insertions, deletions, replacements, and swaps of neighbours.
+//! Search for the most similar known word, by insertions, deletions, replacements and
+//! transpositions of letters.
 
 use strsim::osa_distance;
 
-/// Returns the known word that `word` was probably meant to be.
+/// Returns the known word that the user probably meant by `word`; `None` if no word is similar.
 pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // A long word is no typo of a short one, and the distance costs the product of the lengths.
+    // A long word is not a misspelling of a short one, and the time grows with the product of the
+    // lengths.
     if word.is_empty() || word.chars().count() > 64 {
         return None;
     }
@@ -12,7 +14,7 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
     let limit = (word.chars().count() / 3).max(1);
     known
         .filter_map(|candidate| {
-            // `inertia` for `inertia_kg_m2`: the unit left out, or another one.
+            // The unit may be missing or wrong, as in `inertia` for `inertia_kg_m2`.
             let stem = candidate.starts_with(&format!("{word}_"));
             let edits = || osa_distance(&word, candidate).min(tail_changed(&word, candidate));
             let distance = if stem { 1 } else { edits() };
@@ -22,7 +24,8 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         .map(|(_, candidate)| candidate)
 }
 
-/// Returns a small distance when both start with the same words, at least six letters of them.
+/// Returns a small distance if both words begin with the same parts, of at least six letters in
+/// total.
 fn tail_changed(word: &str, candidate: &str) -> usize {
     let common = word.bytes().zip(candidate.bytes()).take_while(|(a, b)| a == b).count();
     let whole_words = word[..floor(word, common)].rfind('_').is_some_and(|at| at >= 6);

@@ -1,16 +1,16 @@
-//! TOML text to tree.
+//! Parsing of TOML text to a tree.
 
 use super::tree::Number;
 use super::{Entry, Finding, Node, Span, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Deepest nesting that a spec may have; the format itself needs four.
+/// Largest depth of nesting of a spec; the format itself needs four levels.
 pub(crate) const MAX_DEPTH: usize = 32;
 
-/// Duplicate keys reported at most.
+/// Largest number of duplicate keys that are reported.
 const MAX_SYNTAX: usize = 20;
-/// The beginning of toml's messages about duplicates.
+/// Beginning of the messages of the crate `toml` about duplicate keys.
 const DUPLICATE: &str = "duplicate key";
 
 /// Parses a TOML document.
@@ -19,7 +19,8 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     let mut converter = Converter { source: 0, offset: 0, too_deep: None, graveyard: Vec::new() };
     let root = converter.node(0..text.len(), DeValue::Table(table.into_inner()), 0);
     let too_deep = converter.finish();
-    // Each duplicate is a separate error; other syntax errors follow from the first.
+    // Each duplicate key is an independent error. Of the other syntax errors only the first is
+    // reported, because the others may follow from it.
     let duplicate = |error: &&toml::de::Error| error.message().starts_with(DUPLICATE);
     let duplicates = errors.iter().filter(duplicate).take(MAX_SYNTAX);
     let first = errors.iter().find(|error| !duplicate(error));
@@ -32,7 +33,7 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     if findings.is_empty() { Ok(root) } else { Err(findings) }
 }
 
-/// Parses one TOML value of an override; returns `None` if it is not one.
+/// Parses a TOML value of an override; returns `None` if the text is not a TOML value.
 pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<Node> {
     let value = DeValue::parse(text).ok()?;
     let mut converter = Converter { source, offset, too_deep: None, graveyard: Vec::new() };
@@ -40,19 +41,19 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
     converter.finish().is_none().then_some(node)
 }
 
-/// Returns a nesting error.
+/// Creates the error that a spec is nested too deeply.
 pub(crate) fn nesting(span: Span) -> Finding {
     let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
     Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
 }
 
-/// Turns toml's tree into ours, without recursing deeper than [`MAX_DEPTH`].
+/// Converts the tree of the crate `toml` without recursing deeper than [`MAX_DEPTH`].
 struct Converter<'i> {
     source: usize,
     offset: usize,
     too_deep: Option<Span>,
-    /// Subtrees too deep to convert. Dotted keys inside inline tables nest thousands deep in a few
-    /// kilobytes, so they are also parsed without recursion.
+    /// Subtrees that are too deep to be converted. They are dropped without recursion, because
+    /// dotted keys in inline tables can nest thousands of levels in a few kilobytes.
     graveyard: Vec<DeValue<'i>>,
 }
 
@@ -87,7 +88,8 @@ impl<'i> Converter<'i> {
                     let node = self.spanned(value, depth + 1);
                     entries.push(Entry { key: key.into_inner().into_owned(), key_span, node });
                 }
-                // toml sorts by name; findings come in the order of the file.
+                // The crate `toml` sorts entries by name, but findings are reported in the order of
+                // the file.
                 entries.sort_by_key(|entry| entry.key_span.start);
                 Value::Table(entries)
             }
@@ -99,7 +101,8 @@ impl<'i> Converter<'i> {
         self.node(value.span(), value.into_inner(), depth)
     }
 
-    /// Drops a value that is too deep, and returns its place.
+    /// Drops the subtrees that are too deep without recursion; returns the position of the first of
+    /// them.
     fn finish(mut self) -> Option<Span> {
         while let Some(value) = self.graveyard.pop() {
             match value {
@@ -114,7 +117,7 @@ impl<'i> Converter<'i> {
     }
 }
 
-/// Returns a syntax error in our words.
+/// Returns a syntax error with a message of this program.
 fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let range = error.span().unwrap_or(0..0);
     let span = Span { source: 0, start: range.start, end: range.end };
@@ -133,7 +136,7 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     const VALUE: &str =
         "write `key = value`: a number such as 0.3, a list such as [0, 0, 1], or text in quotes";
     if message.starts_with("string values must be quoted") {
-        // toml reads a missing value as an unquoted string of length zero.
+        // The crate `toml` reports a missing value as an unquoted string of length zero.
         let word = text.get(range).unwrap_or_default().trim();
         return if word.is_empty() {
             finding("E0010", "not valid TOML: the value is missing".into(), VALUE)
@@ -160,11 +163,11 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     finding("E0010", format!("not valid TOML: {message}"), remedy)
 }
 
-/// Returns the line that set `key` before byte `at`: the last one in the same table, or the table
-/// header.
+/// Returns the number of the line that set `key` before byte `at`: the last such line in the same
+/// table, or the header of the table.
 ///
-/// Finds the place in the text, because toml does not report it. It is only an aid, so `None` is
-/// acceptable.
+/// The crate `toml` does not report this position, so it is searched for in the text. It only
+/// supplements a message, so the result may be `None`.
 fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     if key.is_empty() {
         return None;
@@ -189,7 +192,7 @@ fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     None
 }
 
-/// Returns whether a key ends where `rest` begins.
+/// Returns whether a key ends before `rest`.
 fn ends_name(rest: &str) -> bool {
     matches!(rest.trim_start().chars().next(), Some('=' | ']' | '.'))
 }

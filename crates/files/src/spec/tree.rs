@@ -1,15 +1,16 @@
-//! One tree for both notations: the contents of the text, with the place of every key and value.
+//! Tree of a spec in TOML or JSON: the contents of the text, with the position of every key and
+//! value.
 
 use super::{Span, cut};
 
-/// A value and its place.
+/// A value with its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub span: Span,
     pub value: Value,
 }
 
-/// A value as written.
+/// A value as the user wrote it.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Table(Vec<Entry>),
@@ -21,14 +22,14 @@ pub(crate) enum Value {
     Null,
 }
 
-/// A number as written.
+/// A number as the user wrote it, with its value and its interpretation as an integer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number {
     pub value: f64,
     pub integer: Integer,
 }
 
-/// The value of a number as an integer.
+/// Result of interpreting a number as an integer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Integer {
     Exact(i64),
@@ -36,7 +37,7 @@ pub(crate) enum Integer {
     Fraction,
 }
 
-/// A key and its value.
+/// A key with its value.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub key: String,
@@ -45,14 +46,14 @@ pub(crate) struct Entry {
 }
 
 impl Number {
-    /// Builds a decimal literal, of TOML (underscores removed) or JSON.
+    /// Parses a decimal literal of TOML, without underscores, or of JSON.
     pub fn decimal(text: &str) -> Self {
         let value: f64 = text.parse().unwrap_or(f64::NAN);
         let whole = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-' || byte == b'+');
         let integer = match text.parse() {
             Ok(integer) => Integer::Exact(integer),
             Err(_) if whole => Integer::TooLarge,
-            // 1000.0 and 1e3 count as whole numbers, as in JSON. Beyond 2⁵³ a float names no
+            // 1000.0 and 1e3 count as integers, as in JSON. A float above 2⁵³ does not determine an
             // integer.
             Err(_) if value.fract() == 0.0 && value.abs() < 9e15 => Integer::Exact(value as i64),
             Err(_) if value.fract() == 0.0 => Integer::TooLarge,
@@ -61,7 +62,7 @@ impl Number {
         Self { value, integer }
     }
 
-    /// Builds an integer literal of another base.
+    /// Parses an integer literal of another base.
     pub fn radix(digits: &str, radix: u32) -> Self {
         match i64::from_str_radix(digits, radix) {
             Ok(integer) => Self { value: integer as f64, integer: Integer::Exact(integer) },
@@ -77,7 +78,7 @@ impl Number {
 }
 
 impl Value {
-    /// Returns its kind, for "found …".
+    /// Returns the kind of the value for messages, as in "found a table".
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Table(_) => "a table",
@@ -100,7 +101,7 @@ impl Node {
         }
     }
 
-    /// Returns the entry `key` of a table.
+    /// Returns the entry with this key, if the node is a table that has it.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries().iter().find(|entry| entry.key == key)
     }
@@ -116,10 +117,9 @@ impl Node {
         })
     }
 
-    /// Sets `path` below this node to `value`, and creates missing tables.
-    ///
-    /// Sets a value. A number in the path selects an element of a list, from 0. The error names
-    /// the obstacle.
+    /// Sets the node at `path` below this one to `value`; creates missing tables. A number in the
+    /// path selects an element of a list, counted from 0. If a node on the path prevents this, the
+    /// error has its position and a description.
     pub fn set(&mut self, path: &[(String, Span)], value: Node) -> Result<(), (Span, String)> {
         let Some(((key, key_span), rest)) = path.split_first() else {
             *self = value;

@@ -1,4 +1,4 @@
-//! Reads one value at a time: its type, its shape, its range. Returns the value, or all its
+//! Reading of single values: checks the type, shape and range of a value, and returns it or all its
 //! errors.
 
 mod lists;
@@ -14,13 +14,13 @@ use slewkit::{Matrix3, Vector3};
 
 pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 
-/// An error of a value: code, place, reason, remedy.
+/// An error of a value: code, position, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
 /// A value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
-/// Returns a value's only fault.
+/// Returns a single error of a value.
 pub(crate) fn wrong<T>(
     code: &'static str,
     node: &Node,
@@ -30,7 +30,7 @@ pub(crate) fn wrong<T>(
     Err(vec![(code, node.span, reason.into(), remedy.into())])
 }
 
-/// Reads a value of this kind, one that holds no tables.
+/// Reads a value of kind `kind`, which must not be a table.
 pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     let several = |vectors: Vec<[f64; 3]>| Parsed::Vectors(vectors.into_iter().map(Vector3::from).collect());
     let matrix = |rows: [[f64; 3]; 3]| Parsed::Matrix(Matrix3::from_fn(|row, column| rows[row][column]));
@@ -70,7 +70,7 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     })
 }
 
-/// Reports that the value has another type.
+/// Returns the error that the value has a wrong type; `wanted` describes the expected type.
 fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     let remedy = match &node.value {
         Value::Text(text) if wanted.contains("number") && text.trim().parse::<f64>().is_ok() => {
@@ -81,7 +81,7 @@ fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     wrong("E0024", node, format!("expected {wanted}, found {}", node.value.kind()), remedy)
 }
 
-/// Returns true or false.
+/// Reads a boolean.
 fn flag(node: &Node) -> Read<bool> {
     match node.value {
         Value::Boolean(value) => Ok(value),
@@ -89,7 +89,7 @@ fn flag(node: &Node) -> Read<bool> {
     }
 }
 
-/// Returns a number within the range of its quantity.
+/// Reads a number within the range of its quantity.
 fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
     let Quantity { name, unit, smallest, largest, sign } = *quantity;
     let Value::Number(number) = &node.value else {
@@ -116,7 +116,7 @@ fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
     }
 }
 
-/// Returns a limit: positive and finite.
+/// Reads a limit, which must be positive and finite.
 fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
     let none = "remove the key for no limit";
     let Value::Number(tree::Number { value, .. }) = node.value else { return number(node, quantity) };
@@ -148,12 +148,12 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
     wrong("E0061", node, format!("{name} of {} leaves {leaves}", amount.trim_end()), remedy)
 }
 
-/// Heavenly bodies that a user may think of.
+/// Names of celestial bodies that a user may try to use as directions.
 const HEAVENLY: [&str; 10] =
     ["sun", "moon", "earth", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune"];
 
-/// Reports a body of the sky in place of a direction: without ephemerides and an epoch its
-/// position is unknown.
+/// Returns the error that the direction is the name of a celestial body, whose position is unknown
+/// without an ephemeris and an epoch.
 pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { \
      ra_deg = 231.0, dec_deg = -18.3 }";
@@ -172,7 +172,7 @@ pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     wrong("E0072", node, reason, format!("{}{fixed}", meant.unwrap_or_default()))
 }
 
-/// Returns a whole number from `least` to `most`.
+/// Reads an integer from `least` to `most`.
 fn count(node: &Node, least: i64, most: i64) -> Read<u64> {
     let value = integer(node)?;
     match u64::try_from(value) {
@@ -184,7 +184,7 @@ fn count(node: &Node, least: i64, most: i64) -> Read<u64> {
     }
 }
 
-/// Reads any whole number that fits.
+/// Reads an integer that fits into 64 bits.
 fn integer(node: &Node) -> Read<i64> {
     let Value::Number(number) = &node.value else { return wrong_type(node, "a whole number") };
     let value = number.value;
@@ -204,7 +204,7 @@ fn integer(node: &Node) -> Read<i64> {
     }
 }
 
-/// Returns the number of steps of a plan or a simulation.
+/// Reads the number of steps of a plan or a simulation.
 fn steps(node: &Node, of: StepsOf) -> Read<u64> {
     let value = integer(node)?;
     let (code, reason, remedy) = match u64::try_from(value) {
@@ -215,7 +215,7 @@ fn steps(node: &Node, of: StepsOf) -> Read<u64> {
     wrong(code, node, reason, remedy)
 }
 
-/// Returns the text of one line.
+/// Reads a text of one line with at most `most` characters.
 fn text(node: &Node, most: usize) -> Read<&str> {
     let Value::Text(text) = &node.value else { return wrong_type(node, "text in quotes") };
     let length = text.chars().count();
@@ -226,9 +226,10 @@ fn text(node: &Node, most: usize) -> Read<&str> {
     Ok(text)
 }
 
-/// Reads one of some words.
+/// Reads a word that must be in the list `now`. A word in the list `later` is reported as not
+/// available yet.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
-    /// The least length of a list that is printed in full only once.
+    /// Largest number of words that every message lists in full.
     const LONG: usize = 12;
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
@@ -256,7 +257,7 @@ fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> R
     wrong("E0020", node, reason, remedy)
 }
 
-/// Returns the version of the format, 1.
+/// Reads the version of the format, which must be 1.
 fn format_version(node: &Node) -> Read<u64> {
     count(node, 1, 1).or_else(|faults| match &node.value {
         Value::Number(number) if faults.iter().any(|fault| fault.0 == "E0031") => {

@@ -1,17 +1,17 @@
-//! A maneuver and its settings, written with the keys in which a spec is read.
+//! Writing of a maneuver and its settings with the keys of specs.
 //!
-//! The output reads back to equal numbers, bit for bit. It is in SI units and radians, with
-//! attitudes as matrices, and under `rounding = "keep"`, so that no matrix and no unit vector is
-//! corrected a second time. The keys, and their order, come from the tables of the reader.
+//! The output reads back to the same numbers, bit for bit. It is in SI units and radians, with
+//! attitudes as matrices. It sets `rounding = "keep"`, so that matrices and unit vectors are not
+//! corrected a second time. The keys and their order come from the tables of the reader.
 //!
-//! # Why can a spec be written, and what is `rounding = "keep"` for?
+//! # Why are specs written, and what is the purpose of `rounding = "keep"`?
 //!
-//! A plan file holds the maneuver in the notation of specs, so `slew verify plan.json` needs no
-//! other file. The writer passes its keys through the tables of the reader and chooses the
-//! notation that gives equal bits: radians, matrices. The reader rounds attitudes to rotations
-//! and axes to unit vectors, which would change rounded values again; `rounding = "keep"` uses
-//! such numbers unchanged. A field of a library caller's own has no notation: then `spec` is null
-//! in the plan file, and `verify` requires a spec.
+//! A plan file holds the maneuver in the notation of specs, so that `slew verify plan.json` needs
+//! no other file. The writer uses the key tables of the reader, and chooses the notations that read
+//! back to the same bits: radians and matrices. The reader corrects attitudes to exact rotations
+//! and axes to exact unit vectors, which would change rounded values again; `rounding = "keep"`
+//! uses such numbers unchanged. A spec cannot express a force field that a library caller defines:
+//! then `spec` is null in the plan file, and `verify` requires a spec.
 
 use super::closed_loop::ClosedLoop;
 use super::difference::{Difference, differences};
@@ -32,21 +32,21 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// The spec of a maneuver as a value, with all contents of [`Problem`] and [`Settings`].
+/// The spec of a maneuver as a JSON value, with all contents of [`Problem`] and [`Settings`].
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(transparent)]
 pub struct SpecDocument(Value);
 
-/// A part of a problem that a library caller can plan and that has no notation in a spec.
+/// Part of a problem that a library caller can plan but a spec cannot express.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("a spec has no notation for {0}")]
 pub struct Unwritable(&'static str);
 
 impl SpecDocument {
-    /// Writes the maneuver and its settings.
+    /// Writes a maneuver and its settings as a spec.
     ///
     /// # Errors
-    /// Returns the part without a notation, such as an environment of the caller's own.
+    /// Returns the part that a spec cannot express, such as an environment defined by the caller.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Unwritable> {
         let moves = problem.motion == Motion::RigidBody;
         let mut spec = Writing::new(&ROOT);
@@ -119,10 +119,10 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// Writes a sequence and its settings.
+    /// Writes a sequence and its settings as a spec.
     ///
     /// # Errors
-    /// Returns the part without a notation.
+    /// Returns the part that a spec cannot express.
     pub fn of_sequence(sequence: &Sequence, settings: &Settings) -> Result<Self, Unwritable> {
         let Self(Value::Object(mut keys)) = Self::new(&sequence.craft, settings)? else {
             return Err(Unwritable("a spec that is no table"));
@@ -144,7 +144,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// Adds the identity of the maneuver: its names and its epoch.
+    /// Adds the identity of the maneuver, which consists of names and the epoch.
     pub fn with_identity(self, identity: &Identity) -> Self {
         let Self(Value::Object(keys)) = self else { return self };
         let mut spec = Writing { table: &ROOT, keys };
@@ -176,7 +176,7 @@ impl SpecDocument {
         Self(Value::Object(spec.keys))
     }
 
-    /// Returns the spec with the sections for flights of the plan, as written.
+    /// Adds the sections for flights of the plan, as the user wrote them.
     pub fn with_closed_loop(self, closed_loop: &ClosedLoop) -> Self {
         let Self(Value::Object(mut keys)) = self else { return self };
         for (name, section) in closed_loop.written() {
@@ -205,23 +205,24 @@ impl SpecDocument {
         Self(Value::Object(keys))
     }
 
-    /// Reads the maneuver as from a file that messages call `name`.
+    /// Reads the maneuver; `name` is the name of the spec in messages.
     ///
     /// # Errors
-    /// Every error of the spec, in its order, with the warnings among them.
+    /// Returns all errors and warnings of the spec, in its order.
     pub fn read(&self, name: &str, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
         let folder = std::path::Path::new("");
         match interpret(&self.to_string(), name, folder, Format::Json, overrides, Wanted::Maneuver)? {
             Spec::Maneuver(loaded) => Ok(*loaded),
-            // It was refused already.
+            // Unreachable: `interpret` rejects both kinds if only a maneuver is accepted.
             Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
         }
     }
 
-    /// Reads the sequence as from a file that messages call `name`; `None` if it has no stops.
+    /// Reads the sequence; `name` is the name of the spec in messages. Returns `None` if the spec
+    /// has no stops.
     ///
     /// # Errors
-    /// Every error of the spec, in its order, with the warnings among them.
+    /// Returns all errors and warnings of the spec, in its order.
     pub fn read_sequence(
         &self,
         name: &str,
@@ -234,7 +235,7 @@ impl SpecDocument {
         })
     }
 
-    /// Returns whether a key affects a plan: names and the epoch do not.
+    /// Returns whether a key affects a plan; names and the epoch do not.
     pub(crate) fn is_asked(key: &str) -> bool {
         let section = key.split('.').next().unwrap_or_default();
         key != "epoch"
@@ -243,8 +244,8 @@ impl SpecDocument {
             && !key.ends_with(".chance_over")
     }
 
-    /// Returns the keys in which two maneuvers differ beyond round-off, each with both values;
-    /// their names and grids, which are `maneuver.steps` and `solver.scheme`, do not count.
+    /// Returns the keys in which two specs differ by more than round-off, with both values. The
+    /// name and the grid (`maneuver.steps` and `solver.scheme`) are not compared.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
         let mut found = differences(&self.0, &other.0);
         found.retain(|found| !["name", "maneuver.steps", "solver.scheme"].contains(&found.key.as_str()));
@@ -252,7 +253,7 @@ impl SpecDocument {
     }
 }
 
-/// Displays JSON, which is a notation of a spec file.
+/// Displays the spec as JSON, which is a format of spec files.
 impl std::fmt::Display for SpecDocument {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(&serde_json::to_string_pretty(self).map_err(|_| std::fmt::Error)?)
@@ -265,7 +266,7 @@ impl Serialize for SpecDocument {
     }
 }
 
-/// A value in which every table has its keys in the order of the key tables.
+/// A JSON value that is serialised with the keys of every table in the order of the key tables.
 struct InOrder<'a>(&'a Value, Option<&'static Table>);
 
 impl Serialize for InOrder<'_> {
@@ -297,7 +298,7 @@ impl Writing {
         Self { table, keys: Map::new() }
     }
 
-    /// Returns the key of the tables; one that they do not have is a mistake of this file.
+    /// Returns the kind of a key; a key that is not in the tables is a bug of this module.
     fn kind(&self, name: &str) -> Option<Kind> {
         let key = self.table.key(name);
         debug_assert!(key.is_some(), "no key {name} to write");
@@ -316,7 +317,7 @@ impl Writing {
         }
     }
 
-    /// Writes into the table `name`, and creates the table if it does not exist.
+    /// Writes into the table `name`, which is created if it does not exist.
     fn table(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
         let Some(table) = self.kind(name).and_then(Kind::table) else { return };
         let keys = match self.keys.remove(name) {
@@ -328,8 +329,8 @@ impl Writing {
         self.keys.insert(name.into(), inner.keys.into());
     }
 
-    /// Writes thrusters that are given by their torque by position and force instead, as in the
-    /// original spec.
+    /// Replaces thrusters that are defined by their torque by thrusters that are defined by
+    /// position and force, as in the original spec.
     fn by_force(&mut self, nozzles: &[Nozzle]) {
         let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
         let Some(all) =
@@ -393,7 +394,7 @@ fn rows<'a>(vectors: impl IntoIterator<Item = &'a Vector3>) -> Vec<Value> {
     vectors.into_iter().map(row).collect()
 }
 
-/// Writes a symmetric matrix with `count` columns: its diagonal if all else is zero, else its
+/// Writes a symmetric matrix with `count` columns, as its diagonal if it is diagonal, otherwise as
 /// rows.
 fn symmetric(matrix: &[f64], count: usize) -> Value {
     let off = |index: &usize| index / count != index % count;
@@ -414,7 +415,7 @@ fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool)
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
 }
 
-/// Refuses targets without a notation.
+/// Checks that a spec can express the targets of an aim.
 fn writable(aim: &Aim) -> Result<(), Unwritable> {
     let targets = match &aim.roll {
         Roll::Free => vec![&aim.at],
@@ -426,7 +427,7 @@ fn writable(aim: &Aim) -> Result<(), Unwritable> {
     Ok(())
 }
 
-/// Writes the target and the roll of an end or of a stop.
+/// Writes the target and the roll of an end or a stop.
 fn aim(end: &mut Writing, aim: &Aim) {
     end.table("point", |point| {
         point.put("boresight_body", row(&aim.boresight));
@@ -462,7 +463,7 @@ fn rows_of(matrix: &Matrix3) -> Vec<Value> {
     <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from).to_vec()
 }
 
-/// Writes a target, by coefficients if it moves.
+/// Writes a target; a moving target is written by its coefficients.
 fn target(table: &mut Writing, direction: &Direction) {
     let track = match direction {
         Direction::Fixed(vector) | Direction::InFrame(vector) => return table.put("vector", row(vector)),
@@ -589,7 +590,7 @@ fn thrusters(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> {
     Ok(())
 }
 
-/// Thrusters of a body that moves.
+/// Writes the thrusters of a body that also translates.
 fn pushing_thrusters(spec: &mut Writing, problem: &Problem, thrusters: &Thrusters) -> Result<(), Unwritable> {
     let force = problem.actuation.force.as_ref().filter(|force| force.limits().one_sided);
     let limits = force.map(|force| (force, force.limits()));

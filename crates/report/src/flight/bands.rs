@@ -64,7 +64,7 @@ fn flown(subject: &Subject) -> Option<Bands> {
     let uncertainty = closed_loop.uncertainty.as_ref()?;
     let closed = beside.gains.is_some();
     let (problem, seed) = (subject.problem, SEED);
-    let runs = Runs { problem, closed_loop, uncertainty, beside, seed, threads: None };
+    let runs = Runs { problem, closed_loop, uncertainty, beside, marks: &[], seed, threads: None };
     let count = beside.linear.count();
     let nodes: Vec<usize> = some_nodes(count + 1, NODES).collect();
     let steps: Vec<usize> = some_nodes(count, STEPS).collect();

@@ -332,6 +332,15 @@ fn told(one: &LoopRecord) -> Vec<String> {
             significant(largest, 3)
         ))
     ));
+    lines.extend(one.stops.iter().map(|mark| {
+        let [half, _, _, most] = mark.angle_quantiles_deg.map(|angle| significant(angle, 3));
+        format!(
+            "{}, {} at {} s: off by {half} deg in the median, {most} in 99.73 % of the cases",
+            escape(&mark.stop),
+            mark.event,
+            significant(mark.time_s, 6)
+        )
+    }));
     for cone in end.constraints.iter().chain(&end.limits) {
         let violated = match cone.violated.count {
             0 => {

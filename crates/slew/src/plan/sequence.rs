@@ -30,12 +30,12 @@ pub(super) fn run(
     interrupt::watch();
     let planned = asked.plan(settings, &mut Watcher(console));
     let plan = planned.map_err(|error| refusal(&error))?;
-    let file = SequenceFile::new(asked, settings, &plan, identity);
+    let file = SequenceFile::new(loaded, &plan);
     let mut lines = sequence::sequence(console.colour, &file, loaded);
     if file.record.status == Status::Solved {
-        // Sequences have neither details of the search nor uncertainties, so `next` does not
-        // suggest them.
-        lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, false)));
+        // Sequences have no details of the search, so `next` does not suggest them.
+        let flies = loaded.closed_loop.uncertainty.is_some();
+        lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, flies)));
     }
     console.say(&lines.join("\n"));
     interrupt::writing();

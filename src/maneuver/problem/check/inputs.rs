@@ -8,7 +8,8 @@ use crate::maneuver::problem::{Motion, Problem, ProblemError, Stepping, Unsuited
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 
 impl Problem {
-    /// Prices of fuel, and thrusters where something else than fuel or time is minimised.
+    /// Checks the prices of fuel and time, and that thrusters are used for minimum time or fuel
+    /// only.
     pub(super) fn check_prices(&self) -> Result<(), ProblemError> {
         if let Some(price) =
             self.objective.given_time_price().filter(|price| !(*price > 0.0 && price.is_finite()))
@@ -39,7 +40,8 @@ impl Problem {
         Ok(())
     }
 
-    /// Checks for one price for each input, all equal if fuel is counted by the norm.
+    /// Checks that each input has one price, and that all prices are equal if fuel is counted by
+    /// the norm.
     fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
         let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
         if fuel.prices.is_some() && self.actuation.thrusters.is_some() {
@@ -66,13 +68,14 @@ impl Problem {
         Ok(())
     }
 
-    /// Checks the requirements of a search for the duration of least effort and time.
+    /// Checks the requirements of minimum effort in a free duration.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
         if self.scheme == Scheme::LieVerlet { Ok(()) } else { Err(Unsuited::SchemeOfSoughtDuration.into()) }
     }
 
-    /// Checks the requirements of minimum time and fuel: torques along body axes that reach every
-    /// direction, or every direction of the plane of the maneuver, and a limit of every input.
+    /// Checks the requirements of minimum time and fuel: torques along body axes that together
+    /// reach every direction, or every direction of the plane of the maneuver, and a limit of every
+    /// input.
     pub(super) fn check_switching(&self) -> Result<(), ProblemError> {
         let torque = &self.actuation.torque;
         let moves = self.motion == Motion::RigidBody;
@@ -97,7 +100,7 @@ impl Problem {
         ])
     }
 
-    /// Checks the requirements of pulses: fuel, and limits of the inputs alone.
+    /// Checks the requirements of pulses: minimum fuel, and limits of each input only.
     pub(super) fn check_pulses(&self) -> Result<(), ProblemError> {
         let limits = self.actuation.torque.limits();
         let of_forces = self.actuation.force.as_ref().and_then(|force| force.limits().shortest_pulse);
@@ -122,9 +125,9 @@ impl Problem {
         Ok(())
     }
 
-    /// Thrusters that push and turn: the sets as
-    /// [`Actuation::of_thrusters`](crate::mechanics::Actuation::of_thrusters) makes them, of a body
-    /// that moves.
+    /// Checks thrusters that produce both force and torque: a maneuver of position and attitude,
+    /// with actuator sets as [`Actuation::of_thrusters`](crate::mechanics::Actuation::of_thrusters)
+    /// builds them.
     pub(super) fn check_thrusters(&self) -> Result<(), ProblemError> {
         let Some(Thrusters { positions }) = &self.actuation.thrusters else { return Ok(()) };
         let torque = &self.actuation.torque;
@@ -188,7 +191,7 @@ impl Problem {
                 ));
             }
         }
-        // One or two wheels are meant to be so few; three in a plane are a slip.
+        // One or two wheels are intended; three wheels in a plane are a mistake.
         match torque.rank() {
             (rank, Some(axis)) if rank < count.min(3) => {
                 let what = if rank == 2 { "no torque about" } else { "torque only about" };

@@ -6,12 +6,12 @@ use crate::mechanics::full_body::{MassPoint, PointCloud};
 use crate::mechanics::number::{finite, positive};
 use crate::{Matrix3, Vector3};
 
-/// A polyhedron of constant density, its mass center at the origin of the body axes.
+/// A polyhedron of constant density whose mass center is the origin of the body axes.
 ///
-/// Its gravity is exact on points and clouds. Between two polyhedra the exact field of the one
-/// with the larger radius acts on the Gauss points of the other ([`Polyhedron::cubature`]). The
-/// error falls as `O((l/d)^{2 order})`, with l the size of a tetrahedron of the smaller body and
-/// d its distance from the surface of the larger one.
+/// Its gravity on points and clouds is exact. Between two polyhedra, the exact field of the
+/// polyhedron with the larger radius acts on the Gauss points of the other
+/// ([`Polyhedron::cubature`]). The error falls as `O((l/d)^{2 order})`, with l the size of a
+/// tetrahedron of the smaller body and d its distance from the surface of the larger body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HomogeneousPolyhedron {
     shape: Polyhedron,
@@ -22,13 +22,13 @@ pub struct HomogeneousPolyhedron {
 }
 
 impl HomogeneousPolyhedron {
-    /// Builds the body of a solid with a density [kg/m³], with `order³` Gauss points per face for
-    /// the attraction of another polyhedron.
+    /// Builds the body of a solid with the given density [kg/m³]. `order³` Gauss points per face
+    /// represent it in the field of another polyhedron.
     ///
     /// # Errors
-    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is not a
-    /// positive number, the mass center is not the origin ([`Polyhedron::centered`] moves it
-    /// there), or the order is not within 1 and [`Polyhedron::ORDER`] or gives more than
+    /// Returns a [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is
+    /// not a positive number, the mass center is not the origin ([`Polyhedron::centered`] moves it
+    /// to the origin), or the order is not from 1 to [`Polyhedron::ORDER`] or gives more than
     /// [`PointCloud::POINTS`] points.
     pub fn new(shape: Polyhedron, density: f64, order: usize) -> Checked<Self> {
         positive("density", density)?;
@@ -43,7 +43,7 @@ impl HomogeneousPolyhedron {
         Ok(Self { density, mass, field: PolyhedronField::new(&shape), cubature, shape })
     }
 
-    /// Returns the body with a given mass \[kg\].
+    /// Builds the body of a solid with the given mass \[kg\].
     ///
     /// # Errors
     /// Returns the errors of [`HomogeneousPolyhedron::new`].
@@ -72,19 +72,19 @@ impl HomogeneousPolyhedron {
         self.density * self.shape.unit_inertia()
     }
 
-    /// Returns the exact field of the body, for `G` and density 1.
+    /// Returns the exact field of the solid, for `G = 1` and density 1.
     pub fn field(&self) -> &PolyhedronField {
         &self.field
     }
 
-    /// Returns its Gauss points with their masses: a cloud that approximates the body. Masses are
-    /// negative where the solid is not [star-shaped](Polyhedron::is_star_shaped).
+    /// Returns the Gauss points with their masses: a cloud that approximates the body. Some masses
+    /// are negative if the solid is not [star-shaped](Polyhedron::is_star_shaped).
     pub fn cubature(&self) -> &PointCloud {
         &self.cubature
     }
 
-    /// Returns the acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of
-    /// 1 \[kg/m²\].
+    /// Returns the gravitational acceleration of a point at `y` (body axes \[m\]), divided by `G`
+    /// \[kg/m²\].
     pub fn attraction(&self, y: &Vector3) -> Vector3 {
         self.density * self.field.attraction(y)
     }

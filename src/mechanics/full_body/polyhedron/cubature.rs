@@ -1,5 +1,5 @@
-//! Gauss points of a polyhedron: conical products over the tetrahedra from the mass center to the
-//! faces.
+//! Gauss points of a polyhedron: conical product rules on the tetrahedra from the mass center to
+//! the faces.
 //!
 //! A tetrahedron with apex 0 and base a, b, c is the image of the cube,
 //! `ρ = u (a + v ((b − a) + w (c − b)))` with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for the
@@ -8,22 +8,23 @@
 //! O((l/d)^{2n}), with l the size of a tetrahedron and d its distance from the attracting body. For
 //! n ≥ 2 mass, mass center and inertia equal the values of the solid.
 //!
-//! A face that is not visible from the mass center has a tetrahedron of negative volume, which
-//! subtracts the excess of another. The sum is still exact for polynomials, but has points
-//! outside the solid.
+//! A face whose outer side points towards the mass center has a tetrahedron of negative volume,
+//! which subtracts the excess of other tetrahedra. The sum is still exact for polynomials, but has
+//! points outside of the solid.
 
 use super::Polyhedron;
 use crate::Vector3;
 use crate::mechanics::full_body::MassPoint;
 
 impl Polyhedron {
-    /// Largest number of points along each direction of [`cubature`](Self::cubature).
+    /// Largest number of points along each direction of a tetrahedron in
+    /// [`cubature`](Self::cubature).
     pub const ORDER: usize = 16;
 
-    /// Returns `order³` weighted points for each face that represent a solid of density 1: exact
-    /// for polynomials of degree `2 order − 1`. Positions are relative to the origin of the
-    /// solid's axes. Weights \[m³\] may be negative if the solid is not
-    /// [star-shaped](Self::is_star_shaped). `order` is limited to 1 … [`Self::ORDER`].
+    /// Returns `order³` weighted points for each face that represent a solid of density 1. The rule
+    /// is exact for polynomials of degree `2 order − 1`. Positions are relative to the origin of
+    /// the axes of the solid. Weights \[m³\] may be negative if the solid is not
+    /// [star-shaped](Self::is_star_shaped). `order` is clamped to 1 … [`Self::ORDER`].
     pub fn cubature(&self, order: usize) -> Vec<MassPoint> {
         let order = order.clamp(1, Self::ORDER);
         let [us, vs, ws] = [2, 1, 0].map(|power| gauss_jacobi(order, power));
@@ -46,13 +47,15 @@ impl Polyhedron {
     }
 }
 
-/// Returns the nodes and weights of the n-point Gauss rule of `∫₀¹ x^β f(x) dx`: with `t = 2x − 1`,
-/// the roots of the Jacobi polynomial `P_n^{(0,β)}(t)` and `1/((1 − t²) P'(t)²)`.
+/// Returns the nodes and weights of the n-point Gauss rule for `∫₀¹ x^β f(x) dx`. With
+/// `t = 2x − 1`, the nodes are the roots of the Jacobi polynomial `P_n^{(0,β)}(t)`, and the weights
+/// `1/((1 − t²) P'(t)²)`.
 fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     let mut roots: Vec<f64> = Vec::with_capacity(n);
     for index in 0..n {
         let mut t = -((2 * index + 1) as f64 * std::f64::consts::PI / (2 * n + beta) as f64).cos();
-        // Newton with the roots found so far divided out converges to a new one from any start.
+        // Newton's method with the known roots divided out (deflation) converges to a new root from
+        // any start.
         for _ in 0..100 {
             let (value, slope) = jacobi(n, beta, t);
             let found: f64 = roots.iter().map(|root| 1.0 / (t - root)).sum();
@@ -72,8 +75,8 @@ fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     roots.into_iter().map(node).collect()
 }
 
-/// Returns `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence (Abramowitz and Stegun
-/// 22.7.1, 22.8.1).
+/// Returns the Jacobi polynomial `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence
+/// (Abramowitz and Stegun 22.7.1, 22.8.1).
 fn jacobi(n: usize, beta: usize, t: f64) -> (f64, f64) {
     let b = beta as f64;
     let (mut before, mut value) = (0.0, 1.0);

@@ -1,7 +1,7 @@
-//! The exact field of a homogeneous polyhedron: Werner and Scheeres (1996), for G = 1 and density
-//! 1.
+//! The exact field of a homogeneous polyhedron for G = 1 and density 1, by Werner and Scheeres
+//! (1996).
 //!
-//! With `r_e`, `r_f` from the field point to any point of an edge or face,
+//! With vectors `r_e`, `r_f` from the field point to any point of an edge or face,
 //! ```text
 //! U   = ∫ dV/|r| = ½ Σ_e (r_e·E_e r_e) L_e − ½ Σ_f (r_f·F_f r_f) ω_f
 //! ∇U  = −Σ_e E_e r_e L_e + Σ_f F_f r_f ω_f              ∇²U = −Σ_f ω_f
@@ -9,23 +9,23 @@
 //! L_e = ln[(a + b + e)/(a + b − e)]                     a, b distances to the ends, e length
 //! tan(ω_f/2) = r₁·(r₂×r₃) / [r₁r₂r₃ + r₁(r₂·r₃) + r₂(r₃·r₁) + r₃(r₁·r₂)]
 //! ```
-//! `U` and `∇U` are exact and continuous everywhere, inside, outside and on the surface. A face
-//! without area adds nothing.
+//! `U` and `∇U` are exact and continuous everywhere: inside, outside and on the surface. A face of
+//! zero area contributes nothing.
 //!
-//! The error of each term in floating point is a few ulps: `L_e` as an odd series in `e/(a + b)`
-//! instead of the logarithm of a number near one, the numerator of `ω_f` as `2A n·r`. Their sum
-//! cancels far from the body. At the distance r from a body of size l and volume V, `U` and `∇U`
-//! have errors of about `r² l/V` ulps.
+//! Each term has a floating-point error of a few ulps, because `L_e` is an odd series in
+//! `e/(a + b)` instead of the logarithm of a number near one, and the numerator of `ω_f` is
+//! `2A n·r`. The terms cancel far from the body. At the distance r from a body of size l and volume
+//! V, `U` and `∇U` have errors of about `r² l/V` ulps.
 //!
-//! Four field points are evaluated side by side.
+//! Four field points are evaluated at a time.
 
 use super::Polyhedron;
 use super::surface::half_edges;
 use crate::Vector3;
 use crate::mechanics::full_body::lanes::{LANES, Lanes};
 
-/// The exact gravity of a homogeneous polyhedron on points, in its axes, per unit of `G` and
-/// density.
+/// The exact gravity of a homogeneous polyhedron on points in the axes of the polyhedron, divided
+/// by `G` and density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolyhedronField {
     edges: Vec<Edge>,
@@ -36,7 +36,7 @@ pub struct PolyhedronField {
 struct Edge {
     ends: [Vector3; 2],
     length: f64,
-    /// `E_e`, by rows.
+    /// The matrix `E_e`, by rows.
     dyad: [[f64; 3]; 3],
 }
 
@@ -47,7 +47,7 @@ struct Face {
     double_area: f64,
 }
 
-/// `U`, `∇U` and `Σ ω` at four points.
+/// Potential `U`, gradient `∇U` and solid angle `Σ ω` at four points.
 pub(in crate::mechanics::full_body) struct Attraction {
     pub potential: Lanes,
     pub gradient: [Lanes; 3],
@@ -55,7 +55,7 @@ pub(in crate::mechanics::full_body) struct Attraction {
 }
 
 impl PolyhedronField {
-    /// Builds the field of this solid.
+    /// Builds the field of a solid.
     pub fn new(shape: &Polyhedron) -> Self {
         let faces: Vec<_> = shape.triangles().map(Face::new).collect();
         let vertex = |index: u32| shape.vertices[index as usize];
@@ -73,25 +73,25 @@ impl PolyhedronField {
         Self { edges, faces }
     }
 
-    /// Returns `∫ dV/|r|` \[m²\]; times `G` and density the potential per unit of mass, with a
-    /// minus sign.
+    /// Returns `∫ dV/|r|` \[m²\]. The potential per unit of mass is this integral times `−G` and
+    /// the density.
     pub fn potential(&self, point: &Vector3) -> f64 {
         self.at(&side_by_side(&[*point; LANES])).potential.0[0]
     }
 
-    /// Returns `∇ ∫ dV/|r|` \[m\]. Times `G` and the density it is the acceleration of a mass at
-    /// the field point.
+    /// Returns `∇ ∫ dV/|r|` \[m\]. The acceleration of a mass at the field point is this vector
+    /// times `G` and the density.
     pub fn attraction(&self, point: &Vector3) -> Vector3 {
         Vector3::from(self.at(&side_by_side(&[*point; LANES])).gradient.map(|lanes| lanes.0[0]))
     }
 
-    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside. It jumps at the surface, where any value in
-    /// between is possible.
+    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside. It jumps at the surface, where the result
+    /// may be any value in between.
     pub fn laplacian(&self, point: &Vector3) -> f64 {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }
 
-    /// Returns `U`, `∇U` and `Σ ω` at four points.
+    /// Returns `U`, `∇U` and `Σ ω` at four points, given as lanes.
     pub(in crate::mechanics::full_body) fn at(&self, y: &[Lanes; 3]) -> Attraction {
         let (mut potential, mut gradient) = (Lanes::ZERO, [Lanes::ZERO; 3]);
         for edge in &self.edges {
@@ -126,15 +126,16 @@ impl Face {
         let [a, b, c] = corners;
         let area = (b - a).cross(&(c - a));
         let double_area = area.norm();
-        // The normal of a thin triangle is noise. This is harmless if the normal is perpendicular
-        // to the sides, because the terms of the three sides then cancel. It is made
-        // perpendicular to the longest side, and the other sides are parallel to it.
+        // The normal of a thin triangle is dominated by round-off. This is harmless if the normal
+        // is perpendicular to the sides, because the terms of the three sides then cancel. The
+        // normal is made perpendicular to the longest side, to which the other sides are nearly
+        // parallel.
         let sides = [b - a, c - b, a - c];
         let longer = |a: Vector3, b: Vector3| if b.norm_squared() > a.norm_squared() { b } else { a };
         let longest = longer(longer(sides[0], sides[1]), sides[2]);
         let noisy = area / double_area;
         let normal = noisy - noisy.dot(&longest) / longest.norm_squared() * longest;
-        // The normal is noise, or the area is zero (NaN): the terms vanish in both cases.
+        // If the normal is round-off only, or the area is zero (NaN), the terms of the face vanish.
         let normal = if normal.norm() > 0.5 { normal.normalize() } else { Vector3::zeros() };
         Self { corners, normal, double_area }
     }
@@ -155,7 +156,8 @@ fn norm(a: &[Lanes; 3]) -> Lanes {
     dot(a, a).sqrt()
 }
 
-/// Returns `ω = 2 atan2(r₁·(r₂×r₃), …)`, from the numerator and the corners.
+/// Returns the solid angle `ω = 2 atan2(r₁·(r₂×r₃), …)` of a face, from the numerator and the
+/// corners.
 #[inline(always)]
 fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
     let [r1, r2, r3] = corners;
@@ -164,16 +166,16 @@ fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
     Lanes::splat(2.0) * arc_tangent(numerator, denominator)
 }
 
-/// Returns `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`. On the edge itself, where it is infinite, it
-/// returns a large number.
+/// Returns `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`. On the edge itself the logarithm is infinite,
+/// and the function returns a large number.
 ///
 /// With `2^k` the power of two nearest to the ratio, `ln = k ln 2 + 2 atanh z`, `|z| ≤ 0.1716`,
 /// `z = ((s + e) − 2^k (s − e))/((s + e) + 2^k (s − e))`. For `k = 0`, away from the edge,
-/// `z = e/s` needs no subtraction. Coefficients of the odd series: fdlibm `e_log.c`, error below
-/// 2⁻⁵⁸.
+/// `z = e/s` needs no subtraction. The coefficients of the odd series are from fdlibm `e_log.c`;
+/// the error is below 2⁻⁵⁸.
 #[inline(always)]
 fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
-    // Digits as published.
+    // The digits are as published.
     #[allow(clippy::excessive_precision)]
     const ODD: [f64; 7] = [
         6.666666666666735130e-01,
@@ -184,7 +186,7 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
         1.531383769920937332e-01,
         1.479819860511658591e-01,
     ];
-    /// Bits of √½.
+    /// The bits of the floating-point number √½.
     const HALF_ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
     const ONE: u64 = 1023 << 52;
     let e = Lanes::splat(e);
@@ -196,7 +198,8 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
         let exponent = (ratio.to_bits().wrapping_sub(HALF_ROOT)) & 0xfff0_0000_0000_0000;
         f64::from_bits(exponent.wrapping_add(ONE))
     });
-    // The biased exponent read as the low bits of a large number: no conversion from integers.
+    // The biased exponent is read as the low bits of a large number, which avoids a conversion from
+    // integers.
     let k = power.map(|power| {
         f64::from_bits((power.to_bits() >> 52) | (1075 << 52)) - (4_503_599_627_370_496.0 + 1023.0)
     });
@@ -218,11 +221,12 @@ fn at_least(value: Lanes, bound: f64) -> Lanes {
 
 /// Returns `atan2(y, x)` to about two ulps of π; zero at `(0, 0)`.
 ///
-/// Reduced to `|t| ≤ tan(π/8)`; coefficients of the series there: fdlibm `s_atan.c`.
+/// The argument is reduced to `|t| ≤ tan(π/8)`, where the coefficients of the series are from
+/// fdlibm `s_atan.c`.
 #[inline(always)]
 fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    // Digits as published.
+    // The digits are as published.
     #[allow(clippy::excessive_precision)]
     const SERIES: [f64; 11] = [
         3.33333333333329318027e-01,
@@ -237,7 +241,7 @@ fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
         -3.65315727442169155270e-02,
         1.62858201153657823623e-02,
     ];
-    /// tan(π/8)
+    /// The value of tan(π/8).
     const TURN: f64 = 0.414_213_562_373_095_03;
     let (ax, ay) = (x.map(f64::abs), y.map(f64::abs));
     let select = |condition: fn(f64, f64) -> bool, a: Lanes, b: Lanes, then: Lanes, other: Lanes| {
@@ -259,7 +263,7 @@ fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
     Lanes::from_fn(|lane| angle.0[lane].copysign(y.0[lane]))
 }
 
-/// Four points as lanes.
+/// Returns four points as lanes, one for each coordinate axis.
 pub(in crate::mechanics::full_body) fn side_by_side(points: &[Vector3; LANES]) -> [Lanes; 3] {
     [0, 1, 2].map(|axis| Lanes::from_fn(|lane| points[lane][axis]))
 }

@@ -7,20 +7,22 @@ use crate::mechanics::full_body::{MassPoint, PointCloud};
 use crate::mechanics::number::positive;
 
 impl HomogeneousPolyhedron {
-    /// Returns equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside,
-    /// with the mass of the solid, shifted so that their mass center is the origin.
+    /// Returns a cloud of equal masses with the total mass of the solid. The masses are at the
+    /// centers, inside of the solid, of the cubes of edge `spacing` \[m\]; the cloud is shifted so
+    /// that its mass center is the origin.
     ///
-    /// All masses are positive for any shape, but inertia and field differ from the solid's like
-    /// the spacing squared at best; [`Polyhedron::cubature`] is far better where the body is not
-    /// very close.
+    /// All masses are positive for any shape, but the errors of inertia and field fall at best as
+    /// the square of the spacing. [`Polyhedron::cubature`] is much more accurate unless the other
+    /// body is very close.
     ///
     /// # Errors
-    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the spacing is not a
-    /// positive number, or no center or more than [`PointCloud::POINTS`] of them are inside.
+    /// Returns a [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the spacing is
+    /// not a positive number, or if no center or more than [`PointCloud::POINTS`] centers are
+    /// inside.
     pub fn lattice(&self, spacing: f64) -> Checked<PointCloud> {
         positive("spacing of the lattice", spacing)?;
         let cells = self.shape().volume() / spacing.powi(3);
-        // Numbers far outside of the limits are reported before points are counted one by one.
+        // Counts far outside of the limits are reported before the points are enumerated.
         let limit = PointCloud::POINTS;
         count("points of a lattice", (cells.min(1e18) as usize).max(1), limit)?;
         let columns = [0, 1].map(|axis| rows(self.shape(), axis, spacing).count());
@@ -34,8 +36,8 @@ impl HomogeneousPolyhedron {
 }
 
 impl Polyhedron {
-    /// Returns the centers of the cells inside, lattice centered at the origin: columns along z,
-    /// filled between crossings.
+    /// Returns the centers of the cubes that are inside of the solid, for a lattice centered at the
+    /// origin. Columns along z are filled between crossings of the surface.
     fn lattice_points(&self, spacing: f64) -> Vec<Vector3> {
         let at = |index: i64| (index as f64 + 0.5) * spacing;
         let mut points = Vec::new();
@@ -61,27 +63,27 @@ impl Polyhedron {
     }
 }
 
-/// Returns the rows of cells that the solid reaches along an axis.
+/// Returns the indices of the rows of cubes that the solid reaches along an axis.
 fn rows(shape: &Polyhedron, axis: usize, spacing: f64) -> impl Iterator<Item = i64> + Clone {
     let values = shape.vertices().iter().map(move |vertex| vertex[axis]);
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
-    // Beyond these there are too many anyway.
+    // Beyond these indices there are too many points in any case.
     let index = |x: f64| (x / spacing).clamp(-1e8, 1e8) as i64;
     (index(low) - 1)..=(index(high) + 1)
 }
 
-/// Returns whether the corners lie on both sides of `value` along an axis; one on it counts as
-/// beyond.
+/// Returns whether the corners are on both sides of `value` along an axis. A corner at `value`
+/// counts as below it.
 fn spans(corners: &[Vector3; 3], axis: usize, value: f64) -> bool {
     let beyond = corners.map(|corner| corner[axis] > value);
     beyond.contains(&true) && beyond.contains(&false)
 }
 
-/// Returns the point at which the line along z at (x, y) meets the triangle, with +1 if it enters
-/// the solid, −1 if it leaves.
+/// Returns the height at which the line along z at (x, y) crosses the triangle, with +1 if the line
+/// enters the solid, or −1 if it leaves. Returns `None` if the line misses the triangle.
 ///
-/// Each edge decides by itself, from its ends in a fixed order, on which side of it the line
-/// passes, so that the two faces of an edge agree and no line slips between them.
+/// On which side of an edge the line passes is computed from the ends of the edge in a fixed order,
+/// so that the two faces of an edge agree, and no line slips between them.
 fn crossing(corners: &[Vector3; 3], x: f64, y: f64) -> Option<(f64, i32)> {
     let mut inside = false;
     for k in 0..3 {

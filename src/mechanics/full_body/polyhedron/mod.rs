@@ -1,5 +1,5 @@
 //! Homogeneous polyhedra: the solid, its mass properties, its exact field, and points that
-//! represent it.
+//! represent the solid.
 
 mod body;
 mod cubature;
@@ -21,10 +21,11 @@ use crate::mechanics::body::principal_axes;
 use crate::{Matrix3, Vector3};
 use mass_properties::MassProperties;
 
-/// A solid bounded by triangles: closed, every edge between two faces, faces outward.
+/// A solid bounded by triangles. The surface is closed, every edge belongs to two faces, and the
+/// normals of the faces point outward.
 ///
 /// [`ShapeError`] lists the checks. The surface may intersect itself without an error; a volume
-/// that is enclosed twice then counts twice.
+/// that it encloses twice then counts twice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
     vertices: Vec<Vector3>,
@@ -33,42 +34,44 @@ pub struct Polyhedron {
 }
 
 impl Polyhedron {
-    /// The largest number of vertices, and of faces.
+    /// The largest number of vertices, and the largest number of faces.
     pub const SIZE: usize = 1_000_000;
     /// Largest magnitude of a coordinate \[m\].
     pub const COORDINATE: f64 = 1e30;
 
-    /// Builds the solid within these triangles, which name vertices from 0 and run counterclockwise
-    /// seen from outside.
+    /// Builds the solid within these triangles. They name vertices by indices from 0, and run
+    /// counterclockwise as seen from outside.
     ///
     /// # Errors
-    /// A [`ShapeError`] that names the vertex, face or edge. A triangle may have no area.
+    /// Returns a [`ShapeError`] that names the vertex, face or edge. A triangle of zero area is
+    /// allowed.
     pub fn new(vertices: Vec<Vector3>, faces: Vec<[u32; 3]>) -> Result<Self, ShapeError> {
         surface::check(&vertices, &faces)?;
         let properties = MassProperties::new(&vertices, &faces)?;
         Ok(Self { vertices, faces, properties })
     }
 
-    /// Builds the octahedron with corners at `±a e₁`, `±b e₂`, `±c e₃` \[m\], as in Fahnestock et
+    /// Builds the octahedron with vertices at `±a e₁`, `±b e₂`, `±c e₃` \[m\], as in Fahnestock et
     /// al. (2006).
     ///
     /// # Errors
-    /// A [`ShapeError`] if a semi-axis is not a positive number.
+    /// Returns a [`ShapeError`] if a semi-axis is not a positive number.
     pub fn octahedron(semi_axes: &Vector3) -> Result<Self, ShapeError> {
         let corner =
             |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 } * Vector3::ith(k / 2, semi_axes[k / 2]);
         let octants = (0..8u32).map(|octant| {
             let [x, y, z] = [octant & 1, 2 + (octant >> 1 & 1), 4 + (octant >> 2)];
-            // Every reflection turns the face over.
+            // Every reflection reverses the orientation of the face.
             if octant.count_ones().is_multiple_of(2) { [x, y, z] } else { [x, z, y] }
         });
         Self::new((0..6).map(corner).collect(), octants.collect())
     }
 
-    /// Builds the cuboid with these edges \[m\] along the axes, its center at the origin.
+    /// Builds the cuboid with the edge lengths `edges` \[m\] along the axes, and its center at the
+    /// origin.
     ///
     /// # Errors
-    /// A [`ShapeError`] if an edge is not a positive number.
+    /// Returns a [`ShapeError`] if an edge length is not a positive number.
     pub fn cuboid(edges: &Vector3) -> Result<Self, ShapeError> {
         let corner =
             |k: usize| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { 0.5 } else { -0.5 } * edges[axis]);
@@ -82,7 +85,7 @@ impl Polyhedron {
         &self.vertices
     }
 
-    /// Returns the triangles, which name vertices from 0.
+    /// Returns the triangles, as indices of vertices from 0.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -109,14 +112,14 @@ impl Polyhedron {
         self.vertices.iter().map(|vertex| vertex.norm()).fold(0.0, f64::max)
     }
 
-    /// Returns whether every point of the surface is seen from the mass center: the weights of
+    /// Returns whether every point of the surface is visible from the mass center. The weights of
     /// [`cubature`](Self::cubature) are then all positive.
     pub fn is_star_shaped(&self) -> bool {
         let center = self.center();
         self.triangles().all(|[a, b, c]| (a - center).dot(&(b - a).cross(&(c - a))) >= 0.0)
     }
 
-    /// Builds the solid with its mass center at the origin.
+    /// Returns the solid moved so that its mass center is the origin.
     #[must_use]
     pub fn centered(&self) -> Self {
         let center = *self.center();
@@ -125,8 +128,8 @@ impl Polyhedron {
         Self { vertices, faces: self.faces.clone(), properties }
     }
 
-    /// Returns the solid centered and turned to its principal axes, the smallest moment first, and
-    /// the rotation from the new axes to the old ones.
+    /// Returns the solid centered and rotated to its principal axes, with the smallest moment
+    /// first, and the rotation matrix from the new axes to the old ones.
     ///
     /// If two moments agree to round-off, their axes are arbitrary.
     pub fn principal(&self) -> (Self, Matrix3) {

@@ -1,11 +1,11 @@
 //! Wavefront OBJ files: vertices and faces of one solid.
 //!
-//! `v x y z` (a weight or a color after it is ignored) and `f a b c …` with corners `v`, `v/vt`,
-//! `v//vn` or `v/vt/vn`; negative corners count from the end. Polygons become fans of triangles.
-//! A line that ends in `\` continues. Curves, free-form surfaces and all other elements without
-//! faces are ignored. Vertices at one place become one vertex, because some exporters split
-//! faces; faces that thereby lose a corner are removed. All groups and objects form one solid.
-//! Normals, textures and materials are ignored.
+//! The reader uses the elements `v x y z` (a weight or a color after the coordinates is ignored)
+//! and `f a b c …` with corners `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count from the
+//! end. Polygons become fans of triangles. A line that ends in `\` continues on the next line.
+//! Normals, textures, materials, curves, free-form surfaces and all other elements without faces
+//! are ignored. All groups and objects form one solid. Vertices with equal coordinates become one
+//! vertex, because some exporters split faces; faces that lose a corner by this are removed.
 
 use super::{Polyhedron, ShapeError};
 use crate::Vector3;
@@ -14,11 +14,12 @@ use std::collections::HashMap;
 use std::io::{BufRead, Read};
 use thiserror::Error;
 
-/// An error in an OBJ file, with its place.
+/// An error in an OBJ file, with its line.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {problem}")]
 pub struct ObjError {
-    /// The line, from 1; for an error of the whole file, the last line, or the line of the face.
+    /// The line, from 1. For an error of the whole file it is the last line, or the line of the
+    /// face.
     pub line: usize,
     /// The kind of the error.
     pub problem: ObjProblem,
@@ -33,19 +34,19 @@ pub enum ObjProblem {
     /// A line, including its continuation lines, is too long.
     #[error("the line is longer than {limit} bytes")]
     LineTooLong {
-        /// The largest number of bytes.
+        /// The largest allowed number of bytes.
         limit: usize,
     },
-    /// The file is in another encoding.
+    /// The file is encoded in UTF-16.
     #[error("the file is in UTF-16: save it as UTF-8")]
     Utf16,
     /// The file is too long.
     #[error("the file is longer than {limit} bytes")]
     FileTooLong {
-        /// The largest number of bytes.
+        /// The largest allowed number of bytes.
         limit: u64,
     },
-    /// A line starts with no keyword of the format.
+    /// A line starts with a word that is not a keyword of the format.
     #[error("`{0}` is no keyword of a Wavefront OBJ file")]
     Keyword(String),
     /// A vertex has fewer than three coordinates or more than OBJ allows.
@@ -62,18 +63,18 @@ pub enum ObjProblem {
         "`{0}` is not the corner of a face: v, v/vt, v//vn or v/vt/vn, counted from 1, or from the end by −1"
     )]
     Corner(String),
-    /// A negative index reaches before the first vertex.
+    /// A negative index refers to a vertex before the first one.
     #[error("the corner {index} counts from the end, but only {vertices} vertices came before")]
     BeforeFirst {
-        /// The index.
+        /// The negative index.
         index: i64,
-        /// The number of vertices.
+        /// The number of vertices so far.
         vertices: usize,
     },
     /// The scale is not a positive number.
     #[error("the scale is {0}; it must be a positive number")]
     Scale(f64),
-    /// The vertices and faces are not a solid.
+    /// The vertices and faces do not bound a solid.
     #[error(transparent)]
     Shape(ShapeError),
 }
@@ -88,9 +89,9 @@ const LINE: usize = 1 << 16;
 /// The largest size of a file, in bytes.
 const FILE: u64 = 1 << 28;
 
-/// Returns the solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
+/// Reads the solid of a Wavefront OBJ file. Its coordinates times `scale` are in \[m\].
 ///
-/// Memory is bounded by [`Polyhedron::SIZE`], a file by 256 MiB and a line by 64 KiB.
+/// [`Polyhedron::SIZE`] limits the memory. A file is limited to 256 MiB, and a line to 64 KiB.
 ///
 /// # Errors
 /// Returns an [`ObjError`] with the line and the reason.
@@ -122,15 +123,16 @@ pub fn read_obj(reader: impl BufRead, scale: f64) -> Result<Polyhedron, ObjError
     mesh.solid(lines.number.max(1))
 }
 
-/// Logical lines of a file.
+/// The logical lines of a file, with their continuation lines.
 struct Lines<R> {
     reader: std::io::Take<R>,
-    /// Lines read so far.
+    /// Number of lines read so far.
     number: usize,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Reads the next line and its continuation lines. False at the end.
+    /// Reads the next line and its continuation lines into `text`. Returns false at the end of the
+    /// file.
     fn next(&mut self, text: &mut Vec<u8>) -> Result<bool, ObjProblem> {
         text.clear();
         loop {
@@ -144,7 +146,7 @@ impl<R: BufRead> Lines<R> {
             if text.len() > LINE {
                 return Err(ObjProblem::LineTooLong { limit: LINE });
             }
-            // Writers do not see blanks after the sign that continues a line, so they are ignored.
+            // Blanks after the continuation sign are invisible to authors, so they are ignored.
             while text.last().is_some_and(u8::is_ascii_whitespace) {
                 text.pop();
             }
@@ -156,20 +158,20 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// The vertices and faces that have been read.
+/// The vertices and faces that have been read so far.
 #[derive(Default)]
 struct Mesh {
     scale: f64,
     vertices: Vec<Vector3>,
-    /// Triangles; a face of more corners makes several.
+    /// Triangles as indices of vertices. A face with more than three corners is split into several.
     faces: Vec<[u32; 3]>,
-    /// The line of each face.
+    /// For each triangle, its face and line in the file.
     origins: Vec<Origin>,
-    /// Faces of the file so far.
+    /// Number of faces read so far.
     count: usize,
 }
 
-/// The face of the file that a triangle is of, and its line, both counted from 1.
+/// The face of the file that contains a triangle, and the line of the face, both counted from 1.
 #[derive(Clone, Copy)]
 struct Origin {
     face: usize,
@@ -183,7 +185,7 @@ impl Mesh {
         match words.next() {
             None => Ok(()),
             Some("v") => self.vertex(words),
-            // "fo" is an older spelling.
+            // "fo" is an older keyword for a face.
             Some("f" | "fo") => self.face(words, line),
             Some(keyword) if IGNORED.split(' ').any(|ignored| ignored == keyword) => Ok(()),
             Some(keyword) => Err(ObjProblem::Keyword(shortened(keyword))),
@@ -220,8 +222,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// Returns the vertex of a corner, from 0. A positive index may name a vertex that is yet to
-    /// come.
+    /// Returns the vertex index of a corner, from 0. A positive index may refer to a vertex that
+    /// follows later in the file.
     fn corner(&self, word: &str) -> Result<u32, ObjProblem> {
         let wrong = || ObjProblem::Corner(shortened(word));
         let mut parts = word.split('/');
@@ -250,8 +252,8 @@ impl Mesh {
         }
     }
 
-    /// Returns the solid. Errors count vertices and faces as the file does, and have the line of
-    /// their face.
+    /// Builds the solid. Errors refer to the vertices and faces as they are numbered in the file,
+    /// and have the line of the face.
     fn solid(mut self, last: usize) -> Result<Polyhedron, ObjError> {
         let at_face = |line, error| ObjError { line, problem: ObjProblem::Shape(error) };
         let count = self.vertices.len();
@@ -275,8 +277,8 @@ impl Mesh {
         })
     }
 
-    /// Joins vertices at one place, and removes vertices without a face and faces without three
-    /// corners. Returns the number in the file of every remaining vertex.
+    /// Merges vertices with equal coordinates, and removes vertices without a face and faces
+    /// without three different corners. Returns the number in the file of every remaining vertex.
     fn merge(&mut self) -> Vec<usize> {
         let mut first_at = HashMap::new();
         let (mut vertices, mut places) = (Vec::new(), Vec::new());
@@ -303,7 +305,7 @@ impl Mesh {
     }
 }
 
-/// Returns the line of an error, and the error with the numbers of vertices and faces of the file.
+/// Returns the line of an error, and the error with the vertex and face numbers of the file.
 fn in_file(error: ShapeError, places: &[usize], origins: &[Origin]) -> (Option<usize>, ShapeError) {
     use ShapeError::{Coordinate, NotManifold, Open, Orientation};
     let place = |vertex: usize| places[vertex - 1];

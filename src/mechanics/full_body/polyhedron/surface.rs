@@ -1,9 +1,9 @@
-//! Whether triangles close a surface: edges, each between two faces.
+//! Checks that triangles form a closed surface, with two faces at every edge.
 
 use super::{Polyhedron, ShapeError};
 use crate::Vector3;
 
-/// One side of an edge, in the direction in which the face on this side runs along it.
+/// One side of an edge: the edge in the direction in which the face on this side traverses it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfEdge {
     pub from: u32,
@@ -17,7 +17,7 @@ impl HalfEdge {
     }
 }
 
-/// Returns all sides of all edges, the two of an edge next to each other.
+/// Returns both sides of all edges, with the two sides of an edge next to each other.
 pub(super) fn half_edges(faces: &[[u32; 3]]) -> Vec<HalfEdge> {
     let of = |(face, &[a, b, c]): (usize, &[u32; 3])| {
         [(a, b), (b, c), (c, a)].map(|(from, to)| HalfEdge { from, to, face })
@@ -27,7 +27,8 @@ pub(super) fn half_edges(faces: &[[u32; 3]]) -> Vec<HalfEdge> {
     edges
 }
 
-/// Numbers in range, faces that name three vertices, and two faces of opposite sense at every edge.
+/// Checks that numbers are in range, that each face names three different vertices, and that every
+/// edge has two faces which traverse it in opposite directions.
 pub(super) fn check(vertices: &[Vector3], faces: &[[u32; 3]]) -> Result<(), ShapeError> {
     let limit = Polyhedron::SIZE;
     for (name, count) in [("vertices", vertices.len()), ("faces", faces.len())] {

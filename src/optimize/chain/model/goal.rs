@@ -1,4 +1,4 @@
-//! What a chain minimises beside or in place of the effort: time, fuel, and their scales.
+//! The objectives of a chain other than effort: time and fuel, and their scales.
 
 use super::Model;
 use crate::maneuver::objective::{Fuel, Objective};
@@ -7,39 +7,41 @@ use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::chain::tuning::{FUEL_PRICE, TIME_PRICE};
 use crate::optimize::discrete::step::Dynamics;
 
-/// What a chain minimises in place of the effort.
+/// Objective of a chain other than minimum effort.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
-    /// Time or fuel, or effort with a price of time. The duration is sought where time counts.
+    /// Time or fuel, or effort with a time weight. The duration is free if time has a weight.
     pub objective: Objective,
 }
 
 impl Goal {
-    /// Returns the same goal for the duration that a plan has; none where time alone counts.
+    /// Returns the objective for a fixed duration; `None` if it is time alone.
     pub fn in_given_duration(&self) -> Option<Self> {
         let fuel = self.objective.fuel()?;
         Some(Self { objective: Objective::Fuel(Fuel { time_price: None, ..fuel.clone() }) })
     }
 }
 
-/// What fuel costs in a chain.
+/// Scaled prices of fuel in a chain.
 #[derive(Clone, Debug)]
 pub(crate) struct FuelPrice {
-    /// Of each input; of a set that is counted by its norm each has the price of that.
+    /// Price of each input; the inputs of a set that is charged by its norm all have the price of
+    /// the norm.
     pub inputs: Vec<f64>,
-    /// Whether it is `c |B u|` instead of `Σ c_j |u_j|`: of the torques, and of the forces.
+    /// Whether fuel is `c |B u|` instead of `Σ c_j |u_j|`, for the torques (index 0) and the forces
+    /// (index 1).
     pub of_norm: [bool; 2],
 }
 
 impl FuelPrice {
-    /// Whether forces or torques are counted by their norm.
+    /// Returns whether the fuel of the forces or of the torques is charged by the norm of the set.
     pub fn is_of_norm(&self, forces: bool) -> bool {
         self.of_norm[usize::from(forces)]
     }
 }
 
-/// Builds the chain of a maneuver with a goal. Of least time or fuel its cost is what these cost,
-/// scaled.
+/// Builds the chain of a maneuver with another objective. For minimum time or fuel the cost is the
+/// scaled cost of time and fuel.
 pub fn with_goal(problem: &Problem, dynamics: Dynamics, goal: &Goal) -> Model {
     let mut model = Model::of(problem, dynamics);
     let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
@@ -65,7 +67,7 @@ pub fn with_goal(problem: &Problem, dynamics: Dynamics, goal: &Goal) -> Model {
     model
 }
 
-/// What a unit of each input costs over the stated duration, in the user's unit.
+/// Returns the cost of the unit value of each input over the stated duration, in the user's unit.
 fn fuel_prices(model: &Model, fuel: &Fuel) -> Vec<f64> {
     let price = |input: usize| match input.checked_sub(model.forces) {
         Some(torque) => fuel.price(torque),
@@ -74,7 +76,7 @@ fn fuel_prices(model: &Model, fuel: &Fuel) -> Vec<f64> {
     (0..model.m).map(|input| price(input) * model.input_unit[input] * model.dynamics.units.time).collect()
 }
 
-/// What fuel costs in a unit of time under `inputs`.
+/// Returns the cost of fuel per unit of time under `inputs`.
 pub fn fuel_rate(model: &Model, inputs: &[f64]) -> f64 {
     let Some(fuel) = &model.fuel else { return 0.0 };
     let (forces, torques) = inputs.split_at(model.forces);

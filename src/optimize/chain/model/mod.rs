@@ -1,20 +1,20 @@
-//! The maneuver as a chain of stages: states, inputs, one step, in scaled units.
+//! The maneuver as a chain of stages with states, inputs and a step map, in scaled units.
 //!
 //! ```text
 //! y_0 = kick_0(start, u_0) ,    y_{k+1} = kick_{k+1}(drift(y_k), u_{k+1}) ,    y_N = target
 //! cost Σ κ_k ½ u_kᵀ W u_k
 //! ```
 //!
-//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The map is the planner's own, so
-//! a trajectory without defects is variational. Between kicks a Lie–Verlet state is half a step's
-//! kick ahead of the physical one.
+//! Kick k has the weight κ_k of the grid; Lie–Euler has no `u_0`. The step map is that of the
+//! planner, so a trajectory without defects satisfies the variational integrator. Between kicks a
+//! Lie–Verlet state is half a kick ahead of the physical state.
 //!
 //! Tangent vectors are ordered as in the rest of the crate, the wheels' momenta appended.
 //!
-//! Where the duration is sought it is a state more: `s`, as a multiple of the stated one, which
-//! every step leaves as it is and which is free at the start. All other quantities are in the units
-//! that go with the duration itself, so that a step of a free body does not know it. What does are
-//! the ends, what acts on the body, how far the reference frame turns, and the limits:
+//! If the duration is free, the state has one more component: `s`, the duration as a multiple of
+//! the stated one. Every step keeps it constant, and it is free at the start. All other quantities
+//! are in units that scale with the duration itself, so that a step of a free body does not depend
+//! on it. The ends, the environment, the rotation of the reference frame and the limits do:
 //!
 //! ```text
 //! Π_0 = s Π_start ,   Π_N = s Π_end ,   the same of wheels ;     torque of the environment s² M(R) ;
@@ -22,23 +22,22 @@
 //! |u| ≤ s² u_max ,    |Δu| ≤ s³ u̇_max h ,    |Ω| ≤ s Ω_max ,    |h_i| ≤ s h_max
 //! ```
 //!
-//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or that of
-//! fuel as well,
+//! The last component of a tangent vector is the change of `ln s`. The cost is `w s`, or with fuel
 //!
 //! ```text
 //! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the terms of a set under a limit of its norm,
 //! ```
 //!
-//! Where effort itself is the cost it goes in these units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
+//! If effort itself is the cost, it scales in these units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
 //!
 //! # Where do step and kick of the chain come from?
 //!
-//! From `optimize/discrete/step`, as those of the shooting do: the drift and the gyrostat's drift,
-//! their derivative ξ, the kick of given inputs with its gradient. What differs is where force and
-//! moment come from, an optimal law or an input that is a variable, and that wheels are states.
-//! Both run on grids whose steps have their own lengths. The kick of the optimal law keeps a
-//! gradient of its own, in which the answer of the inputs is added before the field is: the same
-//! sum, other last bits.
+//! They come from `optimize/discrete/step`, as those of the shooting do: the drift and the
+//! gyrostat's drift, their derivative ξ, and the kick of given inputs with its gradient. Two things
+//! differ: force and moment are variables here and follow from an optimal law there, and wheels are
+//! states here. Both run on nonuniform grids. The kick of the optimal law computes its gradient
+//! separately, adding the derivative of the inputs before that of the force field: the sum is equal
+//! except for its last bits.
 
 pub(crate) mod goal;
 pub(crate) mod state;
@@ -53,8 +52,8 @@ pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
 
-/// An input of one stage that is drawn to a value: `½ weight (u − at)²` is added to what a method
-/// minimises, and not to the cost of a plan. Where the input has that value the term moves nothing.
+/// Quadratic penalty on an input of one stage: `½ weight (u − at)²` is added to the objective of a
+/// method, but not to the cost of a plan. It has no effect if the input already has the value `at`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pull {
     pub stage: usize,
@@ -63,59 +62,60 @@ pub(crate) struct Pull {
     pub weight: f64,
 }
 
-/// The chain.
+/// Model of the chain: dynamics, dimensions, objective and boundary conditions.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub dynamics: Dynamics,
-    /// Tangent dimension of a state.
+    /// Dimension of the tangent space of a state.
     pub n: usize,
-    /// Number of inputs.
+    /// Number of inputs of a stage.
     pub m: usize,
-    /// Where `ln s` stands in a tangent vector, if the duration is sought.
+    /// Index of `ln s` in a tangent vector; `None` if the duration is fixed.
     pub duration: Option<usize>,
-    /// What a unit of time costs.
+    /// Scaled cost of a unit of time.
     pub time_price: f64,
-    /// What fuel costs, where it does.
+    /// Prices of fuel; `None` if fuel is not part of the objective.
     pub fuel: Option<FuelPrice>,
-    /// The user's unit of cost where that is not the effort: a cost of the chain is this times the
-    /// user's.
+    /// Factor from the user's cost to the cost of the chain; 1 if the objective is effort in a
+    /// fixed duration.
     pub cost_scale: f64,
     /// Number of wheels.
     pub wheels: usize,
     pub steps: usize,
-    /// Mean step.
+    /// Mean length of the steps.
     pub h: f64,
-    /// Start and end in the stated duration.
+    /// Start and end state for the stated duration.
     pub start: ChainState,
     pub target: ChainState,
     terminal: TerminalCondition,
-    /// `W`, m×m, scaled.
+    /// Weight `W` of the effort, m×m, scaled.
     pub weight: DMatrix<f64>,
-    /// Inputs that are drawn to a value beside the cost, stage after stage.
+    /// Quadratic penalties on inputs, ordered by stage.
     pub pulls: Vec<Pull>,
-    /// Power of the duration with which the effort goes.
+    /// Exponent of the duration `s` in the effort.
     pub effort_power: i32,
-    /// Units of the inputs [N or N·m].
+    /// SI units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
     pub forces: usize,
     force: Option<ActuatorSet>,
-    /// Of thrusters the same inputs in the unit of force.
+    /// Torque inputs. If thrusters exert force and torque at once, these are also the force inputs,
+    /// scaled by the unit of force.
     torque: ActuatorSet,
-    /// The first of the torque inputs.
+    /// Index of the first torque input.
     first_torque: usize,
-    /// Axes of the wheels, those of the torque inputs; none without wheels.
+    /// Axes of the wheels, which are those of the torque inputs; no columns without wheels.
     pub(in crate::optimize::chain) wheel_axes: Matrix3xX<f64>,
     pub(in crate::optimize::chain) moves: bool,
 }
 
 impl Model {
-    /// The chain of a maneuver on `steps` steps of equal length.
+    /// Builds the chain of a maneuver on a uniform grid of `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         Self::of(problem, Dynamics::new(problem, steps))
     }
 
-    /// The chain of a discretised maneuver.
+    /// Builds the chain of a discretised maneuver.
     pub fn of(problem: &Problem, dynamics: Dynamics) -> Self {
         let units = dynamics.units;
         let moves = problem.motion == Motion::RigidBody;
@@ -171,14 +171,14 @@ impl Model {
         model
     }
 
-    /// Aims at another end, in the units of the maneuver.
+    /// Replaces the end state, given in SI units.
     pub fn aim(&mut self, end: &State) {
         let point = self.dynamics.point(end);
         self.target = ChainState::of(&point, DVector::zeros(self.wheels));
         self.terminal = self.terminal.aimed(point);
     }
 
-    /// How large each input can be, scaled; infinite where nothing limits it.
+    /// Returns the largest magnitude of each input, scaled; infinite if the input has no limit.
     pub fn input_bounds(&self, problem: &Problem) -> Vec<f64> {
         let mut limits = vec![f64::INFINITY; self.m];
         for InputLimit { kind, of_force, bounds, .. } in problem.actuation.limits() {
@@ -195,59 +195,60 @@ impl Model {
         limits
     }
 
-    /// The start of a maneuver that takes `stretch` times the stated duration.
+    /// Returns the start state of a maneuver that takes `stretch` times the stated duration.
     pub fn start_in(&self, stretch: f64) -> ChainState {
         self.start.hastened(stretch)
     }
 
-    /// Its end.
+    /// Returns the end state of a maneuver that takes `stretch` times the stated duration.
     pub fn target_in(&self, stretch: f64) -> ChainState {
         self.target.hastened(stretch)
     }
 
-    /// Row of ζ in a tangent vector.
+    /// Returns the first row of ζ in a tangent vector.
     pub fn zeta(&self) -> usize {
         if self.moves { 6 } else { 0 }
     }
 
-    /// Row of δΠ in a tangent vector.
+    /// Returns the first row of δΠ in a tangent vector.
     pub fn pi(&self) -> usize {
         self.zeta() + 3
     }
 
-    /// First stage that has inputs.
+    /// Returns the first stage that has inputs.
     pub fn first_input(&self) -> usize {
         self.dynamics.grid.first_input()
     }
 
-    /// The inputs of a stage that are drawn to a value.
+    /// Returns the quadratic penalties on the inputs of a stage.
     pub fn pulls_of(&self, stage: usize) -> &[Pull] {
         let first = |stage: usize| self.pulls.partition_point(|pull| pull.stage < stage);
         &self.pulls[first(stage)..first(stage + 1)]
     }
 
-    /// Weight κ_k of kick k.
+    /// Returns the weight κ_k of kick k.
     pub fn kick_weight(&self, stage: usize) -> f64 {
         self.dynamics.grid.kick(stage)
     }
 
-    /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated
+    /// Returns the factor of a stage's effort in a maneuver that takes `stretch` times the stated
     /// duration.
     pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
     }
 
-    /// How much of kick k the physical state lags behind the chain's.
+    /// Returns the weight by which the physical state is behind the chain's state in kick k.
     pub fn lag(&self, stage: usize) -> f64 {
         if stage < self.steps { self.dynamics.grid.ahead(stage) } else { 0.0 }
     }
 
-    /// `Σ a_i h_i`, scaled.
+    /// Returns the momentum of all wheels, `Σ a_i h_i`, scaled.
     pub fn wheel_momentum(&self, momenta: &DVector<f64>) -> Vector3 {
         self.wheel_axes.column_iter().zip(momenta.iter()).map(|(axis, momentum)| axis * *momentum).sum()
     }
 
-    /// Axes of the force inputs or of the torque inputs, and where these begin among all.
+    /// Returns the axes of the force inputs or of the torque inputs, and the index of the first of
+    /// them among all inputs.
     pub fn channel(&self, forces: bool) -> (&[Vector3], usize) {
         if forces {
             (self.force.as_ref().map_or(&[], ActuatorSet::axes), 0)
@@ -256,8 +257,8 @@ impl Model {
         }
     }
 
-    /// The axes of the force inputs or of the torque inputs, and where these begin among all, if
-    /// they turn against the coordinates of their momenta.
+    /// Returns [`Model::channel`] if the axes of the inputs rotate relative to the coordinates of
+    /// their momenta; `None` otherwise.
     pub fn turning(&self, forces: bool) -> Option<(&[Vector3], usize)> {
         let turns = if forces {
             self.force.as_ref().is_some_and(|set| set.frame() == AxisFrame::Body)
@@ -267,26 +268,28 @@ impl Model {
         turns.then(|| self.channel(forces))
     }
 
-    /// Whether nothing but the inputs acts on the body.
+    /// Returns whether only the inputs act on the body.
     pub fn is_free(&self) -> bool {
         self.dynamics.is_free()
     }
 
-    /// Number of terminal conditions.
+    /// Returns the number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
         self.given().len()
     }
 
-    /// Components of a chain's state, without what wheels store, that are given at the end.
+    /// Returns the components of a chain's state, without wheel momenta, that are prescribed at the
+    /// end.
     pub fn given(&self) -> Vec<usize> {
         self.terminal.given(if self.moves { 12 } else { 6 })
     }
 
-    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is
-    /// free zero.
+    /// Returns the terminal error of a chain's last state: 6 components on SO(3) and 12 on SE(3),
+    /// zero for free components.
     pub fn terminal_error(&self, state: &ChainState) -> DVector<f64> {
         let body = if self.moves { 12 } else { 6 };
-        // The multipliers of these equations are the costate: none is asked for.
+        // The multipliers of these equations are the costate, so the transversality conditions are
+        // left out.
         let costate = Costate::from_vector(&SVector::<f64, 12>::zeros());
         let error = self.terminal.value::<12>(&state.point(), &costate);
         let mut error = DVector::from_column_slice(&error.as_slice()[12 - body..]);

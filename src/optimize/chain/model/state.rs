@@ -15,12 +15,12 @@ pub(crate) struct ChainState {
     pub attitude: Matrix3,
     pub momentum: Vector3,
     pub wheels: DVector<f64>,
-    /// Duration as a multiple of the stated one: 1 where it is not sought.
+    /// Duration as a multiple of the stated one; 1 if the duration is fixed.
     pub stretch: f64,
 }
 
 impl ChainState {
-    /// From the planner's point.
+    /// Converts a point of the planner to a state of the chain.
     pub fn of(point: &Point, wheels: DVector<f64>) -> Self {
         Self {
             position: point.position.value,
@@ -32,13 +32,14 @@ impl ChainState {
         }
     }
 
-    /// A state in the stated duration, in the units of one that is `stretch` times as long.
+    /// Converts a state for the stated duration to the units of a duration that is `stretch` times
+    /// as long.
     pub(super) fn hastened(&self, stretch: f64) -> Self {
         let (linear_momentum, momentum) = (self.linear_momentum * stretch, self.momentum * stretch);
         Self { linear_momentum, momentum, wheels: &self.wheels * stretch, stretch, ..self.clone() }
     }
 
-    /// To the planner's point.
+    /// Converts the state to a point of the planner.
     pub fn point(&self) -> Point {
         Point {
             position: Sum::new(self.position),
@@ -48,13 +49,13 @@ impl ChainState {
         }
     }
 
-    /// Position and attitude.
+    /// Returns position and attitude.
     pub fn pose(&self) -> Pose {
         Pose { position: self.position, attitude: self.attitude }
     }
 }
 
-/// `a ⊖ b` in the tangent space at `b`.
+/// Returns the difference `a ⊖ b` in the tangent space at `b`.
 pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64> {
     let mut out = DVector::zeros(model.n);
     let (zeta, pi) = (model.zeta(), model.pi());
@@ -74,7 +75,7 @@ pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64>
     out
 }
 
-/// The momenta of a state as a tangent vector.
+/// Returns the momenta of a state as a tangent vector.
 pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     let mut momenta = DVector::zeros(model.n);
     if model.moves {
@@ -85,7 +86,7 @@ pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     momenta
 }
 
-/// A costate of the chain as the planner orders it.
+/// Converts a costate of the chain to the blocks of the planner.
 pub(crate) fn costate_blocks(model: &Model, costate: &DVector<f64>) -> Costate {
     let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
     let zero = Vector3::zeros();

@@ -1,4 +1,4 @@
-//! Kick and drift of the chain.
+//! The kick and the drift of the chain.
 
 use super::{ChainState, Model};
 use crate::lie;
@@ -7,17 +7,17 @@ use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
 
-/// A kick at one pose: `momenta += κ (value)`, with derivatives before the weight κ.
+/// A kick at one pose: `momenta += κ (value)`. Derivatives are not multiplied by the weight κ.
 pub(in crate::optimize::chain) struct Kick {
     wrench: Wrench,
-    /// What the environment has in it.
+    /// Part of the wrench from the environment.
     field: Wrench,
     pub gradient: Blocks,
-    /// n×m.
+    /// Derivative of the momenta with respect to the inputs, n×m.
     pub inputs: DMatrix<f64>,
 }
 
-/// The kick at a state under `inputs`.
+/// Computes the kick at a state under `inputs`.
 pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs: &[f64]) -> Kick {
     let (pose, squared) = (state.pose(), state.stretch * state.stretch);
     let r = &pose.attitude;
@@ -40,7 +40,7 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
             columns.view_mut((3, input), (3, 1)).copy_from(&axis);
         }
     }
-    // Wheels exchange their torque with the body: the total momentum gains nothing.
+    // Wheels exchange momentum with the body: the total momentum does not change.
     let given = Wrench { force, moment: if model.wheels > 0 { Vector3::zeros() } else { torque } };
     let in_stated_units = Wrench { force: given.force / squared, moment: given.moment / squared };
     let (wrench, gradient) = model.dynamics.kick_of_inputs(&pose, &in_stated_units);
@@ -50,8 +50,9 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
     Kick { wrench, field, gradient, inputs: columns }
 }
 
-/// The costate of a stage as the shooting knows it: after a full kick, also at the end of a
-/// Lie–Verlet chain, whose last kick is a half one. `λ ← (I − ½h G)ᵀ λ` there.
+/// Returns the costate of a stage in the convention of the shooting, after a full kick. This
+/// changes the costate only at the end of a Lie–Verlet chain, whose last kick is a half kick:
+/// `λ ← (I − ½h G)ᵀ λ`.
 pub fn after_full_kick(
     model: &Model,
     stage: usize,
@@ -68,18 +69,17 @@ pub fn after_full_kick(
     rest.tr_mul(costate)
 }
 
-/// The state before the kick of a stage, from the one after it.
+/// Returns the state before the kick of a stage, from the state after it.
 pub fn before_kick(model: &Model, stage: usize, after: &ChainState, inputs: &[f64]) -> ChainState {
     kicked(model, after, &kick(model, after, inputs), inputs, -model.kick_weight(stage))
 }
 
-/// The state after the kick of a stage.
+/// Returns the state after the kick of a stage, from the state before it.
 pub fn after_kick(model: &Model, stage: usize, before: &ChainState, inputs: &[f64]) -> ChainState {
     kicked(model, before, &kick(model, before, inputs), inputs, model.kick_weight(stage))
 }
 
-/// `(I + κG)⁻ᵀ λ`: the costate of the state after the kick of a stage, from that of the state
-/// before it.
+/// Returns `(I + κG)⁻ᵀ λ`: the costate after the kick of a stage, from the costate before it.
 pub fn costate_after_kick(
     model: &Model,
     stage: usize,
@@ -92,7 +92,7 @@ pub fn costate_after_kick(
     add_gradient(model, &mut back, &kick.gradient, -weight);
     let mut out = back.tr_mul(costate);
     if let Some(duration) = model.duration {
-        // What acts on the body goes with `s²`.
+        // The wrench of the environment scales with `s²`.
         let (pi, field) = (model.pi(), &kick.field);
         let mut slope = costate.fixed_rows::<3>(pi).dot(&field.moment);
         if model.moves {
@@ -103,7 +103,7 @@ pub fn costate_after_kick(
     out
 }
 
-/// Applies a kick of weight `weight`.
+/// Applies a kick with weight `weight` to a state.
 pub(in crate::optimize::chain) fn kicked(
     model: &Model,
     state: &ChainState,
@@ -122,7 +122,7 @@ pub(in crate::optimize::chain) fn kicked(
     out
 }
 
-/// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
+/// Adds `weight` times `G z` of a kick's gradient to the momentum rows: `A ← (I + κ G) A`.
 pub(in crate::optimize::chain) fn add_gradient(
     model: &Model,
     matrix: &mut DMatrix<f64>,
@@ -143,12 +143,13 @@ pub(in crate::optimize::chain) fn add_gradient(
     rows += to_momentum * weight;
 }
 
-/// The state after the opening kick of a maneuver that takes `stretch` times the stated duration.
+/// Returns the state after the opening kick of a maneuver that takes `stretch` times the stated
+/// duration.
 pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> ChainState {
     after_kick(model, 0, &model.start_in(stretch), inputs)
 }
 
-/// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
+/// Computes step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
 pub fn step(
     model: &Model,
     stage: usize,
@@ -158,12 +159,12 @@ pub fn step(
     Ok(after_kick(model, stage + 1, &drift(model, stage, state)?.0, inputs))
 }
 
-/// The derivative of the state of a stage by its inputs, n×m.
+/// Returns the derivative of the state of a stage with respect to its inputs, n×m.
 pub fn by_inputs(model: &Model, stage: usize, state: &ChainState) -> DMatrix<f64> {
     kick(model, state, &vec![0.0; model.m]).inputs * model.kick_weight(stage)
 }
 
-/// The drift of step k: the state between drift and kick, and the relative attitude `F`.
+/// Computes the drift of step k: the state between drift and kick, and the relative attitude `F`.
 pub fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, Matrix3), StepError> {
     if model.wheels == 0 {
         let mut point = state.point();
@@ -180,13 +181,13 @@ pub fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainSt
     Ok((end, drift.f))
 }
 
-/// Rotation of the reference frame in the stated duration, in its axes.
+/// Returns the rotation vector of the reference frame over the stated duration, in its axes.
 pub fn frame_rate(model: &Model) -> Vector3 {
     model.dynamics.frame_rate()
 }
 
-/// How much less than in the stated duration a turning frame lets attitudes fall back on step k of
-/// one that is `stretch` times as long.
+/// Returns the rotation on step k by which a rotating reference frame differs between the stated
+/// duration and one that is `stretch` times as long.
 fn hastened_frame(model: &Model, stage: usize, stretch: f64) -> Matrix3 {
     if stretch == 1.0 || frame_rate(model) == Vector3::zeros() {
         return Matrix3::identity();
@@ -194,12 +195,13 @@ fn hastened_frame(model: &Model, stage: usize, stretch: f64) -> Matrix3 {
     lie::exp(&(frame_rate(model) * (model.dynamics.grid.step(stage) * (1.0 - stretch))))
 }
 
-/// `R_k F_k` of an attitude at the end of step k: without the turn of the reference frame over it.
+/// Removes the rotation of the reference frame over step k from the attitude at its end; the result
+/// is `R_k F_k`.
 pub fn unturned(model: &Model, stage: usize, attitude: &Matrix3, stretch: f64) -> Matrix3 {
     model.dynamics.unturned(stage, &hastened_frame(model, stage, stretch).tr_mul(attitude))
 }
 
-/// The physical state at stage k.
+/// Returns the physical state at stage k.
 pub fn physical(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
     if stage == 0 {
         return model.start_in(state.stretch);
@@ -208,7 +210,7 @@ pub fn physical(model: &Model, stage: usize, state: &ChainState, inputs: &[f64])
     kicked(model, state, &kick, inputs, -model.lag(stage))
 }
 
-/// Actuator force (reference frame) and torque (body axes) at a state, scaled.
+/// Returns actuator force (reference frame) and torque (body axes) at a state, scaled.
 pub fn output(model: &Model, state: &ChainState, inputs: &[f64]) -> Wrench {
     let (forces, torques) = (&inputs[..model.forces], &inputs[model.first_torque..]);
     let r = &state.attitude;

@@ -1,10 +1,10 @@
-//! Where a boresight comes nearest to a direction between two nodes.
+//! The closest approach of a boresight to a direction between two nodes.
 
 use crate::{Matrix3, Vector3, lie};
 
-/// A boresight on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`, where the direction turns in
-/// the reference frame's axes if it is fixed to that frame, and the half angle `α` of the cone
-/// grows at one rate.
+/// Value of a boresight constraint on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`. In the
+/// axes of the reference frame at the beginning of an arc the direction `w` turns if it is fixed to
+/// that rotating frame. The half angle `α` of the cone grows linearly.
 pub(super) struct BoresightArc {
     pub attitude: Matrix3,
     pub boresight: Vector3,
@@ -12,17 +12,18 @@ pub(super) struct BoresightArc {
     pub turn: Vector3,
     pub arc: Vector3,
     pub sign: f64,
-    /// Half angle of the cone at the start of the arc, and what it grows by over the arc \[rad\].
+    /// Half angle of the cone at the start of the arc, and its growth over the arc \[rad\].
     pub cone: [f64; 2],
 }
 
 impl BoresightArc {
-    /// Half angle of the cone at a fraction of the arc \[rad\].
+    /// Returns the half angle of the cone at a fraction of the arc \[rad\].
     pub fn half_angle(&self, fraction: f64) -> f64 {
         self.cone[0] + fraction * self.cone[1]
     }
 
-    /// Value at a fraction of the arc, and derivative with respect to ζ there.
+    /// Returns the value at a fraction of the arc, and its derivative with respect to ζ at that
+    /// point.
     pub fn at(&self, fraction: f64) -> (f64, Vector3) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -31,15 +32,15 @@ impl BoresightArc {
         (self.sign * value, self.boresight.cross(&seen) * self.sign)
     }
 
-    /// Change of the value at a fraction of the arc as the direction is turned by a rotation
-    /// vector.
+    /// Returns the change of the value at a fraction of the arc when the direction is rotated by
+    /// the rotation vector `turned`.
     pub fn along(&self, fraction: f64, turned: &Vector3) -> f64 {
         let boresight = self.attitude * (lie::exp(&(self.arc * fraction)) * self.boresight);
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
         self.sign * boresight.dot(&turned.cross(&direction))
     }
 
-    /// First and second derivative along the arc.
+    /// Returns the first and second derivative with respect to the fraction of the arc.
     fn slopes(&self, fraction: f64) -> (f64, f64) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let w = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -52,19 +53,19 @@ impl BoresightArc {
         (self.sign * first, self.sign * second)
     }
 
-    /// First derivative along the arc.
+    /// Returns the first derivative with respect to the fraction of the arc.
     pub fn slope(&self, fraction: f64) -> f64 {
         self.slopes(fraction).0
     }
 
-    /// Where between two fractions of the arc the value is largest; `None` where that is at an end
-    /// of the arc, whose node tells it.
+    /// Returns the fraction within an interval at which the value is largest; `None` if it is an
+    /// end of the arc, where the node's own row applies.
     pub fn extremum(&self, within: [f64; 2]) -> Option<f64> {
         Some(self.highest(within)).filter(|at| *at > 0.0 && *at < 1.0)
     }
 
-    /// Returns the fraction between two of the arc at which the value is largest. An arc turns far
-    /// less than half a turn, so the slope changes its sign once at most.
+    /// Returns the fraction in the interval `[low, high]` at which the value is largest. An arc
+    /// turns far less than half a turn, so the derivative changes its sign at most once.
     pub fn highest(&self, [low, high]: [f64; 2]) -> f64 {
         if self.turn == Vector3::zeros() && self.cone[1] == 0.0 {
             self.highest_of_standing(low, high)
@@ -73,7 +74,8 @@ impl BoresightArc {
         }
     }
 
-    /// With a direction that stands, the slope is `α cos θτ + β sin θτ/θ`.
+    /// Computes [`BoresightArc::highest`] for a fixed direction: the derivative is
+    /// `α cos θτ + β sin θτ/θ`.
     fn highest_of_standing(&self, low: f64, high: f64) -> f64 {
         let seen = self.attitude.tr_mul(&self.direction) * self.sign;
         let (across, angle) = (self.arc.cross(&self.boresight), self.arc.norm());
@@ -116,9 +118,9 @@ impl BoresightArc {
         at
     }
 
-    /// Returns the second derivatives of the value by the turn of the attitude and by the rotation
-    /// vector of the arc, at a fraction of the arc; with `highest`, of the highest value, whose
-    /// place moves along.
+    /// Returns the second derivatives of the value at a fraction of the arc with respect to the
+    /// rotation of the attitude and the rotation vector of the arc. With `highest` they are those
+    /// of the largest value, whose fraction changes too.
     pub fn bend(&self, fraction: f64, highest: bool) -> Bend {
         let (b, a) = (&self.boresight, &self.arc);
         let turned = lie::exp(&(a * fraction));
@@ -127,8 +129,8 @@ impl BoresightArc {
         } else {
             lie::exp(&(self.turn * fraction)) * self.direction
         };
-        // Boresight and direction in the axes of the body at the beginning of the arc, and the
-        // direction in its axes at the fraction.
+        // Boresight and direction in the body axes at the beginning of the arc, and the direction
+        // in the body axes at the fraction.
         let (p, w) = (turned * b, self.attitude.tr_mul(&direction));
         let v = turned.tr_mul(&w);
         let along = lie::right_jacobian(&(a * fraction)) * fraction;
@@ -141,7 +143,7 @@ impl BoresightArc {
         let mut out = Bend { attitude, mixed, arc: (arc + arc.transpose()) * 0.5 };
         let second = self.slopes(fraction).1 * self.sign;
         if highest && second * self.sign < 0.0 {
-            // The envelope's: c_yy − c_yτ c_τy/c_ττ.
+            // Second derivative of the envelope: c_yy − c_yτ c_τy/c_ττ.
             let moved = self.attitude.tr_mul(&self.turn.cross(&direction));
             let by_attitude = (turned * a.cross(b)).cross(&w) + p.cross(&moved);
             let by_arc = turned * slope + along.tr_mul(&b.cross(&(turned.tr_mul(&moved) - a.cross(&v))));
@@ -153,8 +155,8 @@ impl BoresightArc {
     }
 }
 
-/// Second derivatives of a boresight's value by the turn of the attitude, by attitude (rows) and
-/// arc (columns), and by the arc.
+/// Second derivatives of a boresight's value: with respect to the rotation of the attitude, mixed
+/// (attitude by rows, arc by columns), and with respect to the arc.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend {
     pub attitude: Matrix3,

@@ -1,21 +1,22 @@
 //! Limits and constraints as inequality rows of the stages, relative to their limits.
 //!
-//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1` and knows its derivatives. What must hold
-//! between the nodes is a row of the arc of its own: on one step the body turns about one axis at
-//! one rate.
+//! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1`, and it provides its derivatives. A condition
+//! that must hold between the nodes is a row of the arc: on one step the body turns about one axis
+//! at one rate.
 //!
-//! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
+//! If the duration is free, limits grow with it, as `s`, `s²` or `s³` (`model`).
 //!
-//! What burns has rows that bound nothing, and tell the interior point so: an input with two sides,
-//! or a set that is counted by the norm of what it gives. An input that pushes to one side only has
-//! a row `u ≥ 0`.
+//! Inputs that burn fuel have rows that impose no bound and only mark the input for the interior
+//! point method: a two-sided input, or a set that is charged by the norm of its output. A one-sided
+//! input has a row `u ≥ 0`.
 //!
 //! # Why are there rows for arcs?
 //!
-//! On one step the body turns about one axis at one rate, so where a boresight comes nearest to a
-//! direction on the arc is the root of one smooth function, and the row is differentiated there by
-//! the envelope theorem. Where the extremum is at an end of the arc, the node's own row says all,
-//! and the arc's row is idle: two rows for one condition would make the active set degenerate.
+//! On one step the body turns about one axis at one rate, so the closest approach of a boresight to
+//! a direction on the arc is the root of one smooth function, and the row is differentiated at that
+//! point by the envelope theorem. If the extremum is at an end of the arc, the row of the node
+//! covers it, and the row of the arc is inactive: two rows for one condition would make the active
+//! set degenerate.
 
 mod boresight;
 mod what;
@@ -28,26 +29,27 @@ pub(crate) use boresight::Bend;
 use std::ops::Range;
 pub(crate) use what::{Cone, ConeAt, What};
 
-/// A row at its stage.
+/// One limit row and its stage.
 #[derive(Clone, Debug)]
 pub(crate) struct LimitRow {
-    /// Index of its constraint in [`LimitRows::groups`].
+    /// Index in [`LimitRows::groups`] of the constraint to which the row belongs.
     pub group: usize,
     pub stage: usize,
     pub what: What,
 }
 
-/// A constraint or limit, with all its rows.
+/// A constraint or limit that groups its rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     pub name: String,
-    /// Limits of the inputs hold throughout; the others may be violated on the way to a solution.
+    /// Whether every iterate must keep the limit, as for input limits; other limits may be violated
+    /// before the solution is reached.
     pub hard: bool,
-    /// Whether violations are angles \[rad\]; otherwise they are shares of the limit.
+    /// Whether violations are angles \[rad\]; otherwise they are relative to the limit.
     pub is_angle: bool,
 }
 
-/// All rows of a maneuver, stage after stage.
+/// All limit rows of a maneuver, ordered by stage.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LimitRows {
     pub groups: Vec<Group>,
@@ -55,20 +57,20 @@ pub(crate) struct LimitRows {
 }
 
 impl LimitRows {
-    /// Where the rows of one stage stand.
+    /// Returns the range of indices of the rows of one stage.
     pub fn range(&self, stage: usize) -> Range<usize> {
         let first = |stage: usize| self.rows.partition_point(|row| row.stage < stage);
         first(stage)..first(stage + 1)
     }
 
-    /// The rows of a maneuver on the grid of `model`.
+    /// Builds the rows of a maneuver on the grid of `model`.
     pub fn of(problem: &Problem, model: &Model) -> Self {
         let mut rows = Self::default();
         rows.input_limits(problem, model);
         for constraint in &problem.constraints {
             let group = rows.group(&constraint.name, false);
             rows.groups[group].is_angle = matches!(constraint.rule, Rule::Pointing(_));
-            // At every inner node and on every arc.
+            // One row at every inner node and one on every arc.
             for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
                 if arc || stage > 0 {
                     let whats = What::of(problem, &constraint.rule, arc);
@@ -81,8 +83,8 @@ impl LimitRows {
         rows
     }
 
-    /// Rows of inputs that cost fuel or push to one side only, and of sets that are counted by what
-    /// they give together.
+    /// Adds the rows of inputs that burn fuel, of one-sided inputs, and of sets that are charged by
+    /// the norm of their output.
     fn burns(&mut self, problem: &Problem, model: &Model) {
         let bounds = model.input_bounds(problem);
         let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];
@@ -110,7 +112,8 @@ impl LimitRows {
         self.groups.len() - 1
     }
 
-    /// Rows for both signs of everything that is bounded, at every stage that has it; forces first.
+    /// Adds the rows of all input limits, for both signs, at every stage that has the input; forces
+    /// first.
     fn input_limits(&mut self, problem: &Problem, model: &Model) {
         let mut limits: Vec<_> = problem.actuation.limits().collect();
         limits.retain(|limit| !limit.of_force || model.forces > 0);
@@ -119,7 +122,7 @@ impl LimitRows {
             let group = self.group(name, kind != LimitKind::WheelMomentum);
             let (_, offset) = model.channel(forces);
             let (unit, momentum) = (model.input_unit[offset], model.dynamics.units.momentum());
-            // What pushes to one side only has a row of its own at 0.
+            // The lower limit 0 of a one-sided input is a separate row.
             let one_sided = kind == LimitKind::Size && set.limits().one_sided;
             let signs = if one_sided || kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
             let stages = match kind {

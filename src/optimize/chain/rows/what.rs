@@ -1,4 +1,4 @@
-//! What one row bounds, and what it is worth at a stage.
+//! The kinds of limit rows, and their values at a stage.
 
 use super::super::model::Model;
 use super::boresight::{Bend, BoresightArc};
@@ -7,32 +7,33 @@ use crate::maneuver::problem::{Problem, State};
 use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3, lie};
 
-/// What one row bounds.
+/// Quantity that one row bounds.
 #[derive(Clone, Debug)]
 pub(crate) enum What {
-    /// `sign u_i ≤ limit`.
+    /// Input limit, `sign u_i ≤ limit`.
     InputSize { input: usize, sign: f64, limit: f64 },
-    /// `sign (u⁺_i − u_i) ≤ limit`, from this stage to the next.
+    /// Limit of the input rate, `sign (u⁺_i − u_i) ≤ limit`, from this stage to the next.
     InputRate { input: usize, sign: f64, limit: f64 },
-    /// `|B u| ≤ limit`, forces or torques.
+    /// Norm limit of the forces or the torques, `|B u| ≤ limit`.
     InputNorm { forces: bool, limit: f64 },
-    /// `|Ω| ≤ limit`, at the node or on the arc that begins here.
+    /// Limit of the rate's norm, `|Ω| ≤ limit`, at the node or on the arc that begins at it.
     RateNorm { arc: bool, limit: f64 },
-    /// `sign Ω_axis ≤ limit`.
+    /// Limit of the rate about one axis, `sign Ω_axis ≤ limit`.
     RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
-    /// `sign (w·R b) ≤ sign cos α`, at times; or `w·R b = cos α` at the node.
+    /// Boresight constraint, `sign (w·R b) ≤ sign cos α`, which may hold only during some times; or
+    /// `w·R b = cos α` at the node.
     Cone(Cone),
-    /// `sign h_i ≤ limit` of a wheel's momentum.
+    /// Limit of a wheel's momentum, `sign h_i ≤ limit`.
     Wheel { wheel: usize, sign: f64, limit: f64 },
-    /// `u_i ≥ 0`, as a part of its limit.
+    /// One-sided input, `u_i ≥ 0`, relative to its limit.
     Push { input: usize, limit: f64 },
-    /// Nothing: the fuel of an input with two sides is counted, in units of its limit.
+    /// No bound: marks a two-sided input whose fuel is charged, in units of its limit.
     Burn { input: usize, limit: f64 },
-    /// Nothing: the fuel of a set is counted by the norm of what it gives.
+    /// No bound: marks a set whose fuel is charged by the norm of its output.
     BurnOfNorm { forces: bool, limit: f64 },
 }
 
-/// A boresight and a cone, at a node or on the arc that begins there.
+/// Constraint of a boresight by a cone, at a node or on the arc that begins at the node.
 #[derive(Clone, Debug)]
 pub(crate) struct Cone {
     arc: bool,
@@ -41,18 +42,19 @@ pub(crate) struct Cone {
     sign: f64,
     half_angle: f64,
     during: During,
-    /// Where the boresight is held on it: by how much it is off at the start and at the end
-    /// \[rad\], and on the way from the one to the other between them. An end may be off by
-    /// rounding, or by what a landing makes up for.
+    /// For a boresight held on the cone: its deviations from the cone at the start and at the end
+    /// of the maneuver \[rad\], interpolated linearly between them. They result from rounding, or
+    /// from the shifted end of a landing. `None` for keep-in and keep-out cones.
     on: Option<[f64; 2]>,
 }
 
-/// A time at which a cone begins or ceases to act is that of a node within this part of the
-/// duration: rounded otherwise, the row of the node would be missing, or stand there twice.
+/// Relative tolerance, of the duration, with which the time at which a cone begins or ceases to be
+/// active is identified with a node. Without it round-off could drop the node's row or add it
+/// twice.
 const EDGE: f64 = 1e-12;
 
 impl What {
-    /// What a constraint of a maneuver bounds at a node or on an arc.
+    /// Returns the rows of a constraint at a node or on an arc.
     pub(super) fn of(problem: &Problem, rule: &Rule, arc: bool) -> Vec<Self> {
         let duration = problem.seconds();
         match rule {
@@ -70,8 +72,8 @@ impl What {
                 let on = matches!(pointing.side, Side::On { .. });
                 let sign = if pointing.side == Side::KeepIn { -1.0 } else { 1.0 };
                 if on && arc {
-                    // Nodes are held on it: an arc between them has no inputs of its own to follow
-                    // it by.
+                    // The boresight is held on the cone at the nodes only: an arc between them has
+                    // no inputs of its own to follow the cone.
                     return Vec::new();
                 }
                 let half_angle = pointing.effective_half_angle();
@@ -86,7 +88,7 @@ impl What {
         }
     }
 
-    /// Power of the duration with which the limit grows.
+    /// Returns the exponent of the duration `s` in the limit.
     pub fn growth(&self) -> i32 {
         match self {
             Self::Cone(_) | Self::Push { .. } | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
@@ -96,24 +98,24 @@ impl What {
         }
     }
 
-    /// Whether it bounds the state, and not the inputs alone.
+    /// Returns whether the row depends on the state, not on the inputs alone.
     pub fn is_of_state(&self) -> bool {
         matches!(self, Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Cone(_) | Self::Wheel { .. })
     }
 
-    /// Whether it is an equation.
+    /// Returns whether the row is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))
     }
 
-    /// Whether it is a ball.
+    /// Returns whether the row is a ball `|v| ≤ 1`.
     pub fn is_ball(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
     }
 }
 
-/// By how much a boresight is off a cone that it is held on \[rad\], at the start and at the end; 0
-/// where the cone does not act then, and where the end is not known.
+/// Returns the deviation of a boresight from the cone on which it is held \[rad\], at the start and
+/// at the end; 0 if the cone is not active at that time, or if the end is unknown.
 fn off_at_ends(
     problem: &Problem,
     pointing: &Pointing,
@@ -133,25 +135,25 @@ fn off_at_ends(
     })
 }
 
-/// A cone's row at a node or on an arc, with its derivatives by the turn of the attitude, the arc
-/// `log F`, and `ln s`.
+/// Value of a cone's row at a node or on an arc, and its derivatives with respect to the rotation
+/// of the attitude, the arc `log F`, and `ln s`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeAt {
     pub c: f64,
     pub by_attitude: Vector3,
     pub by_arc: Vector3,
     pub by_duration: f64,
-    /// Where on the arc it is met: 0 and 1 at its ends.
+    /// Fraction of the arc at which the row is evaluated: 0 at its start and 1 at its end.
     pub fraction: f64,
 }
 
 impl Cone {
-    /// Whether it is one of an arc.
+    /// Returns whether this is the row of an arc.
     pub(crate) fn is_of_arc(&self) -> bool {
         self.arc
     }
 
-    /// Whether it is the same cone as another, at a node or on an arc.
+    /// Returns whether both rows belong to one cone, at nodes or on arcs.
     pub(crate) fn is_same_as(&self, other: &Self) -> bool {
         self.boresight == other.boresight
             && self.sign == other.sign
@@ -160,14 +162,14 @@ impl Cone {
             && self.during == other.during
     }
 
-    /// Whether it is the same cone at a node as another one on an arc.
+    /// Returns whether this row is at a node, and `other` the row of an arc for the same cone.
     pub(crate) fn is_node_of(&self, other: &Self) -> bool {
         !self.arc && other.arc && self.is_same_as(other)
     }
 
-    /// The row at the attitude of stage `stage` and along the arc from there, at its highest point:
-    /// that of the arc with its ends where it is `closed`, else of what lies between them. `None`
-    /// where it does not act.
+    /// Evaluates the row at the attitude of stage `stage`, or at its largest value along the arc
+    /// that begins there. If `closed`, the ends of the arc are included; otherwise only a maximum
+    /// between them counts. Returns `None` if the cone is not active or no such maximum exists.
     pub(crate) fn met(
         &self,
         model: &Model,
@@ -180,7 +182,7 @@ impl Cone {
             .map(|meeting| self.slopes(model, &meeting, arc))
     }
 
-    /// Returns the value of the row on a closed arc, or at a node.
+    /// Returns the value of the row at a node or on a closed arc; `None` if the cone is not active.
     pub(crate) fn value(
         &self,
         model: &Model,
@@ -193,8 +195,8 @@ impl Cone {
         Some(value / meeting.pointing.cone[0].sin())
     }
 
-    /// Returns the row on a closed arc, or at a node, with its second derivatives by attitude and
-    /// arc.
+    /// Returns the row at a node or on a closed arc, with its second derivatives with respect to
+    /// attitude and arc; `None` if the cone is not active.
     pub(crate) fn bent(
         &self,
         model: &Model,
@@ -208,14 +210,14 @@ impl Cone {
         Some((self.slopes(model, &meeting, arc), bend.scaled(1.0 / meeting.pointing.cone[0].sin())))
     }
 
-    /// Whether neither the row nor its derivatives know the duration.
+    /// Returns whether the row and its derivatives are independent of the duration.
     pub(crate) fn stands(&self, model: &Model) -> bool {
         matches!(self.direction, Direction::Fixed(_))
             && self.during.given().is_none()
             && step::frame_rate(model) == Vector3::zeros()
     }
 
-    /// Returns where the row is met.
+    /// Returns the point at which the row is evaluated; `None` if the row does not apply.
     fn meeting(
         &self,
         model: &Model,
@@ -225,7 +227,8 @@ impl Cone {
         closed: bool,
     ) -> Option<Meeting> {
         let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
-        // In seconds, as directions know the time.
+        // Rates and times are in 1/s and s here, because directions are functions of time in
+        // seconds.
         let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * stretch);
         let (time, step) = (grid.after(stage) * seconds, arc.map_or(0.0, |_| grid.step(stage) * seconds));
         let near = EDGE * grid.duration() * seconds;
@@ -234,12 +237,13 @@ impl Cone {
             None => self.during.hull(time - near, 2.0 * near).map(|_| [0.0, 0.0]),
         }?;
         let target = on_arc(&self.direction, time, step, &frame_rate);
-        // What the cone is opened by at the ends goes linearly from one to the other.
+        // The deviation of the cone is interpolated linearly between the two ends of the maneuver.
         let part = grid.after(stage) / grid.duration();
         let along = arc.map_or(0.0, |_| grid.step(stage) / grid.duration());
         let [off, opened] =
             self.on.map_or([0.0; 2], |[first, last]| [first + part * (last - first), along * (last - first)]);
-        // In the axes of the reference frame as it stands when the arc begins.
+        // The turn of the direction is expressed in the axes of the reference frame at the
+        // beginning of the arc.
         let turn = if frame_rate == Vector3::zeros() {
             target.turn
         } else {
@@ -262,12 +266,12 @@ impl Cone {
         Some(Meeting { pointing, frame_rate, time, step, acting, fraction })
     }
 
-    /// The row where it is met, with its derivatives.
+    /// Computes the value of the row at its point, with its derivatives.
     fn slopes(&self, model: &Model, meeting: &Meeting, arc: Option<&Vector3>) -> ConeAt {
         let Meeting { pointing, frame_rate, time, step, acting, fraction } = meeting;
         let (time, step, fraction) = (*time, *step, *fraction);
         let (value, slope) = pointing.at(fraction);
-        // Near the edge of the cone this is the violation in rad.
+        // The scale converts the value to the violation in rad near the edge of the cone.
         let scale = pointing.cone[0].sin().recip();
         let (mut by_attitude, mut by_arc) = (slope * scale, Vector3::zeros());
         if let Some(turn) = arc {
@@ -278,7 +282,7 @@ impl Cone {
         }
         let mut by_duration = 0.0;
         if model.duration.is_some() && !self.stands(model) {
-            // Of a disc the half angle and the scale move.
+            // For a disc the half angle and the scale change.
             let by_time = |time: f64| self.direction.angular_radius_rate(time) * time;
             let grown = by_time(time) + fraction * (by_time(time + step) - by_time(time));
             let grown = self.sign * pointing.half_angle(fraction).sin() * grown;
@@ -287,7 +291,8 @@ impl Cone {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
                 Direction::Moving(_) | Direction::Disc { .. } => {
-                    // On an arc it turns at one rate from its first to its last position.
+                    // On an arc the direction turns at one rate from its first to its last
+                    // position.
                     let [first, last] = [time, time + step].map(|at| self.direction.in_space(at, frame_rate));
                     let ends = [first.direction, last.direction];
                     let (turn, slope) =
@@ -299,7 +304,8 @@ impl Cone {
                     passed - frame_rate * time
                 }
             };
-            // A moment at which it begins or ends to act stays where it is while the nodes go by.
+            // A time at which the cone begins or ceases to be active is fixed while the nodes move
+            // with the duration.
             let is_edge = fraction > 0.0 && fraction < 1.0 && acting.contains(&fraction);
             let slid = if is_edge { pointing.slope(fraction) * (time / step + fraction) } else { 0.0 };
             by_duration = (pointing.along(fraction, &passed) + grown - scaled - slid) * scale;
@@ -308,13 +314,13 @@ impl Cone {
     }
 }
 
-/// The rotation vector of the shortest turn from one unit vector to another, and its derivative as
-/// they move: `φ a×b`, `φ = θ/sin θ`.
+/// Returns the rotation vector of the shortest rotation from one unit vector to another, `φ a×b`
+/// with `φ = θ/sin θ`, and its derivative when the vectors move.
 fn turn_between_moving([a, b]: [Vector3; 2], [da, db]: [Vector3; 2]) -> (Vector3, Vector3) {
     let (axis, cosine) = (a.cross(&b), a.dot(&b));
     let squared = axis.norm_squared();
     let angle = squared.sqrt().atan2(cosine);
-    // dφ/d cos θ = (φ cos θ − 1)/sin² θ, which cancels for small angles.
+    // dφ/d cos θ = (φ cos θ − 1)/sin² θ; the difference cancels for small angles.
     let (stretch, slope) = if squared < 1e-6 {
         (1.0 + angle * angle / 6.0, -1.0 / 3.0)
     } else {
@@ -325,15 +331,15 @@ fn turn_between_moving([a, b]: [Vector3; 2], [da, db]: [Vector3; 2]) -> (Vector3
     (axis * stretch, change * stretch + axis * (slope * (da.dot(&b) + a.dot(&db))))
 }
 
-/// Where a cone's row is met.
+/// Point at which a cone's row is evaluated.
 struct Meeting {
     pointing: BoresightArc,
-    /// [rad/s]
+    /// Angular velocity of the reference frame [rad/s].
     frame_rate: Vector3,
-    /// When the arc begins, and how long it takes \[s\].
+    /// Start and length of the arc \[s\].
     time: f64,
     step: f64,
-    /// Fractions of the arc between which the cone acts.
+    /// Interval of fractions of the arc in which the cone is active.
     acting: [f64; 2],
     fraction: f64,
 }

@@ -1,8 +1,8 @@
-//! One test per trap of the solver, and closed forms for the signs.
+//! One test for each pitfall of the solver, and closed forms for the signs.
 
 use super::*;
 
-/// A program whose only rows are `rows·x + s = b`.
+/// Builds a program whose only rows are `rows·x + s = b`.
 fn program(
     n: usize,
     p: &[(usize, usize, f64)],
@@ -20,7 +20,7 @@ fn program(
     }
 }
 
-/// min ½x² subject to x = 3.
+/// Builds min ½x² subject to x = b.
 fn pinned(b: f64) -> Program {
     program(1, &[(0, 0, 1.0)], &[0.0], &[(0, 0, 1.0)], &[b], &[Cone::Zero(1)])
 }
@@ -40,7 +40,7 @@ fn solved(solver: &mut ConeSolver) -> Optimum {
     }
 }
 
-/// What a point is worth, from the data: `½xᵀPx + qᵀx`, `−½xᵀPx − bᵀz`, `max |Ax + s − b|`,
+/// Quality of a point, computed from the data: `½xᵀPx + qᵀx`, `−½xᵀPx − bᵀz`, `max |Ax + s − b|`,
 /// `max |Px + q + Aᵀz|`.
 struct Judged {
     objective: f64,
@@ -71,17 +71,17 @@ fn judged(program: &Program, Optimum { x, z, s }: &Optimum) -> Judged {
     }
 }
 
-/// How far a dual direction reaches as a certificate of infeasibility: every `x` that meets the
-/// constraints has `max |x_i| ≥ reach = −bᵀz / Σ|Aᵀz|`, round-off included. Zero where `z` leaves
-/// `K*`, which proves nothing.
+/// Returns the strength of a dual direction as a certificate of infeasibility: every `x` that meets
+/// the constraints has `max |x_i| ≥ reach = −bᵀz / Σ|Aᵀz|`, round-off included. Returns zero if `z`
+/// is not in `K*`, so that it proves nothing.
 fn reach(program: &Program, z: &[f64]) -> f64 {
     let inside = program.parts(z).all(|(cone, part)| match cone {
         Cone::Zero(_) => true,
         Cone::Nonnegative(_) => part.iter().all(|value| *value >= 0.0),
         _ => false,
     });
-    // Round-off of the sums, generously: each term is in error by a few ulps times the number of
-    // terms.
+    // Generous bound of the sums' round-off: the error of each term is a few ulps times the number
+    // of terms.
     let ulps = 4.0 * f64::EPSILON * (z.len() as f64 + 4.0);
     let terms = || program.bound.iter().zip(z).map(|(b, z)| b * z);
     let depth = -terms().sum::<f64>() - ulps * terms().map(f64::abs).sum::<f64>();
@@ -105,7 +105,7 @@ fn the_dual_of_an_equation_is_minus_the_price_of_its_bound() {
     close(found.objective, 4.5);
     close(found.dual_objective, 4.5);
     assert!(found.primal_residual < 1e-8 && found.dual_residual < 1e-8);
-    // d cost / d b = −z, by a difference.
+    // d cost / d b = −z, by a finite difference.
     let step = 1e-3;
     let cost = |b| judged(&pinned(b), &solved(&mut new(pinned(b)))).objective;
     let slope = (cost(3.0 + step) - cost(3.0 - step)) / (2.0 * step);
@@ -142,7 +142,7 @@ fn a_semidefinite_cone_is_packed_by_columns_with_root_two() {
         new(program(2, &[], &[2.0, 1.0], &rows, &[0.0, 3.0 * root, 0.0], &[Cone::Semidefinite(2)]));
     let optimum = solved(&mut solver);
     let objective = judged(solver.program(), &optimum).objective;
-    // On the boundary of the cone x is good to the root of the tolerance only.
+    // On the boundary of the cone, x is accurate only to the square root of the tolerance.
     let expected = [3.0 / root, 3.0 * root, 6.0 * root, 2.0, -2.0, 1.0];
     let found = [optimum.x[0], optimum.x[1], objective, optimum.z[0], optimum.z[1], optimum.z[2]];
     for (found, expected) in found.iter().zip(expected) {
@@ -173,7 +173,7 @@ fn no_number_that_is_not_finite_reaches_the_solver() {
             spoil(&mut program, bad);
             assert!(matches!(solver.update(program), Err(ConeError::Value { index: 0, .. })));
         }
-        // And what stood before still stands.
+        // The previous program is unchanged.
         close(solved(&mut solver).x[0], 3.0);
     }
 }
@@ -201,12 +201,12 @@ fn a_cost_that_is_not_convex_is_refused() {
     let rows = [(0, 0, 1.0), (1, 1, 1.0)];
     let cones = [Cone::Nonnegative(2)];
     assert_eq!(refused(program(2, &saddle, &[0.0; 2], &rows, &[1.0; 2], &cones)), ConeError::NotConvex);
-    // An off-diagonal entry without a diagonal.
+    // An off-diagonal entry without a diagonal entry.
     assert_eq!(
         refused(program(2, &[(0, 1, 1.0)], &[0.0; 2], &rows, &[1.0; 2], &cones)),
         ConeError::NotConvex
     );
-    // Singular is convex, at any scale; an update is looked at too.
+    // A singular matrix is convex, at any scale; updates are checked too.
     for scale in [1e-12, 1.0, 1e9] {
         let flat = [(0, 0, scale), (0, 1, -scale), (1, 1, scale)];
         let mut solver = new(program(2, &flat, &[0.0; 2], &rows, &[1.0; 2], &cones));
@@ -249,7 +249,7 @@ fn sizes_that_disagree_are_refused() {
         assert!(matches!(refused(program), ConeError::Shape(_)));
     }
     let mut solver = new(pinned(3.0));
-    // An empty update would be taken for "leave as is".
+    // The solver would interpret an empty update as "leave unchanged".
     for bound in [vec![1.0, 2.0], vec![]] {
         let update = Program { bound, ..pinned(3.0) };
         assert!(matches!(solver.update(update), Err(ConeError::Shape(_))));
@@ -269,7 +269,7 @@ fn an_updated_program_is_solved_as_a_new_one() {
     let cones = [Cone::Zero(1), Cone::Nonnegative(2)];
     let mut solver = new(program(2, &p, &[0.0, -1.0], &rows, &[1.0, 5.0, 5.0], &cones));
     solved(&mut solver);
-    // The explicit zeros of the first data become entries.
+    // The explicit zeros of the first data become nonzero entries.
     let p = [(0, 0, 2.0), (0, 1, 0.5), (1, 1, 1.5)];
     let rows = [(0, 0, 1.0), (0, 1, 2.0), (1, 0, 1.0), (2, 1, 1.0)];
     let other = program(2, &p, &[0.3, -2.0], &rows, &[1.5, 4.0, 0.5], &cones);
@@ -279,8 +279,7 @@ fn an_updated_program_is_solved_as_a_new_one() {
     for (updated, fresh) in updated.x.iter().chain(&updated.z).zip(fresh.x.iter().chain(&fresh.z)) {
         assert!((updated - fresh).abs() < 1e-7, "{updated} {fresh}");
     }
-    // x = 1.5 − 2y, y ≤ ½, and the unconstrained minimum over y lies at y = 0.7: the bound is
-    // active.
+    // x = 1.5 − 2y, y ≤ ½, and the unconstrained minimum over y is at y = 0.7: the bound is active.
     close(updated.x[0], 0.5);
     close(updated.x[1], 0.5);
 }
@@ -301,14 +300,14 @@ fn what_contradicts_itself_comes_with_a_certificate() {
 
 #[test]
 fn a_certificate_says_how_far_it_reaches() {
-    // The solver calls 1e-300 x = 3 infeasible. So it is, for every x of sensible size; the reach
-    // says which.
+    // The solver reports 1e-300 x = 3 as infeasible. That is correct for every x of moderate size;
+    // `reach` states the size.
     let tiny = program(1, &[(0, 0, 1.0)], &[0.0], &[(0, 0, 1e-300)], &[3.0], &[Cone::Zero(1)]);
     match new(tiny.clone()).solve() {
         Answer::Infeasible(z) => assert!((reach(&tiny, &z) / 3e300 - 1.0).abs() < 1e-9),
         other => panic!("{other:?}"),
     }
-    // A direction that leaves the dual cone, and one that proves nothing, reach nowhere.
+    // A direction outside the dual cone, and one that proves nothing, have zero reach.
     let rows = [(0, 0, 1.0), (1, 0, -1.0)];
     let program = program(1, &[], &[0.0], &rows, &[1.0, -2.0], &[Cone::Nonnegative(2)]);
     let reach = |z: [f64; 2]| reach(&program, &z);

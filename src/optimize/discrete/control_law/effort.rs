@@ -1,4 +1,4 @@
-//! Least effort without limits: `l = ½ uᵀWu`.
+//! The minimum-effort law without limits: `l = ½ uᵀWu`.
 //!
 //! ```text
 //! u = −W⁻¹Bᵀ q ,    K = −½ qᵀA q ,    K_q = −A q ,    S = A = B W⁻¹Bᵀ
@@ -8,18 +8,18 @@ use super::{Hamiltonian, Response};
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
 
-/// The law of least effort: `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
+/// Minimum-effort law, held as `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Effort(pub Matrix3);
 
 impl Effort {
-    /// That of a set, in SI units.
+    /// Builds the law of a set in SI units.
     pub fn of(inputs: &Weighted) -> Self {
         Self(inputs.authority)
     }
 }
 
-/// The optimal inputs `u = −W⁻¹Bᵀ q` without limits.
+/// Returns the optimal inputs `u = −W⁻¹Bᵀ q` without limits.
 pub(super) fn unlimited(inputs: &Weighted, costate: &Vector3) -> impl Iterator<Item = f64> {
     inputs.gain.row_iter().map(|row| -(row[0] * costate.x + row[1] * costate.y + row[2] * costate.z))
 }

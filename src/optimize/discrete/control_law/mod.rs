@@ -1,7 +1,7 @@
-//! The control law: the optimal inputs of an actuator set, as the Hamiltonian that they minimise.
+//! The control law: the optimal inputs of an actuator set, derived from the minimised Hamiltonian.
 //!
-//! For a costate `q` in the axes of the set the optimal inputs minimise, at the running cost `l` of
-//! the objective,
+//! For a costate `q` in the axes of the set and the running cost `l` of the objective, the optimal
+//! inputs minimise
 //!
 //! ```text
 //! u(q) = argmin l(u) + q·Bu  over the allowed u ,     K(q) = its value
@@ -9,11 +9,11 @@
 //! ```
 //!
 //! so that state and costates move by the gradients of one `K`, and the linearisation is its
-//! generalised Hessian: Newton on it is semismooth. A law is what K, its gradient and its Hessian
-//! are:
+//! generalised Hessian: Newton's method on it is semismooth. A law is defined by K, its gradient
+//! and its Hessian:
 //!
 //! - `effort`: `l = ½ uᵀWu` without limits;
-//! - `saturated`: the same within limits of the single inputs, or of the norm of what they give.
+//! - `saturated`: `l = ½ uᵀWu` with a limit on each input, or on the norm of the output `Bu`.
 
 pub(crate) mod effort;
 mod saturated;
@@ -25,56 +25,58 @@ use saturated::{Ball, Clipped};
 pub use saturated::{Obstacle, obstacle};
 use std::ops::Deref;
 
-/// The law of one actuator set.
+/// Control law of one actuator set.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ControlLaw {
-    /// Effort without limits.
+    /// Minimum effort without limits.
     Effort(Effort),
-    /// Effort, `|u_i| ≤ ū_i` under a diagonal weight.
+    /// Minimum effort with `|u_i| ≤ ū_i` and a diagonal weight.
     Size(Clipped),
-    /// Effort, `|B u| ≤ ū`.
+    /// Minimum effort with `|B u| ≤ ū`.
     Norm(Ball),
 }
 
-/// What the optimal inputs give and cost.
+/// Output and running cost of the optimal inputs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response {
-    /// `K_q = B u`.
+    /// Output of the optimal inputs, `K_q = B u`.
     pub output: Vector3,
     /// The running cost `l(u)`; `K = l + q·Bu`.
     pub cost: f64,
 }
 
-/// `K` of a law, by its derivatives; costates and outputs in the axes of the set.
+/// The minimised Hamiltonian `K` of a law and its derivatives; costates and outputs are in the axes
+/// of the set.
 pub(crate) trait Hamiltonian {
-    /// `K_q`, and the running cost.
+    /// Returns the output `K_q` and the running cost of the optimal inputs.
     fn response(&self, costate: &Vector3) -> Response;
 
-    /// `S = −K_qq`, the generalised derivative of `−B u`.
+    /// Returns `S = −K_qq`, the generalised derivative of `−B u` with respect to the costate.
     fn slope(&self, costate: &Vector3) -> Matrix3;
 
-    /// How many times its limit the largest input would be without it.
+    /// Returns the largest ratio of an unlimited optimal input to its limit; 0 without limits.
     fn demand(&self, _: &Vector3) -> f64 {
         0.0
     }
 
-    /// The multipliers of the limits: how fast `K` falls when a limit grows, `−∂K/∂ ln ū`.
+    /// Returns the multipliers of the limits, `−∂K/∂ ln ū`: the decrease of `K` per relative
+    /// increase of each limit.
     fn multipliers(&self, _: &Vector3) -> Vec<f64> {
         Vec::new()
     }
 
-    /// How far the inputs are from their own projection after a step against the gradient: zero
-    /// where the conditions of Karush, Kuhn and Tucker hold.
+    /// Returns the distance of the inputs from their projected gradient step: zero where the KKT
+    /// conditions hold.
     fn projection_residual(&self, _: &Vector3) -> f64 {
         0.0
     }
 
-    /// Appends the inputs themselves, in SI units, to `row`; `inputs` are those of the law.
+    /// Appends the optimal inputs in SI units to `row`; `inputs` is the weighted set of this law.
     fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>);
 }
 
 impl ControlLaw {
-    /// The law of a set, in SI units: within its limits where they have a law, else without them.
+    /// Builds the law of a set in SI units. Limits for which no closed form exists are left out.
     pub fn of(inputs: &Weighted) -> Self {
         let limits = inputs.set.limits();
         match (&limits.size, limits.norm) {
@@ -85,12 +87,13 @@ impl ControlLaw {
         }
     }
 
-    /// Whether limits are part of the law.
+    /// Returns whether the law contains limits.
     pub fn is_limited(&self) -> bool {
         !matches!(self, Self::Effort(_))
     }
 
-    /// The law in units in which `A` is `authority` times as large and an output of `output` is 1.
+    /// Returns the law in units in which `A` is `authority` times as large and an output of
+    /// `output` is 1.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         match self {
             Self::Effort(effort) => Self::Effort(Effort(effort.0 * authority)),
@@ -99,7 +102,7 @@ impl ControlLaw {
         }
     }
 
-    /// The same law with every limit `factor` times as large.
+    /// Returns the law with every limit multiplied by `factor`.
     pub fn relaxed(&self, factor: f64) -> Self {
         match self {
             Self::Effort(_) => self.clone(),
@@ -109,7 +112,7 @@ impl ControlLaw {
     }
 }
 
-/// A law is what its Hamiltonian is.
+/// Gives access to the Hamiltonian, which defines the law.
 impl Deref for ControlLaw {
     type Target = dyn Hamiltonian;
 

@@ -1,4 +1,4 @@
-//! The closed forms under limits: of the single inputs, or of the norm of what they give.
+//! The closed-form laws under limits on each input, or on the norm of the output `Bu`.
 //!
 //! ```text
 //! |u_i| ≤ ū_i , W diagonal:   u_i = clip(−b_i·q/w_i, ±ū_i)          S = Σ over the free i of b_i b_iᵀ/w_i
@@ -6,8 +6,9 @@
 //!                             ν = 0, or ν > 0 such that |B u| = ū    S = D − D τ τᵀD/(τᵀDτ) , τ = B u
 //! ```
 //!
-//! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. Where `A = a I` the norm bound is `B u = −ū q/max(ū/a, |q|)`;
-//! in general ν is the root of one scalar equation, which Newton finds to round-off.
+//! with `A = B W⁻¹Bᵀ = V diag(a) Vᵀ`. If `A = a I`, the norm bound gives `B u = −ū q/max(ū/a,
+//! |q|)`; in general ν is the root of one scalar equation, which Newton's method solves to
+//! round-off.
 
 use super::effort::{Effort, unlimited};
 use super::{Hamiltonian, Response};
@@ -16,20 +17,20 @@ use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// Inputs that are clipped one by one.
+/// Law of a set whose inputs are clipped one by one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Clipped(Vec<Input>);
 
-/// One input, weighed: `v = √w u`.
+/// One input, scaled by the root of its weight: `v = √w u`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Input {
-    /// `b/√w`.
+    /// Axis of the scaled input, `b/√w`.
     axis: Vector3,
-    /// `√w ū`.
+    /// Limit of the scaled input, `√w ū`.
     limit: f64,
 }
 
-/// The ball `|B u| ≤ ū`, and `A = V diag(a) Vᵀ`.
+/// Law with the output limited to the ball `|B u| ≤ ū`; `A = V diag(a) Vᵀ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ball {
     axes: Matrix3,
@@ -37,34 +38,35 @@ pub(crate) struct Ball {
     limit: f64,
 }
 
-/// What the shooting cannot take of a maneuver.
+/// Property of a maneuver that excludes the shooting method.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Obstacle {
-    /// Cones, or limits of the angular rate.
+    /// Cones, or limits on the angular rate.
     #[error("it has constraints on pointing or angular rate")]
     Constraints,
-    /// An end in any attitude.
+    /// A free terminal attitude.
     #[error("it leaves the attitude at the end open")]
     OpenEnd,
-    /// Reaction wheels, with their own momentum.
+    /// Reaction wheels, which have a momentum of their own.
     #[error("it has reaction wheels")]
     Wheels,
-    /// A limit of how fast an input changes.
+    /// A limit on the rate of change of an input.
     #[error("it limits how fast an input changes")]
     InputRate,
-    /// Limits of the inputs and of their norm.
+    /// Limits on each input together with a limit on their norm.
     #[error("it limits both the single inputs and the norm of what they give")]
     TwoLimits,
-    /// Limits of inputs that the effort ties together.
+    /// Limits on inputs that are coupled in the effort: the weight is not diagonal.
     #[error("it limits single inputs under an effort weight that is not diagonal")]
     CoupledWeight,
-    /// Time or fuel that is minimised by the convex iteration.
+    /// A minimum-time or minimum-fuel objective that sequential convex programming minimises.
     #[error("its time or fuel is minimised on equal steps")]
     EqualSteps,
 }
 
-/// Why the saturated shooting cannot take a problem; `None` where it can, limited or not.
+/// Returns why the saturated shooting cannot solve a problem; `None` if it can, with or without
+/// limits.
 pub fn obstacle(problem: &Problem) -> Option<Obstacle> {
     if !problem.constraints.is_empty() {
         return Some(Obstacle::Constraints);
@@ -81,7 +83,7 @@ pub fn obstacle(problem: &Problem) -> Option<Obstacle> {
     sets.into_iter().find_map(|inputs| obstacle_of(&inputs))
 }
 
-/// Why the limits of a set have no law in closed form.
+/// Returns why the limits of a set have no law in closed form; `None` if they have one.
 pub(super) fn obstacle_of(inputs: &Weighted) -> Option<Obstacle> {
     let (limits, weight) = (inputs.set.limits(), &inputs.weight);
     if limits.rate.is_some() {
@@ -99,7 +101,7 @@ pub(super) fn obstacle_of(inputs: &Weighted) -> Option<Obstacle> {
 }
 
 impl Clipped {
-    /// The law of a set under a diagonal weight, with the limit of each input.
+    /// Builds the law of a set with a diagonal weight and one limit `sizes[i]` per input.
     pub fn new(inputs: &Weighted, sizes: &[f64]) -> Self {
         let input = |(index, limit): (usize, &f64)| {
             let root = inputs.weight[(index, index)].sqrt();
@@ -108,14 +110,14 @@ impl Clipped {
         Self(sizes.iter().enumerate().map(input).collect())
     }
 
-    /// See [`super::ControlLaw::scaled`].
+    /// Scales the law as [`super::ControlLaw::scaled`] does.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         let root = authority.sqrt();
         let scaled = |input: &Input| Input { axis: input.axis * root, limit: input.limit / (root * output) };
         Self(self.0.iter().map(scaled).collect())
     }
 
-    /// The same with every limit `factor` times as large.
+    /// Returns the law with every limit multiplied by `factor`.
     pub fn relaxed(&self, factor: f64) -> Self {
         Self(self.0.iter().map(|input| Input { limit: input.limit * factor, ..*input }).collect())
     }
@@ -162,10 +164,10 @@ impl Hamiltonian for Clipped {
 }
 
 impl Input {
-    /// `v` at the optimum.
+    /// Returns the optimal scaled input `v`.
     fn value(&self, costate: &Vector3) -> f64 {
         let free = -self.axis.dot(costate);
-        // Not `clamp`: a costate that is not finite must not end in a panic, nor become finite.
+        // Not `clamp`: a costate that is not finite must neither cause a panic nor become finite.
         if free > self.limit {
             self.limit
         } else if free < -self.limit {
@@ -175,41 +177,42 @@ impl Input {
         }
     }
 
-    /// `|v|/limit` without the limit.
+    /// Returns `|v|/limit` of the unlimited optimum.
     fn demand(&self, costate: &Vector3) -> f64 {
         self.axis.dot(costate).abs() / self.limit
     }
 }
 
-/// The optimum in a ball, in the coordinates of its axes.
+/// Optimum in the ball, in the coordinates of the eigenvectors `V`.
 struct InBall {
-    /// `Vᵀ B u`.
+    /// Output in the coordinates of the eigenvectors, `Vᵀ B u`.
     coordinates: Vector3,
-    /// The diagonal of `Vᵀ D V`.
+    /// Diagonal of `Vᵀ D V`, the authority reduced by the multiplier.
     damped: Vector3,
-    /// ν.
+    /// Multiplier ν of the norm limit.
     multiplier: f64,
 }
 
 impl Ball {
-    /// The law of inputs whose law without limits is `free`, and the limit of what they give.
+    /// Builds the law with the output limit `limit`; `free` is the law of the set without limits.
     pub fn new(free: &Effort, limit: f64) -> Self {
         let (axes, authority) = eigen(&free.0);
         Self { axes, authority, limit }
     }
 
-    /// See [`super::ControlLaw::scaled`].
+    /// Scales the law as [`super::ControlLaw::scaled`] does.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         Self { authority: self.authority * authority, limit: self.limit / output, ..*self }
     }
 
-    /// The same with a limit `factor` times as large.
+    /// Returns the law with the limit multiplied by `factor`.
     pub fn relaxed(&self, factor: f64) -> Self {
         Self { limit: self.limit * factor, ..*self }
     }
 
-    /// Newton on `1/|τ(ν)| = 1/ū`, which is concave in ν: from ν = 0 it rises to the root and never
-    /// passes it but for round-off. For equal `a` the first step is exact.
+    /// Computes the optimum by Newton's method on `1/|τ(ν)| = 1/ū`, which is concave in ν: from
+    /// `ν = 0` the iterates rise to the root and do not pass it except by round-off. For equal `a`
+    /// the first step is exact.
     fn at(&self, costate: &Vector3) -> InBall {
         let q = self.axes.tr_mul(costate);
         let at = |multiplier: f64| {
@@ -220,7 +223,7 @@ impl Ball {
         for _ in 0..Self::ITERATIONS {
             let size = now.coordinates.norm();
             let excess = (size - self.limit) / self.limit;
-            // Written so that NaN ends the loop, and stays in the output.
+            // Written so that NaN ends the loop and stays in the output.
             let outside = excess > 4.0 * f64::EPSILON;
             if !outside {
                 break;
@@ -231,7 +234,8 @@ impl Ball {
         now
     }
 
-    /// Enough for a demand of 1e15 over authorities that differ by 1e12.
+    /// Largest number of Newton iterations: enough for a demand of 1e15 with authorities that
+    /// differ by 1e12.
     const ITERATIONS: usize = 100;
 }
 
@@ -264,14 +268,15 @@ impl Hamiltonian for Ball {
     fn projection_residual(&self, costate: &Vector3) -> f64 {
         let at = self.at(costate).coordinates;
         let gradient = at.zip_map(&self.authority, share) + self.axes.tr_mul(costate);
-        // A step as long as the strongest axis allows; none along an axis without authority.
+        // The step length is that of the strongest axis; an axis without authority has no step.
         let step = self.authority.map(|a| if a > 0.0 { self.authority.amax() } else { 0.0 });
         let stepped = at - gradient.component_mul(&step);
         (at - stepped * (self.limit / stepped.norm()).min(1.0)).amax()
     }
 
     fn push_inputs(&self, inputs: &Weighted, costate: &Vector3, row: &mut Vec<f64>) {
-        // B u = −A q' for the costate q' = (I + νA)⁻¹ q, and u = −W⁻¹Bᵀ q' is the cheapest such u.
+        // B u = −A q' for the costate q' = (I + νA)⁻¹ q, and u = −W⁻¹Bᵀ q' has the least effort of
+        // all such u.
         let at = self.at(costate);
         let damping = self.authority.map(|a| if a > 0.0 { 1.0 / (1.0 + at.multiplier * a) } else { 0.0 });
         let damped = self.axes * self.axes.tr_mul(costate).component_mul(&damping);
@@ -279,19 +284,19 @@ impl Hamiltonian for Ball {
     }
 }
 
-/// The larger of two numbers, and NaN of any with NaN.
+/// Returns the larger of two numbers, and NaN if either is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// `τ_i/a_i`, zero along an axis without authority.
+/// Returns `τ_i/a_i`, and zero along an axis without authority.
 fn share(coordinate: f64, authority: f64) -> f64 {
     if authority > 0.0 { coordinate / authority } else { 0.0 }
 }
 
-/// Axes and eigenvalues of a symmetric positive semidefinite matrix.
+/// Returns the eigenvectors and eigenvalues of a symmetric positive semidefinite matrix.
 fn eigen(matrix: &Matrix3) -> (Matrix3, Vector3) {
-    // The singular value decomposition is bounded in iterations and cannot give a negative value.
+    // The singular value decomposition has bounded iterations and cannot return a negative value.
     let svd = matrix.svd(true, false);
     let threshold = 1e-14 * svd.singular_values.amax();
     let values = svd.singular_values.map(|value| if value > threshold { value } else { 0.0 });

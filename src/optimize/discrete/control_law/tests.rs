@@ -1,4 +1,5 @@
-//! The law against its definition as a minimum, and its derivative against finite differences.
+//! The control laws compared with their definition as a minimum, and their derivatives with finite
+//! differences.
 
 use super::saturated::{Obstacle, obstacle_of};
 use super::*;
@@ -7,7 +8,7 @@ use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits};
 use crate::testing::Random;
 use nalgebra::{DMatrix, DVector};
 
-/// Between one and six inputs, so that the authority has every rank, and their weight.
+/// Returns a set of one to six inputs, so that the authority has every rank, and its weight.
 fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>) {
     let count = 1 + ((random.uniform() + 1.0) * 3.0) as usize;
     let axes = (0..count).map(|_| random.vector3()).collect();
@@ -23,7 +24,7 @@ fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>
     (ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap(), weight)
 }
 
-/// `½ uᵀWu + q·Bu`.
+/// Returns `½ uᵀWu + q·Bu`.
 fn hamiltonian(weighted: &Weighted, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
     let inputs = inputs.as_slice();
     effort(&weighted.weight, inputs) + costate.dot(&weighted.set.output(inputs))
@@ -47,7 +48,7 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
         let mut inputs = Vec::new();
         law.push_inputs(&weighted, &costate, &mut inputs);
         let inputs = DVector::from_vec(inputs);
-        // Axes that nearly coincide cost the norm some of its digits, by the condition of their
+        // Nearly parallel axes cost the norm limit some digits, by the condition number of their
         // authority.
         assert!(is_allowed(&channel, &inputs, 1e-12), "{channel:?}");
         let best = hamiltonian(&weighted, &costate, &inputs);
@@ -66,7 +67,7 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
             }
             tried += 1;
         }
-        // What the sweep uses is the same in other variables.
+        // The sweep uses the same quantities in other variables.
         let response = law.response(&costate);
         let output = channel.output(inputs.as_slice());
         let size = output.amax().max(1.0);
@@ -77,8 +78,7 @@ fn inputs_are_allowed_and_no_allowed_ones_are_better() {
     assert!(limited > 100 && free > 50, "{limited} {free}");
 }
 
-/// Among the inputs with the conditions of Karush, Kuhn and Tucker there is only one: `K` is convex
-/// in `u`.
+/// Only one input vector satisfies the KKT conditions, because `K` is convex in `u`.
 #[test]
 fn multipliers_balance_the_gradient_at_the_limits_and_vanish_elsewhere() {
     let mut random = Random(5);
@@ -130,7 +130,7 @@ fn slope_is_the_derivative_of_the_output_in_any_units() {
         for column in 0..3 {
             let (ahead, slope_ahead) = at(column, step);
             let (behind, slope_behind) = at(column, -step);
-            // Between two slopes that differ by much there is a kink.
+            // A large difference of the two derivatives means a kink between them.
             if (slope_ahead - slope_behind).amax() > 1e-3 * slope.amax() {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! What the inputs of a plan can still give: those that are at their limits answer nothing.
+//! The authority that the inputs of a plan still have: an input at its limit cannot be corrected.
 
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
@@ -6,7 +6,7 @@ use crate::optimize::discrete::step::Units;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, Matrix3xX};
 
-/// What the inputs can still give: `B W⁻¹Bᵀ` and `W⁻¹Bᵀ` of those that are not at their limits.
+/// Control law of the inputs that are not at their limits: `B W⁻¹Bᵀ` and `W⁻¹Bᵀ`.
 pub(super) struct Law {
     axes: Matrix3xX<f64>,
     weight: DMatrix<f64>,
@@ -14,23 +14,25 @@ pub(super) struct Law {
     one_sided: bool,
     norm: Option<f64>,
     switches: bool,
-    /// The scaled authority per SI one, and a scaled dual torque in SI.
+    /// Factors of units: the scaled authority per SI authority, and the SI unit of a scaled dual
+    /// torque.
     authority: f64,
     dual: f64,
 }
 
-/// Part of a limit within which an input counts as being at it: round-off of a mean of two.
+/// Relative distance from a limit within which an input counts as being at it: the round-off of the
+/// mean of two values.
 const AT_LIMIT: f64 = 1e-9;
 
 impl Law {
-    /// Of the torques of a maneuver.
+    /// Builds the law of the torques of a maneuver.
     pub fn of(problem: &Problem, units: &Units) -> Self {
         let weighted = problem.objective.weights().torque(&problem.actuation);
         Self::of_set(&weighted, problem.switches(), units.cost, [units.momentum(), units.torque()])
     }
 
-    /// Of a set of inputs that `switches` or not, with the units of the cost, of what a second of
-    /// them gives, and of what they give.
+    /// Builds the law of a set of inputs, which are bang-bang if `switches`. `cost`, `impulse` and
+    /// `unit` are the units of the cost, of the output integrated over time, and of the output.
     pub fn of_set(weighted: &Weighted, switches: bool, cost: f64, [impulse, unit]: [f64; 2]) -> Self {
         let (axes, limits) = (weighted.set.axes(), weighted.set.limits());
         Self {
@@ -45,11 +47,10 @@ impl Law {
         }
     }
 
-    /// Those two where `inputs` are given.
+    /// Returns `B W⁻¹Bᵀ` (scaled) and `W⁻¹Bᵀ` of the free inputs when the plan applies `inputs`.
     pub fn at(&self, inputs: &[f64]) -> (Matrix3, DMatrix<f64>) {
         let m = inputs.len();
-        // Inputs that switch are at their limits always: what corrects them has an authority held
-        // back for it.
+        // Bang-bang inputs are always at their limits: an authority held in reserve corrects them.
         let free = |index: &usize| {
             self.switches
                 || self.sizes.as_ref().is_none_or(|sizes| {
@@ -74,7 +75,8 @@ impl Law {
         let at_norm = self.norm.filter(|norm| !self.switches && output.norm() >= (1.0 - AT_LIMIT) * norm);
         let mut authority = Matrix3::from_iterator((&self.axes * &gain).iter().copied());
         if at_norm.is_some() {
-            // Along the sphere of the norm only: `P S P`, given by the inputs of least effort.
+            // At the norm limit the output can change only along the sphere: `P S P`, by the inputs
+            // of minimum effort.
             let out = output.normalize();
             let along = Matrix3::identity() - out * out.transpose();
             let inverse =

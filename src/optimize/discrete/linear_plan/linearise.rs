@@ -1,4 +1,4 @@
-//! From a recorded plan to the matrices of its steps.
+//! Linearisation of a recorded plan: the matrices of its steps.
 
 use super::authority::Law;
 use super::{
@@ -16,14 +16,14 @@ use crate::optimize::discrete::step::{Costate, Dynamics, Point, Units};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Matrix3xX, SMatrix};
 
-/// What is linearised.
+/// A plan of a maneuver to be linearised.
 pub(super) struct Beside<'a> {
     pub problem: &'a Problem,
     pub plan: &'a Trajectory,
     pub timing: Timing,
     pub count: usize,
-    /// Whether costates are recorded after full kicks, half a kick beyond the nodes, while torques
-    /// are held.
+    /// Whether torques are held but the costates are recorded after full kicks, half a kick beyond
+    /// the nodes.
     pub beyond: bool,
 }
 
@@ -32,7 +32,7 @@ impl Beside<'_> {
         let (problem, plan, count) = (self.problem, self.plan, self.count);
         let scheme = if problem.switches() { Scheme::LieVerlet } else { problem.scheme };
         let duration = *plan.time.last().unwrap_or(&f64::NAN);
-        // A duration that was sought is the one that the plan has.
+        // If the duration was free, the duration of the plan is used.
         let problem = &Problem { duration: Duration::Given(duration), ..problem.clone() };
         let units = Units::of(problem);
         let grid = if problem.switches() {
@@ -98,16 +98,17 @@ impl Beside<'_> {
             nodes,
             axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
             stored: (0..=count).filter_map(|node| self.stored(&units, node)).collect(),
+            stops: Vec::new(),
             units,
         })
     }
 
-    /// Momentum of the wheels at a node, body axes, scaled; `None` where there are none.
+    /// Returns the wheel momentum at a node, body axes, scaled; `None` without wheels.
     fn stored(&self, units: &Units, node: usize) -> Option<Vector3> {
         self.problem.actuation.wheels.as_ref()?;
         let set = &self.problem.actuation.torque;
         let m = set.count();
-        // Each wheel's momentum is about its axis.
+        // The momentum of each wheel is about its axis.
         Some(set.output(&self.plan.wheel_momentum[node * m..(node + 1) * m]) / units.momentum())
     }
 
@@ -115,7 +116,7 @@ impl Beside<'_> {
         Pose { position: self.problem.start.position / units.length, attitude: *attitude }
     }
 
-    /// Costate `λ_k` of step k, scaled; zero where there is none.
+    /// Returns the costate `λ_k` of step k, scaled; zero if the plan records none.
     fn costate(&self, units: &Units, step: usize) -> Costate {
         let row =
             if self.problem.switches() { step + 1 } else { step + 1 - self.problem.scheme.first_input() };
@@ -126,7 +127,7 @@ impl Beside<'_> {
         Costate::from_vector(&vector)
     }
 
-    /// The matrices of step k, which begins under `torque`.
+    /// Linearises step k; `torque` acts at its beginning.
     fn step(
         &self,
         dynamics: &Dynamics,
@@ -228,8 +229,8 @@ impl Beside<'_> {
     }
 }
 
-/// The parts of a step with what wheels store as states beside: `of_total` is the curvature by
-/// attitude, total momentum and wheels.
+/// Extends the parts of a step by the wheel momentum as additional states; `of_total` is the
+/// curvature with respect to attitude, total momentum and wheel momentum.
 fn beside_wheels(
     parts: &Parts<6, 3>,
     wheels: &Matrix6x3,

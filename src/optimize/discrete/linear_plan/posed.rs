@@ -1,14 +1,14 @@
-//! The motion beside a plan whose inputs turn against the coordinates, or of a body that
-//! translates: forces and torques, each along axes that are fixed in the body or in the reference
-//! frame, held over the steps.
+//! The linearised motion near a plan whose input axes rotate relative to the coordinates, or of a
+//! body that translates. Forces and torques act along axes that are fixed in the body or in the
+//! reference frame, and are held over the steps.
 //!
 //! ```text
 //! z = [x − x*; γ − γ*; log(R*ᵀR); Π − Π*]  (N = 12),  or its last six numbers (N = 6)
 //! ```
 //!
-//! What an input of such axes gives depends on the attitude: `E = Rᵀ` of torques fixed in the
-//! reference frame, `E = R` of forces fixed in the body. That adds `∂(E u)/∂q` to the gradient of a
-//! kick, and the second derivatives `∂(λ·E u)/∂q²`, `∂(λ·E)/∂q` (`linear_plan::stage`).
+//! The output of such an input depends on the attitude: `E = Rᵀ` for torques fixed in the reference
+//! frame, `E = R` for forces fixed in the body. That adds `∂(E u)/∂q` to the gradient of a kick,
+//! and the second derivatives `∂(λ·E u)/∂q²`, `∂(λ·E)/∂q` (`linear_plan::stage`).
 
 use super::authority::Law;
 use super::{MOST_STEPS, Parts, Stage, Unlinearised};
@@ -24,18 +24,19 @@ use crate::optimize::discrete::step::{Costate, Dynamics, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// The motion beside a plan, of 6 or of 12 states.
+/// Linearised motion near a plan, with 6 or 12 states.
 #[derive(Clone, Debug)]
 pub struct PosedPlan {
     pub(crate) units: Units,
-    /// `J`, scaled, for rates in rad/s.
+    /// `J`, which maps rates in rad/s to scaled momenta.
     pub(crate) momentum_of_rate: Matrix3,
     pub(crate) stages: Stages,
-    /// `W⁻¹Bᵀ` of the inputs that are not at their limits in each step: of a scaled dual, in SI.
+    /// `W⁻¹Bᵀ` of the inputs that are not at their limits, for each step: it maps a scaled dual
+    /// vector to inputs in SI units.
     pub(crate) to_inputs: Vec<DMatrix<f64>>,
 }
 
-/// The steps.
+/// Linearised steps: of the attitude alone, or of the pose.
 #[derive(Clone, Debug)]
 pub(crate) enum Stages {
     Attitude(Vec<Stage<6, 3>>),
@@ -43,17 +44,18 @@ pub(crate) enum Stages {
 }
 
 impl PosedPlan {
-    /// Whether the motion beside a plan of `problem` is one of these: the body translates, or its
-    /// torques are fixed in the reference frame.
+    /// Returns whether plans of `problem` need this type: the body translates, or its torques are
+    /// fixed in the reference frame.
     pub fn is_of(problem: &Problem) -> bool {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
     }
 
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid, whose
-    /// costates are taken for those at its nodes.
+    /// Linearises the motion about `plan`, a trajectory of `problem` on its own grid. The costates
+    /// of the plan are used as the costates at its nodes.
     ///
     /// # Errors
-    /// [`Unlinearised`]: of wheels, of thrusters that give force and torque at once, or a trajectory that does not fit.
+    /// [`Unlinearised`] if the maneuver has wheels, or thrusters that exert force and torque at
+    /// once, or if the trajectory does not fit the problem.
     pub fn new(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
         Self::beside(problem, plan, false)
     }
@@ -82,11 +84,11 @@ impl PosedPlan {
         Ok(Self { units, momentum_of_rate, stages, to_inputs })
     }
 
-    /// The motion beside the one that is flown: the true motion under the plan's inputs, held over
-    /// the steps.
+    /// Linearises the motion about the flown motion: the true motion under the plan's inputs, held
+    /// over the steps.
     ///
     /// # Errors
-    /// As [`PosedPlan::new`].
+    /// The errors of [`PosedPlan::new`].
     pub fn flown(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         let recorded = Flight::recorded(problem, plan).ok_or(Unlinearised::Step)?;
@@ -118,12 +120,12 @@ impl PosedPlan {
         }
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     pub fn count(&self) -> usize {
         self.to_inputs.len()
     }
 
-    /// Numbers of `z`: 6 or 12.
+    /// Returns the number of components of `z`: 6 or 12.
     pub fn states(&self) -> usize {
         match &self.stages {
             Stages::Attitude(_) => 6,
@@ -131,13 +133,14 @@ impl PosedPlan {
         }
     }
 
-    /// Unit of a component of `z`.
+    /// Returns the SI unit of component `row` of the state `z`.
     pub(crate) fn unit(&self, row: usize) -> f64 {
         let units = [self.units.length, self.units.linear_momentum(), 1.0, self.units.momentum()];
         units[(row + 12 - self.states()) / 3]
     }
 
-    /// `A_k`, in m, N·s, rad and N·m·s.
+    /// Returns `A_k`, the derivative of the next state with respect to the state, in m, N·s, rad
+    /// and N·m·s.
     pub fn a(&self, step: usize) -> DMatrix<f64> {
         let scaled = match &self.stages {
             Stages::Attitude(stages) => DMatrix::from_column_slice(6, 6, stages[step].a.as_slice()),
@@ -148,8 +151,8 @@ impl PosedPlan {
         })
     }
 
-    /// `B_k`, for forces and torques along the axes of their sets \[N\], [N·m]: N×6, or N×3 of
-    /// torques alone.
+    /// Returns `B_k`, the derivative of the next state with respect to forces \[N\] and torques
+    /// [N·m] along the axes of their sets: N×6, or N×3 for torques alone.
     pub fn b(&self, step: usize) -> DMatrix<f64> {
         let scaled = match &self.stages {
             Stages::Attitude(stages) => DMatrix::from_column_slice(6, 3, stages[step].b.as_slice()),
@@ -163,16 +166,16 @@ impl PosedPlan {
     }
 }
 
-/// What is linearised.
+/// A plan of a maneuver to be linearised.
 struct Beside<'a> {
     dynamics: Dynamics,
     problem: &'a Problem,
     plan: &'a Trajectory,
-    /// Whether costates are recorded half a kick beyond the nodes.
+    /// Whether the costates are recorded half a kick beyond the nodes.
     beyond: bool,
 }
 
-/// A kick under held inputs, to first order and bent.
+/// Kick under held inputs: its wrench, the gradient by the state, and the derivative by the inputs.
 struct Held<const N: usize, const C: usize> {
     wrench: Wrench,
     gradient: SMatrix<f64, N, N>,
@@ -213,7 +216,7 @@ impl Beside<'_> {
         Ok(stages)
     }
 
-    /// Inputs that step k holds.
+    /// Returns the inputs that are held over step k.
     fn held(&self, k: usize) -> Vec<f64> {
         let first = self.problem.scheme.first_input();
         if first == 0 && !self.problem.switches() {
@@ -256,8 +259,8 @@ impl Beside<'_> {
         let costate = recorded.map_or_else(SVector::<f64, N>::zeros, |row| {
             SVector::<f64, N>::from_column_slice(row).component_div(&units.costate::<N>())
         });
-        // Torques and forces of the step before a node and of that after it differ by a part of the
-        // step.
+        // The held torques and forces of the steps before and after a node differ by a term of
+        // first order in the step length.
         let costate = if self.beyond { kicks[1].tr_mul(&costate) } else { costate };
         let between = kicks[1].tr_mul(&costate);
         let drift = dynamics.drift::<N>(k, &mut point)?;
@@ -283,7 +286,7 @@ impl Beside<'_> {
         (force, actuation.torque.frame())
     }
 
-    /// A kick at a pose under force and torque along the axes of their sets.
+    /// Linearises a kick at a pose under force and torque along the axes of their sets.
     fn kicked<const N: usize, const C: usize>(&self, pose: &Pose, along: &[Vector3; 2]) -> Held<N, C> {
         let (of_force, of_torque) = self.frames();
         let (r, identity) = (&pose.attitude, Matrix3::identity());
@@ -298,7 +301,7 @@ impl Beside<'_> {
         Held { wrench, gradient: placed(&gradient, 3), inputs }
     }
 
-    /// `K_qq` and `M` there.
+    /// Computes `K_qq` and `M = ∂(λ·E)/∂q` of a kick.
     fn bent<const N: usize, const C: usize>(
         &self,
         pose: &Pose,
@@ -324,8 +327,8 @@ impl Beside<'_> {
     }
 }
 
-/// Blocks by position and attitude as a matrix, in the rows of these or, `below`, in those of the
-/// momenta.
+/// Assembles blocks by position and attitude into a matrix. With `below = 3` the rows are those of
+/// the momenta, with `below = 0` those of position and attitude.
 fn placed<const N: usize>(blocks: &Blocks, below: usize) -> SMatrix<f64, N, N> {
     let mut out = SMatrix::<f64, N, N>::zeros();
     out.view_mut((N - 6 + below, N - 6), (3, 3)).copy_from(&blocks.rr);

@@ -1,7 +1,8 @@
-//! A step beside a plan as a backward sweep takes it, of `N` states under `C` forces and torques.
+//! One linearised step of a plan in the form needed by a backward sweep, with `N` states and `C`
+//! forces and torques.
 //!
-//! A step is a kick, a drift and a kick. What the inputs add, `v`, acts in both kicks: with `s` the
-//! state before the drift and `t` that after it
+//! A step is a kick, a drift and a kick. The correction `v` of the inputs acts in both kicks. With
+//! `s` the state before the drift and `t` the state after it:
 //!
 //! ```text
 //! s = K₀ z + Γ₀ v ,   t = D s ,   z⁺ = K₁ t + Γ₁ v                    δλ_t = K₁ᵀ δλ + w₁ (K_qq t + M₁ v)
@@ -9,8 +10,8 @@
 //! 0 = h S⁻¹ v + Γ₀ᵀ δλ_s + w₀ M₀ᵀ z + Γ₁ᵀ δλ + w₁ M₁ᵀ t
 //! ```
 //!
-//! with `M = ∂(λ·E)/∂q` where the axes `E` of inputs turn against the coordinates, and their
-//! authority `S`. Written out in `z`, `v` and the costate `δλ` after the step, with
+//! with `M = ∂(λ·E)/∂q` if the axes `E` of inputs rotate relative to the coordinates, and `S` the
+//! authority of the inputs. Written in `z`, `v` and the costate `δλ` after the step, with
 //! `Ĥ = H_free + Dᵀ w₁K_qq D` and `N̂ = Dᵀ w₁M₁`:
 //!
 //! ```text
@@ -19,61 +20,61 @@
 //! 0    = (h S⁻¹ + U) v + V z + Bᵀ δλ        V = (Γ₀ᵀ Ĥ + N̂ᵀ) K₀ + w₀M₀ᵀ ,   U = Γ₀ᵀ (Ĥ Γ₀ + N̂) + N̂ᵀ Γ₀
 //! ```
 //!
-//! `V` is not `Nᵀ`: costates are those of attitudes that turn.
+//! `V` is not `Nᵀ`, because the costates belong to attitudes that rotate.
 
 use nalgebra::SMatrix;
 
-/// What a step is made of.
+/// Parts of a step: kicks, drift and their second derivatives.
 pub(crate) struct Parts<const N: usize, const C: usize> {
-    /// `K₀`, `K₁`.
+    /// Matrices of the kicks, `K₀` and `K₁`.
     pub kicks: [SMatrix<f64, N, N>; 2],
-    /// `D`.
+    /// Matrix of the drift, `D`.
     pub drift: SMatrix<f64, N, N>,
-    /// `H_free`.
+    /// Curvature of the drift, `H_free`.
     pub curvature: SMatrix<f64, N, N>,
-    /// `Γ₀`, `Γ₁`.
+    /// Derivatives of the kicks with respect to the inputs, `Γ₀` and `Γ₁`.
     pub inputs: [SMatrix<f64, N, C>; 2],
-    /// `w K_qq` of both kicks.
+    /// Curvatures `w K_qq` of the two kicks.
     pub bends: [SMatrix<f64, N, N>; 2],
-    /// `w M` of both.
+    /// Mixed derivatives `w M` of the two kicks.
     pub mixed: [SMatrix<f64, N, C>; 2],
 }
 
-/// One step, in the solver's units.
+/// Matrices of one linearised step, in the solver's units; the module header defines them.
 #[derive(Clone, Debug)]
 pub(crate) struct Stage<const N: usize, const C: usize> {
-    /// `A_k`.
+    /// Derivative `A_k` of the next state with respect to the state.
     pub a: SMatrix<f64, N, N>,
-    /// `B_k`.
+    /// Derivative `B_k` of the next state with respect to the input correction.
     pub b: SMatrix<f64, N, C>,
-    /// `H_k`.
+    /// Curvature `H_k`: derivative of the costate before the step with respect to the state.
     pub h: SMatrix<f64, N, N>,
-    /// `N_k`.
+    /// `N_k`: derivative of the costate before the step with respect to the input correction.
     pub on_costate: SMatrix<f64, N, C>,
-    /// `V_k`.
+    /// `V_k`: coefficient of the state in the stationarity condition of the input correction.
     pub by_state: SMatrix<f64, C, N>,
-    /// `U_k`.
+    /// `U_k`: second derivative with respect to the input correction, besides `h S⁻¹`.
     pub bend: SMatrix<f64, C, C>,
-    /// `S`.
+    /// Authority `S` of the inputs.
     pub authority: SMatrix<f64, C, C>,
-    /// `h`, the time for which a correction acts.
+    /// Time `h` for which a correction acts.
     pub length: f64,
 }
 
-/// A step with `v` at its optimum, `v = −S (h + U S)⁻¹ (V z + Bᵀ δλ)`.
+/// A step with the optimal correction `v = −S (h + U S)⁻¹ (V z + Bᵀ δλ)` inserted.
 pub(crate) struct Eliminated<const N: usize, const C: usize> {
-    /// `z⁺ = forward z − quadratic δλ`.
+    /// Matrices of the state after the step, `z⁺ = forward z − quadratic δλ`.
     pub forward: SMatrix<f64, N, N>,
     pub quadratic: SMatrix<f64, N, N>,
-    /// `δλ_z = back δλ + curvature z`.
+    /// Matrices of the costate before the step, `δλ_z = back δλ + curvature z`.
     pub back: SMatrix<f64, N, N>,
     pub curvature: SMatrix<f64, N, N>,
-    /// `(h + U S)⁻¹`.
+    /// Inverse `(h + U S)⁻¹` in the optimal correction.
     pub per_time: SMatrix<f64, C, C>,
 }
 
 impl<const N: usize, const C: usize> Stage<N, C> {
-    /// Of its parts.
+    /// Assembles a step from its parts.
     pub fn of(parts: &Parts<N, C>, authority: SMatrix<f64, C, C>, length: f64) -> Self {
         let Parts { kicks: [opened, closed], drift, curvature, inputs: [first, last], bends, mixed } = parts;
         let bent = curvature + drift.transpose() * bends[1] * drift;
@@ -92,7 +93,7 @@ impl<const N: usize, const C: usize> Stage<N, C> {
         }
     }
 
-    /// No step: the state stays.
+    /// Returns the identity step, over which the state stays constant.
     pub fn none() -> Self {
         Self {
             a: SMatrix::identity(),
@@ -106,8 +107,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
         }
     }
 
-    /// This step and the one after it under one `v` (`linear_plan::ticks`), with the authority of
-    /// this one.
+    /// Composes this step and the following one under one correction `v` (`linear_plan::ticks`),
+    /// with the authority of this step.
     pub fn then(&self, after: &Self) -> Self {
         let bent = after.h * self.b + after.on_costate;
         let through = after.h * self.a;
@@ -123,7 +124,7 @@ impl<const N: usize, const C: usize> Stage<N, C> {
         }
     }
 
-    /// With `v` at its optimum; NaN where that is none.
+    /// Inserts the optimal correction `v`; the result is NaN if no optimum exists.
     pub fn eliminated(&self) -> Eliminated<N, C> {
         let inner = SMatrix::<f64, C, C>::from_diagonal_element(self.length) + self.bend * self.authority;
         let per_time = inner.try_inverse().unwrap_or_else(|| SMatrix::repeat(f64::NAN));
@@ -139,7 +140,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
 }
 
 impl Stage<6, 3> {
-    /// What torques of wheels do to the body: what a kick gives it, they lose before the drift.
+    /// Replaces the matrices of the body by the matrices for wheel torques: the torque on the body
+    /// in a kick is taken from the wheels before the drift.
     pub fn given_by_wheels(&mut self, with_wheels: &Stage<9, 3>) {
         self.b.copy_from(&with_wheels.b.fixed_view::<6, 3>(0, 0));
         self.h.copy_from(&with_wheels.h.fixed_view::<6, 6>(0, 0));

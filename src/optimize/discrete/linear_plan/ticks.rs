@@ -1,8 +1,8 @@
-//! The motion beside a plan from tick to tick of a controller that holds a correction over several
-//! steps.
+//! The linearised motion near a plan between the ticks of a controller that holds a correction over
+//! several steps.
 //!
-//! Step after step under one `v` is a step (`linear_plan::stage`): `z` and `δλ` between the two are
-//! put into both.
+//! Consecutive steps under one correction `v` form one step (`linear_plan::stage`): the
+//! intermediate `z` and `δλ` are eliminated.
 //!
 //! ```text
 //! A = A₂A₁ ,     B = A₂B₁ + B₂ ,     H = H₁ + A₁ᵀH₂A₁ ,     N = N₁ + A₁ᵀM ,     M = H₂B₁ + N₂
@@ -12,8 +12,9 @@
 use super::{LinearPlan, LinearStep, PosedPlan, Stage, Stages};
 use nalgebra::SMatrix;
 
-/// The motion beside a plan of held torques in ticks of `every` steps, the last of them shorter
-/// where they are no divisor. Gains are designed along it; what parameters do stays with the steps.
+/// Returns a linearised plan with held torques in ticks of `every` steps; the last tick is shorter
+/// if `every` does not divide the number of steps. Gains are designed on the ticks; the effect of
+/// parameters is still computed on the steps.
 pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
     let firsts = || (0..plan.count()).step_by(every.max(1)).chain([plan.count()]);
     LinearPlan {
@@ -21,11 +22,12 @@ pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
         times: firsts().map(|node| plan.times[node]).collect(),
         nodes: firsts().map(|node| plan.nodes[node]).collect(),
         stored: firsts().filter_map(|node| plan.stored.get(node).copied()).collect(),
+        stops: plan.stops.iter().map(|node| node.div_ceil(every.max(1))).collect(),
         ..plan.clone()
     }
 }
 
-/// The same of a plan of poses.
+/// Returns a linearised plan of poses in ticks of `every` steps.
 pub(crate) fn of_posed_ticks(plan: &PosedPlan, every: usize) -> PosedPlan {
     fn of<const N: usize, const C: usize>(
         stages: &[Stage<N, C>],
@@ -64,8 +66,9 @@ fn of_tick(steps: &[LinearStep]) -> LinearStep {
     LinearStep { stage, with_wheels, ..steps[least].clone() }
 }
 
-/// Steps under one correction, and which of them gives its authority: what an input can give over
-/// the whole tick is what it can where the most of them are at their limits.
+/// Composes the steps under one correction. Returns the composed step and the index of the step
+/// with the smallest authority, which counts for the whole tick: in that step most inputs are at
+/// their limits.
 fn together<'a, const N: usize, const C: usize>(
     steps: impl Iterator<Item = &'a Stage<N, C>> + Clone,
 ) -> (Stage<N, C>, usize) {

@@ -1,25 +1,26 @@
-//! Conjugate points under limits: the inertia of the conditions of the accessory problem.
+//! Conjugate points under limits, from the inertia of the KKT matrix of the accessory problem.
 //!
-//! On variations that leave inputs at their limits where they are, the second variation is
+//! For variations that keep the inputs at their limits constant, the second variation is
 //!
 //! ```text
 //! Σ ½|v_k|² + ½ z_kᵀ H_k z_k ,     z_{k+1} = A_k z_k + G_k v_k ,   z_0 = 0 ,  z_N = 0 ,   G Gᵀ = Q
 //! ```
 //!
 //! with `Q = −h K_pp`, which limits make smaller. The matrix of its first-order conditions has as
-//! many negative eigenvalues as there are constraints and, beyond that, directions in which the
+//! many negative eigenvalues as there are constraints, plus the number of directions in which the
 //! cost decreases. Eliminated node by node it needs one pivot block per node and a last one,
 //!
 //! ```text
 //! M_k = [[X_k, −I], [−I, H_k]] ,     X_{k+1} = A_k (I − X_k H_k)⁻¹ X_k A_kᵀ − Q_k ,     X_N
 //! ```
 //!
-//! and Sylvester's law adds up their negative eigenvalues. Nothing is divided by Ψ₁₂(k), which is
-//! short of rank wherever all inputs have been at their limits from the start.
+//! and by Sylvester's law their negative eigenvalues add up. The recursion needs no inverse of
+//! Ψ₁₂(k), which is rank-deficient as long as all inputs have been at their limits since the start.
 //!
-//! The null space of `X_N` has two parts. What the inputs cannot reach, `W_N` of
-//! `W_{k+1} = A_k W_k A_kᵀ + Q_k`, is no constraint; the rest are variations along which the cost
-//! is level. Those are neither ways down nor ways up: their sign is round-off.
+//! The null space of `X_N` has two parts. The directions that the inputs cannot reach, the null
+//! space of `W_N` of `W_{k+1} = A_k W_k A_kᵀ + Q_k`, are not constraints. The remaining directions
+//! are variations along which the cost is constant to second order. The sign of their eigenvalues
+//! is round-off, so they count neither as decrease nor as increase.
 
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::MatrixInertia;
@@ -27,8 +28,8 @@ use crate::optimize::discrete::step::{Linearization, Sensitivity};
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Number of independent directions in which the cost decreases; `None` where the sweep fails, and
-/// where the cost decreases in none and is level in some.
+/// Counts the independent directions in which the cost decreases. Returns `None` if the sweep
+/// fails, or if the cost decreases in no direction and is constant to second order in some.
 pub(super) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -49,11 +50,11 @@ pub(super) fn conjugate_points<const N: usize>(
 
 struct Elimination<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
-    /// `X_k`.
+    /// Pivot `X_k` of the elimination.
     x: SMatrix<f64, N, N>,
-    /// `W_k`.
+    /// Reachability matrix `W_k`.
     reached: SMatrix<f64, N, N>,
-    /// Negative eigenvalues beyond those of the constraints.
+    /// Number of negative eigenvalues in excess of the number of constraints so far.
     surplus: isize,
 }
 
@@ -66,7 +67,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         self.bvp.dynamics.grid.has_half_kicks()
     }
 
-    /// The opening half kick of Lie–Verlet.
+    /// Starts the elimination with the opening half kick of Lie–Verlet.
     fn open(&mut self, node: &Node) {
         if self.is_verlet() {
             let dynamics = &self.bvp.dynamics;
@@ -76,7 +77,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
         }
     }
 
-    /// The step between two nodes.
+    /// Eliminates the step between two nodes; returns `None` if it fails or yields non-finite
+    /// numbers.
     fn step(&mut self, before: &Node, node: &Node) -> Option<()> {
         let dynamics = &self.bvp.dynamics;
         let costate = node.costate.to_vector::<N>();
@@ -99,7 +101,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
         self.x.iter().all(|value| value.is_finite()).then_some(())
     }
 
-    /// Half of the last kick is taken back: its gradient, curvature and authority halve.
+    /// Halves the last kick of Lie–Verlet: its gradient, curvature and authority.
     fn with_half_a_kick(&self, node: &Node, linear: Linearization<N>) -> Linearization<N> {
         let dynamics = &self.bvp.dynamics;
         let kick = dynamics.linear_kick::<N>(&node.point.pose(), &node.costate);
@@ -115,8 +117,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
         }
     }
 
-    /// The last pivot, `X_N`: without what the inputs cannot reach, and unless the cost is level
-    /// somewhere.
+    /// Evaluates the last pivot, `X_N`, without the unreachable directions. Returns `None` if the
+    /// cost decreases nowhere and is constant to second order in some direction.
     fn close(self) -> Option<usize> {
         let MatrixInertia { negative, zero } = inertia(&self.x);
         let unreached = inertia(&self.reached).zero.min(zero);
@@ -125,8 +127,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
     }
 }
 
-/// Inertia of a symmetric matrix whose rows and columns are given one size; those that are
-/// round-off of the others stay so.
+/// Computes the inertia of a symmetric matrix after scaling its rows and columns to one size. Rows
+/// that are round-off of the largest are not scaled up.
 fn inertia<const N: usize>(of: &SMatrix<f64, N, N>) -> MatrixInertia {
     let sizes: [f64; N] = std::array::from_fn(|index| of[(index, index)].abs().sqrt());
     let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

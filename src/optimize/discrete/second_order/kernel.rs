@@ -1,24 +1,24 @@
 //! The Riccati condition of one step in arrays of fixed size: `I + Gᵀ Λ Z⁻¹ G` and its negative
 //! eigenvalues.
 //!
-//! G has columns for the momenta alone, half as many as there are states, so `Z⁻¹` is applied to
-//! those and no more.
+//! G has columns only for the momenta, half as many as there are states, so `Z⁻¹` is applied only
+//! to these columns.
 
 use crate::Matrix3;
 use crate::numerics::factor::eliminate;
 use nalgebra::SMatrix;
 use std::array;
 
-/// Columns of G on SE(3); on SO(3) half of them are used.
+/// Largest number of columns of the input root G: 6 on SE(3), of which SO(3) uses half.
 pub(super) const MOST: usize = 6;
 
-/// Row of the state that column `column` of G acts on: `γ` before `Π`.
+/// Returns the row of the state on which column `column` of G acts: `γ` before `Π`.
 fn row_of<const N: usize>(column: usize) -> usize {
     if N == 12 && column < 3 { 3 + column } else { N - 3 + column % 3 }
 }
 
-/// Negative eigenvalues of the condition; `None` where Z is singular to the tolerance of
-/// [`crate::numerics::factor::Factor`].
+/// Counts the negative eigenvalues of the Riccati condition; `None` if Z is singular to the
+/// tolerance of [`crate::numerics::factor::Factor`].
 pub(super) fn negative<const N: usize>(
     z: &SMatrix<f64, N, N>,
     dual: &SMatrix<f64, N, N>,
@@ -56,8 +56,8 @@ pub(super) fn negative<const N: usize>(
     Some(negative_pivots(form, half))
 }
 
-/// Negative eigenvalues of the symmetric part of a matrix: the negative pivots of `L D Lᵀ`
-/// (Sylvester's law).
+/// Counts the negative eigenvalues of the symmetric part of a matrix: the negative pivots of
+/// `L D Lᵀ` (Sylvester's law).
 fn negative_pivots(form: [[f64; MOST]; MOST], size: usize) -> usize {
     let mut a: [[f64; MOST]; MOST] =
         array::from_fn(|row| array::from_fn(|column| (form[row][column] + form[column][row]) * 0.5));

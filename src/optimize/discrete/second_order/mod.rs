@@ -1,20 +1,23 @@
-//! What a plan proves by itself: stationarity, rank and condition of Ψ₁₂, conjugate points.
+//! Optimality tests of an extremal: stationarity, rank and condition of Ψ₁₂, conjugate points.
 //!
 //! # How are conjugate points counted?
 //!
 //! With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = GGᵀ` the authority of the
 //! inputs, `P = Λ Z⁻¹` solves the discrete Riccati equation, and a step meets as many conjugate
 //! points as `I + GᵀPG` has negative eigenvalues. The determinant of `Z_k` changes sign at a simple
-//! conjugate point and not at a double one, and bodies with symmetry have double ones. None at all
-//! makes the plan a local minimum of the discrete problem. It says nothing about the global one.
-//! Near the start `Z` is singular and steps are passed over. Where it is singular at the end, or
-//! anywhere after it had an inverse, the inertia of the accessory problem is counted instead, which
-//! divides by no `Z`. What its last pivot leaves at zero is either what the inputs cannot reach
-//! (the rank of `W = Σ Φ Q Φᵀ` tells), or a direction along which the cost is level: a minimum that
-//! is one of a circle of equal ones, as a symmetry makes them
-//! (`problems/pendulum_two_torques_spin.toml`, half a turn about an axis without a torque). Its
-//! sign is round-off, so with no other way down the answer is `None`, not decided, and neither a
-//! minimum nor a saddle.
+//! conjugate point but not at a double one, and bodies with symmetry have double ones. A plan
+//! without conjugate points is a local minimum of the discrete problem; this proves nothing about
+//! the global minimum.
+//!
+//! Near the start `Z` is singular, and these steps are not counted. If `Z` is singular at the end,
+//! or anywhere after it had an inverse, the inertia of the accessory problem is counted instead,
+//! which requires no inverse of `Z`. A zero eigenvalue of its last pivot has one of two causes.
+//! Either the inputs cannot reach the direction, which the rank of `W = Σ Φ Q Φᵀ` shows. Or the
+//! cost is constant to second order along the direction: the minimum is one of a circle of equal
+//! minima, which a symmetry causes (`problems/pendulum_two_torques_spin.toml`, half a turn about an
+//! axis without a torque). The sign of such an eigenvalue is round-off. If the cost decreases in no
+//! other direction, the result is `None`: it is undecided whether the extremal is a minimum or a
+//! saddle.
 
 mod accessory;
 mod kernel;
@@ -27,7 +30,7 @@ use crate::optimize::discrete::step::inputs::InputMatrices;
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Step};
 use nalgebra::{SMatrix, SVector};
 
-/// First- and second-order optimality of the extremal from `costate`.
+/// Tests first- and second-order optimality of the extremal that starts with `costate`.
 pub(crate) fn optimality<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -56,9 +59,10 @@ pub(crate) fn optimality<const N: usize>(
     }
 }
 
-/// Largest residual `|λ_{k−1} − A_kᵀ λ_k|` of the costate recursion, recomputed backward by `A_kᵀ`
-/// where the sweep went forward by `A_k⁻ᵀ`, relative to the largest costate; under limits also the
-/// largest projection residual of the inputs, relative to the largest they give.
+/// Accumulates the stationarity residual of a sweep: the largest `|λ_{k−1} − A_kᵀ λ_k|` of the
+/// costate recursion, relative to the largest costate. The sweep computed the costates forward by
+/// `A_k⁻ᵀ`; the residual recomputes them backward by `A_kᵀ`. Under limits the largest projection
+/// residual of the inputs, relative to the largest output, is included.
 struct Stationarity<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     steps: usize,
@@ -87,7 +91,7 @@ impl<'a, const N: usize> Stationarity<'a, N> {
     fn step(&mut self, step: &Step<N>) {
         let dynamics = &self.bvp.dynamics;
         let (mut point, mut costate) = (self.bvp.start, step.after);
-        // Backward: the gradient of the kick undone, then `A0ᵀ` of the drift.
+        // Backward: undo the gradient of the kick, then apply `A0ᵀ` of the drift.
         step.kick.apply::<N>(&mut point, &mut costate, 0.0, -step.weight);
         let back = dynamics.drift_costate_back::<N>(&step.drift, &costate).to_vector::<N>();
         let expected = step.before.to_vector::<N>();
@@ -107,9 +111,10 @@ impl<'a, const N: usize> Stationarity<'a, N> {
     }
 }
 
-/// Number of conjugate points inside the maneuver: directions in which the cost has a decrease of
-/// second order within the constraints. `None` where there is none and the cost is level in some:
-/// that is a conjugate point at the very end, as a circle of equally cheap paths has it.
+/// Counts the conjugate points inside the maneuver: the independent directions within the
+/// constraints in which the cost decreases to second order. Returns `None` if no such direction
+/// exists but the cost is constant to second order along some direction. That is a conjugate point
+/// exactly at the end, as on a circle of equally costly paths.
 ///
 /// With `Z_k = Ψ₁₂(k)`, `Λ_k` the derivative of the costate and `Q = G Gᵀ` the inputs' authority, a
 /// step meets as many conjugate points as
@@ -119,7 +124,7 @@ impl<'a, const N: usize> Stationarity<'a, N> {
 /// ```
 ///
 /// has negative eigenvalues: the discrete Riccati condition. Unlike sign changes of `det Ψ₁₂(k)` it
-/// counts double points twice. Where a matrix is singular that had an inverse before, or has none
+/// counts double points twice. If `Ψ₁₂(k)` becomes singular after it had an inverse, or is singular
 /// at the end, round-off would decide, and the inertia of the accessory problem is counted instead.
 pub(crate) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
@@ -135,15 +140,15 @@ pub(crate) fn conjugate_points<const N: usize>(
     counted.or_else(|| accessory::conjugate_points(bvp, costate))
 }
 
-/// Counts conjugate points node by node.
+/// Counter of conjugate points over the nodes of a sweep.
 struct Counter<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     root: InputMatrices,
-    /// Whether Ψ₁₂ had an inverse at the node before.
+    /// Whether Ψ₁₂ had an inverse at the previous node.
     regular: bool,
-    /// Whether two nodes in a row ever had one.
+    /// Whether Ψ₁₂ had an inverse at two consecutive nodes at least once.
     ever: bool,
-    /// Whether one had none after that.
+    /// Whether Ψ₁₂ became singular again at a later node.
     lost: bool,
     total: usize,
     /// Attitude and derivatives of the costate at the closing half kick of Lie–Verlet.
@@ -167,11 +172,11 @@ impl<'a, const N: usize> Counter<'a, N> {
         self.meet(&columns.state(), &columns.costate(), &root);
     }
 
-    /// The number; `None` where a singular matrix on the way or at the end kept a step from being
-    /// counted.
+    /// Returns the number of conjugate points; `None` if a step could not be counted because Ψ₁₂
+    /// was singular on the way or at the end.
     fn close(mut self, psi: &SMatrix<f64, N, N>) -> Option<usize> {
         if let Some((attitude, dual)) = self.last.take() {
-            // Half the authority.
+            // The closing half kick has half the authority.
             let grid = &self.bvp.dynamics.grid;
             let root = self.root.at(&attitude).map(|root| root * grid.kick(grid.steps()).sqrt());
             self.meet(psi, &dual, &root);
@@ -180,7 +185,8 @@ impl<'a, const N: usize> Counter<'a, N> {
     }
 
     fn meet(&mut self, z: &SMatrix<f64, N, N>, dual: &SMatrix<f64, N, N>, root: &[Matrix3; 2]) {
-        // Near the start Ψ₁₂(k) is short of rank by construction, or too ill-conditioned to tell.
+        // Near the start Ψ₁₂(k) is rank-deficient by construction, or too ill-conditioned for a
+        // decision.
         let met = kernel::negative(z, dual, root);
         if let Some(negative) = met
             && self.regular

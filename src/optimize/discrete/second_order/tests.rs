@@ -1,4 +1,5 @@
-//! Conjugate points against the negative eigenvalues of the reduced Hessian, written out densely.
+//! Conjugate points compared with the negative eigenvalues of the reduced Hessian, assembled
+//! densely.
 
 use super::*;
 use crate::lie;
@@ -16,7 +17,7 @@ use crate::testing::{
 use crate::{Matrix3, Vector3};
 use nalgebra::DMatrix;
 
-/// A root `G` of a block of inputs' authority, `Q = G Gᵀ`.
+/// Returns a root `G` of a block of the inputs' authority, `Q = G Gᵀ`.
 fn root<const N: usize>(q: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let eigen = DMatrix::from_fn(N, N, |row, column| q[(row, column)]).symmetric_eigen();
     let values = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
@@ -24,14 +25,14 @@ fn root<const N: usize>(q: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     SMatrix::from_fn(|row, column| root[(row, column)])
 }
 
-/// One stage of the accessory problem: `z⁺ = A z + G v` at the cost `½ |v|² + ½ zᵀ H z`.
+/// One stage of the accessory problem: `z⁺ = A z + G v` with the cost `½ |v|² + ½ zᵀ H z`.
 struct Stage<const N: usize> {
     a: SMatrix<f64, N, N>,
     g: SMatrix<f64, N, N>,
     h: SMatrix<f64, N, N>,
 }
 
-/// The accessory problem of an extremal; the first stage has the opening half kick alone.
+/// Returns the accessory problem of an extremal; its first stage is the opening half kick alone.
 fn stages<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> Vec<Stage<N>> {
     let dynamics = &bvp.dynamics;
     let grid = &dynamics.grid;
@@ -47,7 +48,7 @@ fn stages<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, 
         let Linearization { mut a, h: mut curvature, mut q } =
             dynamics.transition::<N>(pair[0].index, &pair[0].point, &costate).unwrap().linear;
         if verlet && pair[1].index == grid.steps() {
-            // Half of the last kick is taken back: its gradient, curvature and authority halve.
+            // Halve the last kick: its gradient, curvature and authority.
             let last = kick(&pair[1], &pair[1].costate);
             let half = grid.kick(grid.steps());
             let drift = (identity - last.gradient() * grid.full_kick(grid.steps())) * a;
@@ -61,7 +62,8 @@ fn stages<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, 
     stages
 }
 
-/// Negative eigenvalues of the second variation on the variations that keep the end.
+/// Counts the negative eigenvalues of the second variation on the variations that keep the end
+/// fixed.
 fn negative_directions<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &SVector<f64, N>) -> usize {
     let stages = stages(bvp, costate);
     let count = N * stages.len();
@@ -74,7 +76,7 @@ fn negative_directions<const N: usize>(bvp: &BoundaryValueProblem<N>, costate: &
         z = dense(&stage.a) * z;
         z.view_mut((0, N * index), (N, N)).copy_from(&dense(&stage.g));
     }
-    // Onto the kernel of z_N, whatever its rank.
+    // Projection onto the kernel of z_N, whatever its rank.
     let gram = (&z * z.transpose()).symmetric_eigen();
     let largest = gram.eigenvalues.amax();
     let mut projector = DMatrix::<f64>::identity(count, count);
@@ -109,7 +111,8 @@ fn the_published_extremals_have_0_2_2_3_conjugate_points() {
     }
 }
 
-/// Random extremals: any costate leads to one, that of the maneuver to where it ends.
+/// Compares the two counts for a random extremal: any costate defines one, for the end that it
+/// reaches.
 fn compare<const N: usize>(problem: &Problem, size: f64, random: &mut Random) -> Option<usize> {
     let uniform = Grid::uniform(problem.scheme, 1.0, problem.steps);
     let own = graded(problem.scheme, problem.steps);
@@ -117,7 +120,7 @@ fn compare<const N: usize>(problem: &Problem, size: f64, random: &mut Random) ->
     compare_within::<N>(problem, &uniform, None, size, random)
 }
 
-/// The same within limits on single inputs, or on the norm of what they give.
+/// Compares the two counts under limits on each input, or on the norm of the output.
 fn compare_within<const N: usize>(
     problem: &Problem,
     grid: &Grid,
@@ -141,7 +144,7 @@ fn compare_within<const N: usize>(
     let (counted, dense) = (conjugate_points(&bvp, &costate), negative_directions(&bvp, &costate));
     let (scheme, actuation) = (problem.scheme, &problem.actuation.torque);
     assert_eq!(counted, Some(dense), "{scheme:?} {actuation:?} {:?} {costate}", problem.environment);
-    // The elimination serves without limits too, by another road.
+    // The elimination also gives the correct count without limits, by another algorithm.
     assert_eq!(accessory::conjugate_points(&bvp, &costate), Some(dense));
     counted
 }
@@ -180,7 +183,7 @@ fn conjugate_points_are_the_negative_directions_of_the_reduced_hessian() {
             }
         }
     }
-    // The comparison means something only where there is something to count.
+    // The comparison is meaningful only if some extremals have conjugate points.
     assert!(seen[0] >= 10 && seen[1..].iter().sum::<usize>() >= 10, "{seen:?}");
 }
 

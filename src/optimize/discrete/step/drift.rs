@@ -23,34 +23,34 @@ use crate::mechanics::drift_equation::{inverse3, solve, solve3};
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 
-/// What a drift leaves behind for its linearisation.
+/// Result of a drift, as needed by its linearisation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drift {
     /// Length of the step.
     pub h: f64,
-    /// Relative attitude `F`.
+    /// Relative attitude `F` of the step.
     pub f: Matrix3,
-    /// Momentum `Π` before.
+    /// Momentum `Π` before the drift.
     pub momentum: Vector3,
-    /// Momentum `Π' = FᵀΠ` after.
+    /// Momentum `Π' = FᵀΠ` after the drift.
     pub momentum_after: Vector3,
 }
 
-/// The matrices of a linearised drift.
+/// Matrices of a linearised drift, defined in the module header.
 pub(crate) struct LinearDrift {
     h: f64,
     f: Matrix3,
     pub f_t: Matrix3,
     pub b: Matrix3,
     pub c: Matrix3,
-    /// `C⁻ᵀ = Fᵀ + B S(Π)`.
+    /// Transposed inverse `C⁻ᵀ = Fᵀ + B S(Π)`.
     pub c_inverse_t: Matrix3,
     pub h12: Matrix3,
     pub h22: Matrix3,
 }
 
 impl Dynamics {
-    /// Drifts `point` by step `step` of the grid.
+    /// Moves `point` by the drift of step `step` of the grid.
     #[inline(always)]
     pub(crate) fn drift<const N: usize>(&self, step: usize, point: &mut Point) -> Result<Drift, StepError> {
         let h = self.grid.step(step);
@@ -72,18 +72,18 @@ impl Dynamics {
         Ok(Drift { h, f, momentum, momentum_after: point.momentum.value })
     }
 
-    /// `E = tr(F J_d) I − F J_d` of a drift.
+    /// Computes `E = tr(F J_d) I − F J_d` of a drift.
     #[inline(always)]
     pub(crate) fn drift_matrix(&self, drift: &Drift) -> Matrix3 {
         drift.matrix(&self.j_d)
     }
 
-    /// `B = h Fᵀ E⁻¹` of a drift: `ξ = B δΠ`.
+    /// Computes `B = h Fᵀ E⁻¹` of a drift, so that `ξ = B δΠ`.
     pub(crate) fn drift_block(&self, drift: &Drift, e: &Matrix3) -> Matrix3 {
         drift.f.transpose() * inverse3(e) * drift.h
     }
 
-    /// Carries a costate back over a drift, `λ = A0ᵀ λ'`.
+    /// Maps a costate backward over a drift, `λ = A0ᵀ λ'`.
     pub(crate) fn drift_costate_back<const N: usize>(&self, drift: &Drift, after: &Costate) -> Costate {
         let e = self.drift_matrix(drift);
         let b_t = self.drift_block(drift, &e).transpose();
@@ -96,7 +96,7 @@ impl Dynamics {
         before
     }
 
-    /// The matrices of a linearised drift; `after` is the costate it led to.
+    /// Linearises a drift; `after` is the costate after it.
     #[inline(always)]
     pub(crate) fn linear_drift(&self, drift: &Drift, e: &Matrix3, after: &Costate) -> LinearDrift {
         drift.linear(&self.j_d, e, after)
@@ -104,14 +104,14 @@ impl Dynamics {
 }
 
 impl Drift {
-    /// `E = tr(F J_d) I − F J_d`.
+    /// Computes `E = tr(F J_d) I − F J_d`.
     #[inline(always)]
     pub(crate) fn matrix(&self, j_d: &Matrix3) -> Matrix3 {
         let f_j_d = self.f * j_d;
         Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d
     }
 
-    /// Carries a costate forward, `λ' = A0⁻ᵀ λ`.
+    /// Maps a costate forward over the drift, `λ' = A0⁻ᵀ λ`.
     #[inline(always)]
     pub(crate) fn costate<const N: usize>(&self, e: &Matrix3, costate: &Costate) -> Costate {
         let lever = self.momentum.cross(&costate.pi) - costate.zeta;
@@ -124,7 +124,7 @@ impl Drift {
         after
     }
 
-    /// Its linearisation; `after` is the costate it led to.
+    /// Linearises the drift; `after` is the costate after it.
     #[inline(always)]
     pub(crate) fn linear(&self, j_d: &Matrix3, e: &Matrix3, after: &Costate) -> LinearDrift {
         let f = self.f;
@@ -153,7 +153,7 @@ impl Drift {
 }
 
 impl LinearDrift {
-    /// `A0` and `H` as matrices.
+    /// Returns `A0` and `H` as matrices.
     pub fn matrices<const N: usize>(&self) -> [SMatrix<f64, N, N>; 2] {
         let mut columns = Sensitivity::<N>::of_state();
         let curvature = self.curvature(&columns).costate();
@@ -161,7 +161,7 @@ impl LinearDrift {
         [columns.state(), curvature]
     }
 
-    /// `z' = A0 z`, `δλ' = A0⁻ᵀ (δλ − H z)`.
+    /// Maps state and costate derivatives over the drift: `z' = A0 z`, `δλ' = A0⁻ᵀ (δλ − H z)`.
     #[inline(always)]
     pub fn advance<const N: usize>(&self, columns: &mut Sensitivity<N>) {
         let zeta = columns.costate_zeta - &self.h12 * &columns.pi;
@@ -176,7 +176,7 @@ impl LinearDrift {
         }
     }
 
-    /// `H z` of the drift alone: the curvature seen by the state part of `columns`, into its
+    /// Computes `H z` of the drift alone from the state part of `columns`; the result is in the
     /// costate part.
     pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
         let mut out = Sensitivity::zero();
@@ -185,7 +185,7 @@ impl LinearDrift {
         out
     }
 
-    /// `A0ᵀ` on the costate part of `columns`.
+    /// Applies `A0ᵀ` to the costate part of `columns`.
     pub fn transpose<const N: usize>(&self, columns: &mut Sensitivity<N>) {
         let (zeta, pi): (Rows<N>, Rows<N>) = (columns.costate_zeta, columns.costate_pi);
         columns.costate_zeta = &self.f * &zeta;

@@ -1,6 +1,6 @@
 //! The drift of a gyrostat: a body with spinning wheels, whose momenta are constant on the drift.
 //!
-//! With the wheels' angles cyclic, the discrete Lagrangian gains `2 c·μ`: `c` is the Cayley vector
+//! The wheel angles are cyclic, and the discrete Lagrangian gains `2 c·μ`: `c` is the Cayley vector
 //! of the relative attitude `F`, `μ` the sum of the wheels' momenta, body axes. Its momentum is
 //! `(I + S(c) + c cᵀ) μ` on the left and `Fᵀ` times that on the right. With `H` the total momentum,
 //!
@@ -28,28 +28,29 @@ use crate::mechanics::drift_equation::{inverse3, solve3};
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 
-/// Newton starts within a few percent of the solution; the plain body's equation needs 2 or 3.
+/// Largest number of Newton iterations. The initial guess is within a few percent of the solution;
+/// the equation of a body without wheels takes 2 or 3 iterations.
 const MAX_ITERATIONS: usize = 15;
-/// A correction below this, squared, is round-off.
+/// Largest Newton correction that ends the iteration: its square is below round-off.
 const LAST_CORRECTION: f64 = 2e-9;
 
 /// One drift of a gyrostat and its derivatives.
 pub(crate) struct GyrostatDrift {
-    /// Cayley vector of the relative attitude.
+    /// Cayley vector `c` of the relative attitude.
     c: Vector3,
     /// Relative attitude `F`.
     pub f: Matrix3,
-    /// Total momentum after, `Fᵀ H`.
+    /// Total momentum after the drift, `Fᵀ H`.
     pub momentum_after: Vector3,
-    /// `ξ = by_momentum δH + by_wheels δμ`, where `δF = F S(ξ)`.
+    /// Derivative by the total momentum: `ξ = by_momentum δH + by_wheels δμ`, where `δF = F S(ξ)`.
     pub by_momentum: Matrix3,
-    /// See [`GyrostatDrift::by_momentum`].
+    /// Derivative of `ξ` by the wheel momentum; see [`GyrostatDrift::by_momentum`].
     pub by_wheels: Matrix3,
 }
 
 impl Dynamics {
-    /// The drift over step `step` with total momentum `momentum` and wheel momentum `wheels`, body
-    /// axes, scaled.
+    /// Computes the drift over step `step` with total momentum `momentum` and wheel momentum
+    /// `wheels`, body axes, scaled.
     pub(crate) fn gyrostat_drift(
         &self,
         step: usize,
@@ -90,8 +91,8 @@ impl Dynamics {
 }
 
 impl Dynamics {
-    /// Derivative of the costate before a drift by `[ζ, δH, δμ]`, at a fixed costate `after` of
-    /// attitude and total momentum.
+    /// Computes the derivative of the costate before a drift with respect to `[ζ, δH, δμ]`, for a
+    /// fixed costate `after` of attitude and total momentum after it.
     pub(crate) fn gyrostat_curvature(
         &self,
         step: usize,
@@ -106,7 +107,7 @@ impl Dynamics {
         let before = inverse3(&slope(j, &g, &mu, c));
         let t = (identity - hat(c)) * (2.0 / cc);
         let w = -(before.transpose() * t.tr_mul(&q));
-        // Second derivatives of w·G.
+        // Second derivatives of w·G by c, H and μ.
         let (mc, wc) = (mu.dot(c), w.dot(c));
         let both = mu * wc + w * mc;
         let lean = w + c * wc;
@@ -145,7 +146,7 @@ impl Dynamics {
     }
 }
 
-/// `∂G/∂c`, with `mu = hμ`.
+/// Computes `∂G/∂c`, with `mu = hμ`.
 fn slope(j: &Matrix3, g: &Vector3, mu: &Vector3, c: &Vector3) -> Matrix3 {
     let (gc, mc, cc) = (g.dot(c), mu.dot(c), 1.0 + c.norm_squared());
     hat(g) + c * g.transpose() - 2.0 * j - (mu + c * mc) * (2.0 * c.transpose()) - c * mu.transpose() * cc
@@ -158,8 +159,8 @@ mod tests {
     use crate::maneuver::grid::Grid;
     use crate::testing::{Random, attitude_only, moving_ends};
 
-    /// The derivative of the costate before a drift, `[F λ^ζ ; ξ_Hᵀ q + F λ^H ; ξ_μᵀ q]`, against
-    /// its central differences.
+    /// Compares the derivative of the costate before a drift, `[F λ^ζ ; ξ_Hᵀ q + F λ^H ; ξ_μᵀ q]`,
+    /// with its central differences.
     #[test]
     fn the_curvature_is_the_derivative_of_the_costate_before_the_drift() {
         let mut random = Random(4);

@@ -1,5 +1,5 @@
-//! The optimal inputs in the scaled dynamics: what they exert, what they cost, how they answer a
-//! costate.
+//! The optimal inputs in the scaled dynamics: their output, their cost, and their derivative with
+//! respect to the costate.
 
 use super::{Authority, ControlLaws, Costate, Dynamics};
 use crate::mechanics::actuators::AxisFrame;
@@ -8,14 +8,14 @@ use crate::optimize::discrete::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 
-/// Authorities about two axes that differ by more make narrow valleys.
+/// Ratio of the authorities about two axes above which the cost has narrow valleys.
 const STIFF: f64 = 100.0;
 
 impl Dynamics {
-    /// Actuator wrench at the optimal inputs for the costate `(λ^γ, λ^Π)`, and their effort,
-    /// scaled.
+    /// Computes the actuator wrench of the optimal inputs for the costate `(λ^γ, λ^Π)`, and their
+    /// effort, scaled.
     ///
-    /// `LIMITED` is [`Dynamics::is_limited`], known to the compiler.
+    /// `LIMITED` is [`Dynamics::is_limited`] as a compile-time constant.
     #[inline(always)]
     pub(super) fn inputs<const N: usize, const LIMITED: bool>(
         &self,
@@ -33,8 +33,8 @@ impl Dynamics {
         (wrench, effort)
     }
 
-    /// What forces and torques give at the optimal inputs for a costate, each in the axes of its
-    /// set, scaled.
+    /// Returns the output of the force set and of the torque set at the optimal inputs for a
+    /// costate, each in the axes of its set, scaled.
     pub(crate) fn outputs(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
         let (gamma, pi) = self.in_input_axes(pose, costate);
         let Some(laws) = &self.laws else {
@@ -43,14 +43,14 @@ impl Dynamics {
         (laws.force.response(&gamma).output, laws.torque.response(&pi).output)
     }
 
-    /// The costates `(λ^γ, λ^Π)` in the axes of the inputs.
+    /// Rotates the costates `(λ^γ, λ^Π)` to the axes of the inputs.
     fn in_input_axes(&self, pose: &Pose, costate: &Costate) -> (Vector3, Vector3) {
         let r = &pose.attitude;
         let force = self.force.frame.of_reference(r, &costate.gamma);
         (force, self.torque.frame.of_body(r, &costate.pi))
     }
 
-    /// [`Dynamics::inputs`] under limits.
+    /// Computes [`Dynamics::inputs`] under limits.
     #[inline(never)]
     fn limited_inputs<const N: usize>(
         &self,
@@ -70,33 +70,33 @@ impl Dynamics {
         (Wrench { force: self.force.frame.to_reference(r, &force.output), moment }, cost)
     }
 
-    /// What the inputs answer to a change of the costate, in their own axes: `−∂(B u)` for forces
-    /// and torques. Without limits the authorities.
+    /// Returns the derivative `−∂(B u)` of the output with respect to the costate, for forces and
+    /// for torques, each in the axes of its set. Without limits these are the authorities.
     pub(super) fn input_slopes(&self, pose: &Pose, costate: &Costate) -> (Matrix3, Matrix3) {
         let Some(laws) = &self.laws else { return (self.force.matrix, self.torque.matrix) };
         let (gamma, pi) = self.in_input_axes(pose, costate);
         (laws.force.slope(&gamma), laws.torque.slope(&pi))
     }
 
-    /// How many times its limit the most demanded input would be without it.
+    /// Returns the largest ratio of an unlimited optimal input to its limit.
     pub(crate) fn demand(&self, pose: &Pose, costate: &Costate) -> f64 {
         self.larger(pose, costate, |law, costate| law.demand(costate))
     }
 
-    /// How far limited inputs are from optimal: the larger projection residual of forces and
+    /// Returns the optimality error of limited inputs: the larger projection residual of forces and
     /// torques.
     pub(crate) fn input_residual(&self, pose: &Pose, costate: &Costate) -> f64 {
         self.larger(pose, costate, |law, costate| law.projection_residual(costate))
     }
 
-    /// The larger figure of the two laws; 0 without limits.
+    /// Returns the larger value of `of` for the laws of forces and torques; 0 without limits.
     fn larger(&self, pose: &Pose, costate: &Costate, of: impl Fn(&ControlLaw, &Vector3) -> f64) -> f64 {
         let Some(laws) = &self.laws else { return 0.0 };
         let (gamma, pi) = self.in_input_axes(pose, costate);
         of(&laws.force, &gamma).max(of(&laws.torque, &pi))
     }
 
-    /// Actuator wrench at the optimal inputs without limits.
+    /// Computes the actuator wrench of the optimal inputs without limits.
     #[inline(always)]
     fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
         let r = &pose.attitude;
@@ -107,17 +107,17 @@ impl Dynamics {
 }
 
 impl Authority {
-    /// The matrix on a vector of body axes.
+    /// Multiplies a vector of body axes by the matrix.
     #[inline(always)]
     fn on_body(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
-        // One question for both changes of axes: this is the innermost loop of a sweep.
+        // One branch serves both changes of axes: this is the innermost loop of a sweep.
         match self.frame {
             AxisFrame::Body => self.matrix * vector,
             AxisFrame::Reference => r.tr_mul(&(self.matrix * (r * vector))),
         }
     }
 
-    /// The matrix on a vector of the reference frame.
+    /// Multiplies a vector of the reference frame by the matrix.
     #[inline(always)]
     fn on_reference(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
         match self.frame {
@@ -127,7 +127,7 @@ impl Authority {
     }
 }
 
-/// A matrix for forces and one for torques, as the authorities are.
+/// One matrix for forces and one for torques, derived from the authorities and in their axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InputMatrices {
     force: Authority,
@@ -135,14 +135,15 @@ pub(crate) struct InputMatrices {
 }
 
 impl InputMatrices {
-    /// Of the inverses: `(λ^γ, λ^Π)` whose optimal inputs give `wrench` at attitude `r`, as far as
-    /// the axes reach.
+    /// Inverts the control law: returns the costate `(λ^γ, λ^Π)` whose optimal inputs produce
+    /// `wrench` at attitude `r`, as far as the axes allow. `self` must hold the inverse
+    /// authorities.
     pub fn dual(&self, r: &Matrix3, wrench: &Wrench) -> (Vector3, Vector3) {
         (-self.force.on_reference(r, &wrench.force), -self.torque.on_body(r, &wrench.moment))
     }
 
-    /// `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with forces
-    /// before torques.
+    /// Returns `Ŵ = (B W⁻¹Bᵀ)⁻¹` at attitude `r`, in the axes of the momenta: 3×3, or 6×6 with
+    /// forces before torques. `self` must hold the inverse authorities.
     pub fn weight<const D: usize>(&self, r: &Matrix3) -> SMatrix<f64, D, D> {
         let torque = match self.torque.frame {
             AxisFrame::Body => self.torque.matrix,
@@ -160,12 +161,13 @@ impl InputMatrices {
         out
     }
 
-    /// Traces of the weights of forces and of torques.
+    /// Returns the traces of the matrices of forces and of torques.
     pub fn traces(&self) -> (f64, f64) {
         (self.force.matrix.trace(), self.torque.matrix.trace())
     }
 
-    /// Of the roots: the blocks of `G` for forces and torques at attitude `r`.
+    /// Returns the blocks of `G` for forces and torques at attitude `r`. `self` must hold the roots
+    /// of the authorities.
     pub fn at(&self, r: &Matrix3) -> [Matrix3; 2] {
         let force = self.force.frame.to_reference(r, &self.force.matrix);
         [force, self.torque.frame.to_body(r, &self.torque.matrix)]
@@ -173,9 +175,9 @@ impl InputMatrices {
 }
 
 impl Dynamics {
-    /// The same without limits and with a little authority about every axis: `ε` times the mean
-    /// that the inputs have. What is cheapest then bounds the true cost of the same branch from
-    /// below.
+    /// Returns dynamics without limits and with additional authority about every axis: `ε` times
+    /// the mean authority of the inputs. The minimum cost then bounds the true cost of the same
+    /// branch from below.
     pub(crate) fn widened(&self, epsilon: f64) -> Self {
         let wider = |authority: &Authority| {
             let mean = authority.matrix.trace() / 3.0;
@@ -185,23 +187,23 @@ impl Dynamics {
         Self { torque: wider(&self.torque), force: wider(&self.force), laws: None, ..self.clone() }
     }
 
-    /// Whether there are inputs about every axis, and along every axis where the body translates.
+    /// Returns whether inputs exist about every axis, and along every axis if the body translates.
     pub(crate) fn has_all_axes(&self) -> bool {
         self.weight_condition() < 1e9
     }
 
-    /// Whether inputs about one axis cost so much more than about another that the cost has narrow
-    /// valleys.
+    /// Returns whether the costs of inputs about different axes differ so much that the cost has
+    /// narrow valleys.
     pub(crate) fn is_stiff(&self) -> bool {
         self.weight_condition() > STIFF
     }
 
-    /// Whether inputs reach every axis, and about equally well.
+    /// Returns whether inputs act about every axis with authorities of similar size.
     pub(crate) fn is_even(&self) -> bool {
         self.has_all_axes() && !self.is_stiff()
     }
 
-    /// The largest ratio of the principal authorities of one kind of input.
+    /// Returns the largest ratio of the principal authorities of one kind of input.
     pub(crate) fn weight_condition(&self) -> f64 {
         let condition = |authority: &Authority| {
             let values = authority.matrix.symmetric_eigenvalues();
@@ -210,22 +212,22 @@ impl Dynamics {
         condition(&self.torque).max(condition(&self.force))
     }
 
-    /// Whether the inputs tie translation and rotation together: forces fixed in the body.
+    /// Returns whether the inputs couple translation and rotation: forces fixed in the body.
     pub(crate) fn is_coupled(&self) -> bool {
         self.force.frame == AxisFrame::Body
     }
 
-    /// `G` with `G Gᵀ = B W⁻¹ Bᵀ`: the square root of the inputs' authority.
+    /// Returns `G` with `G Gᵀ = B W⁻¹ Bᵀ`: the square root of the inputs' authority.
     pub(crate) fn input_root(&self) -> InputMatrices {
         self.of_authorities(|authority| {
-            // For a symmetric positive semidefinite matrix U Σ Vᵀ has U = V on its range.
+            // A symmetric positive semidefinite matrix U Σ Vᵀ has U = V on its range.
             let svd = authority.svd(true, false);
             let roots = svd.singular_values.map(f64::sqrt);
             svd.u.unwrap_or_else(Matrix3::zeros) * Matrix3::from_diagonal(&roots)
         })
     }
 
-    /// The least-squares inverse of the inputs' authority.
+    /// Returns the least-squares inverse of the inputs' authority.
     pub(crate) fn inverse_authority(&self) -> InputMatrices {
         self.of_authorities(|authority| {
             let svd = authority.svd(true, true);

@@ -1,4 +1,4 @@
-//! The kick: environment and optimal inputs, as the flow of one Hamiltonian.
+//! The kick: environment and optimal inputs, integrated as the flow of one Hamiltonian.
 //!
 //! With the optimal inputs `u = −W⁻¹ Bᵀ p`, `p = (λ^γ, λ^Π)`, the kick at the new pose `q` is
 //!
@@ -7,16 +7,16 @@
 //! (γ, Π) += h K_p ,     (λ^x, λ^R) −= h K_q
 //! ```
 //!
-//! `K_p` is force plus moment plus `B u`; `K_q = Γᵀ p` plus, where the axes of an input turn
-//! against the coordinates, a term of the input. Such inputs, with `A = B W⁻¹ Bᵀ`:
+//! `K_p` is force plus moment plus `B u`. `K_q` is `Γᵀ p`, plus a term of the input where the axes
+//! of the input rotate relative to the coordinates. For such inputs, with `A = B W⁻¹ Bᵀ`:
 //!
 //! ```text
 //! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
 //! force fixed to the body:        f = R φ,  φ = −A Rᵀλ^γ     K_R = φ × Rᵀλ^γ
 //! ```
 //!
-//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` comes from
-//! the saturated law, and its derivative takes the place of `−A` (`control_law::saturated`).
+//! Under limits the inputs' part of `K` is the minimum over the allowed inputs: `B u` is computed
+//! by the saturated law, and its derivative replaces `−A` (`control_law::saturated`).
 //!
 //! # Why split a step into a drift and a kick?
 //!
@@ -24,9 +24,9 @@
 //! pose. The kick, lifted to the costates, is the flow of one Hamiltonian `K(q, p)`, so state and
 //! costate move by its two gradients and the linearisation is its Hessian. Environment, actuators
 //! fixed to the body and actuators fixed to the reference frame are three terms of one `K`. A new
-//! field or a new kind of actuator brings its own term and touches neither sweep, nor Newton, nor
-//! second-order test. The formulas for torques in reference axes, which are long when written out
-//! as a linearisation of the whole step, are four lines here.
+//! force field or a new kind of actuator adds its own term and requires no change in the sweep, in
+//! Newton's method or in the second-order test. The formulas for torques in reference axes, which
+//! are long when written as a linearisation of the whole step, take four lines here.
 
 use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::lie::hat;
@@ -34,16 +34,16 @@ use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
 use crate::{Matrix3, Vector3};
 
-/// Value and costate gradient of the kick at one pose.
+/// Value of the kick and its gradient with respect to the pose, at one pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kick {
     /// Environment force plus actuator force.
     pub force: Vector3,
     /// Environment moment plus actuator torque.
     pub moment: Vector3,
-    /// `K_x`.
+    /// Gradient `K_x` with respect to the position.
     pub slope_x: Vector3,
-    /// `K_R`.
+    /// Gradient `K_R` with respect to the attitude.
     pub slope_r: Vector3,
     /// Running cost `½ uᵀ W u`.
     pub effort: f64,
@@ -53,12 +53,13 @@ pub(crate) struct Kick {
 pub(crate) struct LinearKick {
     pp_force: Matrix3,
     pp_torque: Matrix3,
-    /// `(K_pq, K_qq)`; `None` where both vanish: free body, body torques, reference forces.
+    /// `(K_pq, K_qq)`; `None` if both vanish: a free body with body-fixed torques and forces in
+    /// reference axes.
     pub field: Option<(Blocks, Blocks)>,
 }
 
 impl Dynamics {
-    /// The kick at a pose.
+    /// Computes the kick at a pose.
     pub(crate) fn kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Kick {
         if self.is_limited() {
             self.kick_of::<N, true>(pose, costate)
@@ -67,8 +68,8 @@ impl Dynamics {
         }
     }
 
-    /// The kick at a pose, of limited inputs or of others: so that a loop over all steps asks but
-    /// once.
+    /// Computes the kick at a pose; `LIMITED` is [`Dynamics::is_limited`], so that a loop over all
+    /// steps tests it only once.
     #[inline(always)]
     pub(crate) fn kick_of<const N: usize, const LIMITED: bool>(
         &self,
@@ -100,7 +101,8 @@ impl Dynamics {
         kick
     }
 
-    /// The wrench of environment and inputs without the costate's gradient: a bare step.
+    /// Applies the forces and torques of environment and inputs to the momenta, without the
+    /// gradient that the costate needs.
     #[inline(always)]
     pub(crate) fn bare_kick<const N: usize>(&self, point: &mut Point, weight: f64, input: &Wrench) {
         let mut wrench = *input;
@@ -115,9 +117,10 @@ impl Dynamics {
         }
     }
 
-    /// The wrench of a kick under inputs that exert `input` (force in reference axes, moment in
-    /// body axes), and its gradient `K_pq` at fixed inputs: that of the environment, and that of
-    /// axes that turn against the coordinates.
+    /// Computes the wrench of a kick under inputs that exert `input` (force in reference axes,
+    /// moment in body axes), and its gradient `K_pq` at fixed inputs. The gradient is the sum of
+    /// the gradient of the environment and the gradient due to input axes that rotate relative to
+    /// the coordinates.
     pub(crate) fn kick_of_inputs(&self, pose: &Pose, input: &Wrench) -> (Wrench, Blocks) {
         let (mut wrench, mut gradient) = self.field(pose);
         wrench.moment += input.moment;
@@ -133,7 +136,7 @@ impl Dynamics {
         (wrench, gradient)
     }
 
-    /// The linearised kick at a pose.
+    /// Linearises the kick at a pose.
     pub(crate) fn linear_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let turning =
             self.torque.frame == AxisFrame::Reference || (N == 12 && self.force.frame == AxisFrame::Body);
@@ -144,8 +147,8 @@ impl Dynamics {
         self.field_kick::<N>(pose, costate)
     }
 
-    /// The linearised kick of an environment, of limited inputs, or of inputs whose axes turn
-    /// against the coordinates.
+    /// Linearises the kick for an environment, for limited inputs, or for inputs whose axes rotate
+    /// relative to the coordinates.
     #[inline(never)]
     fn field_kick<const N: usize>(&self, pose: &Pose, costate: &Costate) -> LinearKick {
         let r = &pose.attitude;
@@ -182,8 +185,8 @@ impl Dynamics {
 }
 
 impl Kick {
-    /// Applies the kick: impulse times `weight` to the momenta, `h` times the slopes to the
-    /// costates.
+    /// Applies the kick: adds `weight` times force and moment to the momenta, and subtracts `h`
+    /// times the gradients from the costates.
     #[inline(always)]
     pub fn apply<const N: usize>(&self, point: &mut Point, costate: &mut Costate, weight: f64, h: f64) {
         point.momentum.add(&(self.moment * weight));
@@ -196,7 +199,8 @@ impl Kick {
 }
 
 impl LinearKick {
-    /// The kick on state and costate derivatives: `weight` on the momenta, `h` on the costates.
+    /// Applies the linearised kick to the derivatives of state and costate: factor `weight` for the
+    /// momenta, `h` for the costates.
     #[inline(always)]
     pub fn apply<const N: usize>(&self, columns: &mut Sensitivity<N>, weight: f64, h: f64) {
         columns.pi += weight * (&self.pp_torque * &columns.costate_pi);
@@ -217,7 +221,7 @@ impl LinearKick {
         }
     }
 
-    /// `K_qq z` into the costate part of a fresh set of columns.
+    /// Computes `K_qq z` from the state part of `columns`; the result is in the costate part.
     pub fn curvature<const N: usize>(&self, columns: &Sensitivity<N>) -> Sensitivity<N> {
         let mut out = Sensitivity::zero();
         let Some((_, qq)) = &self.field else { return out };
@@ -229,7 +233,7 @@ impl LinearKick {
         out
     }
 
-    /// `K_pq`, momentum rows by configuration columns, N×N.
+    /// Returns `K_pq`, with momentum rows and configuration columns, N×N.
     pub fn gradient<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
         let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
         let Some((pq, _)) = &self.field else { return out };
@@ -242,7 +246,7 @@ impl LinearKick {
         out
     }
 
-    /// `−K_pp`, the block of `Q/h`, N×N.
+    /// Returns `−K_pp`, the block of `Q/h`, N×N.
     pub fn authority<const N: usize>(&self) -> nalgebra::SMatrix<f64, N, N> {
         let mut out = nalgebra::SMatrix::<f64, N, N>::zeros();
         out.view_mut((N - 3, N - 3), (3, 3)).copy_from(&-self.pp_torque);

@@ -1,4 +1,4 @@
-//! Three rows of sensitivities, one lane a column.
+//! Sensitivity blocks of three rows, with one vector lane per column.
 //!
 //! A 3×L block stored by rows, so that a 3×3 matrix acts on all L columns with the same scalar
 //! coefficients: the compiler puts the columns into the lanes of its vector registers.
@@ -11,12 +11,12 @@ use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 pub(crate) struct Rows<const L: usize>(pub [[f64; L]; 3]);
 
 impl<const L: usize> Rows<L> {
-    /// All zeros.
+    /// Returns a block of zeros.
     pub fn zero() -> Self {
         Self([[0.0; L]; 3])
     }
 
-    /// Rows `offset … offset+2` of the L×L identity.
+    /// Returns rows `offset … offset+2` of the L×L identity.
     pub fn identity_at(offset: usize) -> Self {
         let mut rows = Self::zero();
         for (i, row) in rows.0.iter_mut().enumerate() {

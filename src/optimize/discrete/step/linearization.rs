@@ -1,4 +1,4 @@
-//! The matrices of one step: `A_k`, `H_k` and `Q`, for solvers that eliminate them node by node.
+//! The matrices of one step, `A_k`, `H_k` and `Q`, for solvers that eliminate node by node.
 
 use super::drift::Drift;
 use super::{Costate, Dynamics, Point, Sensitivity, StepError};
@@ -12,31 +12,32 @@ use nalgebra::{SMatrix, SVector};
 /// ```
 ///
 /// with `λ` the costate of the step. `A = K A0`, `H = h A0ᵀ K_qq A0 + H_free` (theory of the
-/// survey's section 4.2, 4.3); where the inputs turn with the body, `A` holds their derivative at
-/// the optimum.
+/// survey's section 4.2, 4.3). If the axes of the inputs rotate with the body, `A` contains the
+/// derivative of the optimal inputs.
 #[derive(Clone, Debug)]
 pub struct Linearization<const N: usize> {
-    /// `A_k`.
+    /// Derivative of the step with respect to the state, `A_k`.
     pub a: SMatrix<f64, N, N>,
-    /// `H_k = ∂(A_kᵀ λ)/∂y` at fixed `λ`.
+    /// Curvature of the step, `H_k = ∂(A_kᵀ λ)/∂y` at fixed `λ`.
     pub h: SMatrix<f64, N, N>,
-    /// `Q = h B W⁻¹ Bᵀ` in the momentum blocks.
+    /// Input authority of the step, `Q = h B W⁻¹ Bᵀ` in the momentum blocks.
     pub q: SMatrix<f64, N, N>,
 }
 
-/// One step taken with a given costate: where it leads and what it demands of the costate before.
+/// Result of one step under a given costate: the end state, the costate before the step, and the
+/// matrices.
 pub(crate) struct Transition<const N: usize> {
     /// The state after the step.
     pub end: Point,
-    /// `λ_{k−1}` that belongs to `λ_k`.
+    /// Costate `λ_{k−1}` before the step, computed from `λ_k`.
     pub costate_before: SVector<f64, N>,
-    /// The matrices.
+    /// Linearisation of the step.
     pub linear: Linearization<N>,
 }
 
 impl Dynamics {
-    /// Step `step` of the grid from `start` under the costate `λ_k` of that step, with its
-    /// matrices.
+    /// Computes step `step` of the grid from `start` under the costate `λ_k` of that step, with its
+    /// linearisation.
     pub(crate) fn transition<const N: usize>(
         &self,
         step: usize,
@@ -51,7 +52,8 @@ impl Dynamics {
         Ok(Transition { end, costate_before, linear })
     }
 
-    /// The drift of a step, the state after its kick, and the costate between the two.
+    /// Computes the drift of a step, the state after its kick, and the costate between drift and
+    /// kick.
     fn halves<const N: usize>(
         &self,
         step: usize,
@@ -65,11 +67,11 @@ impl Dynamics {
         Ok((drift, end, costate))
     }
 
-    /// The matrices of the first step from a boundary state (SI) under the costate `λ_k` of that
-    /// step (scaled).
+    /// Linearises the first step from a boundary state (SI) under the costate `λ_k` of that step
+    /// (scaled).
     ///
     /// # Errors
-    /// [`StepError`] where the implicit equation has no solution.
+    /// [`StepError`] if the implicit equation has no solution.
     pub fn linearize<const N: usize>(
         &self,
         start: &State,
@@ -78,8 +80,8 @@ impl Dynamics {
         Ok(self.transition(0, &self.point(start), costate)?.linear)
     }
 
-    /// `A`, `H`, `Q` from the two halves of a step; `after` is the costate between drift and kick,
-    /// `weight` that of the kick.
+    /// Computes `A`, `H`, `Q` from the drift and the kick of a step; `after` is the costate between
+    /// drift and kick, `weight` the weight of the kick.
     fn matrices<const N: usize>(
         &self,
         drift: &Drift,

@@ -8,8 +8,8 @@
 //!
 //! followed by a *kick* at the new pose, `Π⁺ = Π' + h (M⁺ + B u⁺)`, `γ⁺ = γ + h (f⁺ + B_f u⁺)`.
 //! Both are lifted to the costates: the drift by `A0⁻ᵀ`, the kick as the flow of a Hamiltonian (see
-//! the module `kick`). That is theory and code for SO(3) and SE(3) at once, for any environment,
-//! and for actuators that are fixed to the body or to the reference frame.
+//! the module `kick`). Theory and code are the same for SO(3) and SE(3), for any environment, and
+//! for actuators that are fixed to the body or to the reference frame.
 
 pub(crate) mod drift;
 mod gyrostat;
@@ -36,51 +36,53 @@ use lanes::Rows;
 use nalgebra::{SMatrix, SVector};
 use std::sync::Arc;
 
-/// Why a sweep broke off.
+/// Why a sweep was aborted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepError {
     /// The implicit equation has no physical solution at this step: the step is too long.
     TooLong,
     /// A number is not finite.
     NotFinite,
-    /// Somebody asked to stop, or the time is over.
+    /// The user interrupted the sweep, or the time limit was reached.
     Stopped,
 }
 
-/// The discretised maneuver in scaled units, ready to be swept.
+/// The discretised maneuver in scaled units, the input of a sweep.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     pub(crate) units: Units,
-    /// The grid in the unit of time.
+    /// Grid in the unit of time.
     pub(crate) grid: Grid,
     pub(crate) j: Matrix3,
     pub(crate) j_d: Matrix3,
     pub(crate) j_inverse: Matrix3,
-    /// `None`: nothing acts but the actuators.
+    /// Environment of forces and moments; `None` if only the actuators act on the body.
     environment: Option<Arc<dyn Environment>>,
-    /// `exp S(−h_k n) − I` of a turning reference frame: none, one for all steps, or one for each.
+    /// `exp S(−h_k n) − I` of a rotating reference frame: empty, one for all steps, or one for each
+    /// step.
     frame_turns: Vec<Matrix3>,
     torque: Authority,
     force: Authority,
-    /// `None`: no input has a limit, and the authorities are the whole law.
+    /// Control laws with limits; `None` if no input has a limit, so that the authorities are the
+    /// whole law.
     laws: Option<Box<ControlLaws>>,
 }
 
-/// `B W⁻¹ Bᵀ` of one kind of input, scaled, and the axes it is fixed in.
+/// `B W⁻¹ Bᵀ` of one kind of input, scaled, and the frame in which its axes are fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Authority {
     pub matrix: Matrix3,
     pub frame: AxisFrame,
 }
 
-/// The laws of forces and torques, scaled.
+/// Control laws of forces and torques, scaled.
 #[derive(Clone, Debug)]
 pub(crate) struct ControlLaws {
     pub force: ControlLaw,
     pub torque: ControlLaw,
 }
 
-/// State of the sweep: pose and momenta, each with the round-off that its sum has shed so far.
+/// State of the sweep: pose and momenta, each with the round-off that its sum has lost so far.
 ///
 /// Sums over many steps are compensated (Kahan): momentum and orthogonality then hold to a few ulps
 /// over 10⁶ steps, which naive updates miss, at no measurable cost.
@@ -103,7 +105,8 @@ impl Point {
         Pose { position: self.position.value, attitude: self.attitude.value }
     }
 
-    /// `self ⊖ other` in the tangent space at `other`, in the blocks of a costate.
+    /// Returns the difference `self ⊖ other` in the tangent space at `other`, in the blocks of a
+    /// costate.
     pub fn minus(&self, other: &Self) -> Costate {
         Costate {
             x: self.position.value - other.position.value,
@@ -114,7 +117,7 @@ impl Point {
     }
 }
 
-/// A costate in blocks; the translation is unused on SO(3).
+/// A costate in blocks; the blocks of the translation are unused on SO(3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Costate {
     pub x: Vector3,
@@ -124,7 +127,8 @@ pub(crate) struct Costate {
 }
 
 impl Costate {
-    /// From the N numbers in the crate's order.
+    /// Splits a vector of N numbers, in the order x, γ, ζ, Π, into blocks; for N = 6 it has only ζ
+    /// and Π.
     pub fn from_vector<const N: usize>(vector: &SVector<f64, N>) -> Self {
         let part = |row: usize| Vector3::new(vector[row], vector[row + 1], vector[row + 2]);
         let zero = Vector3::zeros();
@@ -132,7 +136,8 @@ impl Costate {
         Self { x, gamma, zeta: part(N - 6), pi: part(N - 3) }
     }
 
-    /// The N numbers in the crate's order.
+    /// Joins the blocks into a vector of N numbers, in the order x, γ, ζ, Π; for N = 6 only ζ and
+    /// Π.
     pub fn to_vector<const N: usize>(self) -> SVector<f64, N> {
         SVector::from_fn(|row, _| {
             let block = if N == 6 { row / 3 + 2 } else { row / 3 };
@@ -141,7 +146,7 @@ impl Costate {
     }
 }
 
-/// Derivatives of state and costate with respect to N parameters, in 3×N blocks.
+/// Derivatives of state and costate with respect to N parameters, in blocks of size 3×N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sensitivity<const N: usize> {
     pub x: Rows<N>,
@@ -155,7 +160,7 @@ pub(crate) struct Sensitivity<const N: usize> {
 }
 
 impl<const N: usize> Sensitivity<N> {
-    /// No derivative at all.
+    /// Returns zero derivatives.
     pub fn zero() -> Self {
         let zero = Rows::zero();
         Self {
@@ -170,37 +175,38 @@ impl<const N: usize> Sensitivity<N> {
         }
     }
 
-    /// The identity, in the blocks of a state or of a costate.
+    /// Returns the identity in the four blocks of a state or of a costate.
     fn identity() -> [Rows<N>; 4] {
         let zero = Rows::zero();
         let (x, gamma) = if N == 12 { (Rows::identity_at(0), Rows::identity_at(3)) } else { (zero, zero) };
         [x, gamma, Rows::identity_at(N - 6), Rows::identity_at(N - 3)]
     }
 
-    /// The parameters are the costate: `z = 0`, `δλ = I`.
+    /// Starts the derivatives with respect to the costate: `z = 0`, `δλ = I`.
     pub fn of_costate() -> Self {
         let [costate_x, costate_gamma, costate_zeta, costate_pi] = Self::identity();
         Self { costate_x, costate_gamma, costate_zeta, costate_pi, ..Self::zero() }
     }
 
-    /// The parameters are the state: `z = I`, `δλ = 0`.
+    /// Starts the derivatives with respect to the state: `z = I`, `δλ = 0`.
     pub fn of_state() -> Self {
         let [x, gamma, zeta, pi] = Self::identity();
         Self { x, gamma, zeta, pi, ..Self::zero() }
     }
 
-    /// The derivative of the state, N×N.
+    /// Returns the derivative of the state, N×N.
     pub fn state(&self) -> SMatrix<f64, N, N> {
         stack([&self.x, &self.gamma, &self.zeta, &self.pi])
     }
 
-    /// The derivative of the costate, N×N.
+    /// Returns the derivative of the costate, N×N.
     pub fn costate(&self) -> SMatrix<f64, N, N> {
         stack([&self.costate_x, &self.costate_gamma, &self.costate_zeta, &self.costate_pi])
     }
 }
 
-/// `exp S(−h_k n) − I` where the reference frame turns: one for all steps, or one for each.
+/// Computes `exp S(−h_k n) − I` of a rotating reference frame: one for all steps, or one for each
+/// step; empty if the frame does not rotate.
 fn frame_turns(environment: &dyn Environment, units: &Units, grid: &Grid) -> Vec<Matrix3> {
     let rate = environment.frame_rate();
     let turn = |step: usize| lie::exp_minus_identity(&(rate * (-grid.step(step) * units.time)));
@@ -216,13 +222,13 @@ fn stack<const N: usize>(blocks: [&Rows<N>; 4]) -> SMatrix<f64, N, N> {
 }
 
 impl Dynamics {
-    /// Discretises a maneuver on `steps` steps of equal length; `problem.steps` or a coarser grid.
+    /// Discretises a maneuver on a uniform grid of `steps` steps: `problem.steps`, or fewer for a
+    /// coarser grid.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
     }
 
-    /// Discretises a maneuver on a grid in the unit of time, which is the duration that the problem
-    /// states.
+    /// Discretises a maneuver on a grid in the unit of time, which is the duration of the problem.
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let units = Units::of(problem);
         let inertia = &problem.body.inertia;
@@ -255,30 +261,30 @@ impl Dynamics {
         }
     }
 
-    /// The same maneuver on another grid.
+    /// Returns the maneuver on another grid.
     pub(crate) fn on_grid(&self, grid: Grid) -> Self {
         let turns = self.environment.as_ref().map(|field| frame_turns(field.as_ref(), &self.units, &grid));
         Self { frame_turns: turns.unwrap_or_default(), grid, ..self.clone() }
     }
 
-    /// Whether nothing but the inputs acts on the body.
+    /// Returns whether only the inputs act on the body.
     pub(crate) fn is_free(&self) -> bool {
         self.environment.is_none()
     }
 
-    /// Whether any input has a limit.
+    /// Returns whether any input has a limit.
     pub(crate) fn is_limited(&self) -> bool {
         self.laws.is_some()
     }
 
-    /// The same with the frame turning the other way: for motions that run backward, on steps of
-    /// one length.
+    /// Returns the dynamics with the reference frame rotating in the opposite direction, for
+    /// motions that run backward on a uniform grid.
     pub(crate) fn reversed(&self) -> Self {
         let frame_turns = self.frame_turns.iter().map(Matrix3::transpose).collect();
         Self { frame_turns, ..self.clone() }
     }
 
-    /// The same with every limit of the inputs `factor` times as large.
+    /// Returns the dynamics with every input limit multiplied by `factor`.
     pub(crate) fn relaxed(&self, factor: f64) -> Self {
         let relaxed = |laws: &ControlLaws| ControlLaws {
             force: laws.force.relaxed(factor),
@@ -287,7 +293,7 @@ impl Dynamics {
         Self { laws: self.laws.as_deref().map(|laws| Box::new(relaxed(laws))), ..self.clone() }
     }
 
-    /// A boundary state in scaled units.
+    /// Converts a boundary state to scaled units.
     pub(crate) fn point(&self, state: &State) -> Point {
         let units = &self.units;
         Point {
@@ -299,8 +305,9 @@ impl Dynamics {
     }
 
     /// Propagates the start of `problem` on SO(3) over all steps under a small constant torque (0.1
-    /// on each body axis, scaled): attitude and momentum (scaled) at the end. The bare step,
-    /// without costates or optimal inputs, that a sweep is measured against.
+    /// on each body axis, scaled), and returns the final attitude and momentum (scaled). It takes
+    /// bare steps, without costates or optimal inputs; benchmarks compare the cost of a sweep with
+    /// it.
     ///
     /// # Errors
     /// [`StepError`] where the implicit equation has no solution.
@@ -311,8 +318,8 @@ impl Dynamics {
         Ok((end.attitude.value, end.momentum.value))
     }
 
-    /// The steps of [`Dynamics::propagate`], of one length or of their own: a call in the loop
-    /// would empty its registers.
+    /// Runs the steps of [`Dynamics::propagate`]; `UNIFORM` states that all steps have one length.
+    /// A function call in the loop would spill its registers.
     #[inline]
     fn coast<const UNIFORM: bool>(&self, mut point: Point) -> Result<Point, StepError> {
         let input = Wrench { force: Vector3::zeros(), moment: Vector3::repeat(0.1) };
@@ -325,26 +332,26 @@ impl Dynamics {
         Ok(point)
     }
 
-    /// Whether a body that moves like `point` keeps its attitude without inputs: free, and without
-    /// spin.
+    /// Returns whether a body in state `point` keeps its attitude without inputs: no environment
+    /// acts and its momentum is zero.
     pub(crate) fn stands(&self, point: &Point) -> bool {
         self.environment.is_none() && point.momentum.value == Vector3::zeros()
     }
 
-    /// Angular velocity of the reference frame, in its axes, scaled.
+    /// Returns the angular velocity of the reference frame, in its own axes, scaled.
     pub(crate) fn frame_rate(&self) -> Vector3 {
         let rate = self.environment.as_ref().map_or_else(Vector3::zeros, |field| field.frame_rate());
         rate * self.units.time
     }
 
-    /// `exp S(−h_k n) − I` of step k, where the reference frame turns.
+    /// Returns `exp S(−h_k n) − I` of step k; `None` if the reference frame does not rotate.
     #[inline(always)]
     fn frame_turn(&self, step: usize) -> Option<&Matrix3> {
         self.frame_turns.get(step).or(self.frame_turns.first())
     }
 
-    /// An attitude at the end of step `step` with the frame's turn over that step undone:
-    /// `R_k F_k`.
+    /// Removes the rotation of the reference frame over step `step` from the attitude at its end;
+    /// the result is `R_k F_k`.
     pub(crate) fn unturned(&self, step: usize, attitude: &Matrix3) -> Matrix3 {
         match self.frame_turn(step) {
             Some(turn) => attitude + turn.tr_mul(attitude),
@@ -352,7 +359,7 @@ impl Dynamics {
         }
     }
 
-    /// `R⁺` in the axes of the reference frame at the end of step `step`, from `R_k F_k`.
+    /// Converts `R_k F_k` to `R⁺` in the axes of the reference frame at the end of step `step`.
     pub(crate) fn turned(&self, step: usize, attitude: &Matrix3) -> Matrix3 {
         match self.frame_turn(step) {
             Some(turn) => attitude + turn * attitude,
@@ -360,7 +367,8 @@ impl Dynamics {
         }
     }
 
-    /// Force and moment of the environment and their gradient, scaled; zero for a free body.
+    /// Computes force and moment of the environment and their gradient, scaled; zero for a free
+    /// body.
     pub(crate) fn field(&self, pose: &Pose) -> (Wrench, Blocks) {
         match &self.environment {
             Some(environment) => {
@@ -370,8 +378,8 @@ impl Dynamics {
         }
     }
 
-    /// `∂M/∂R` of the environment's moment, and the second derivative of `λ^Π · M`, scaled; zero
-    /// for a free body.
+    /// Computes the derivative `∂M/∂R` of the environment's moment, and the second derivative of
+    /// `λ^Π · M`, scaled; zero for a free body.
     pub(crate) fn field_derivatives(&self, pose: &Pose, costate: &Vector3) -> (Matrix3, Matrix3) {
         let Some(environment) = &self.environment else { return (Matrix3::zeros(), Matrix3::zeros()) };
         let costates = Wrench { force: Vector3::zeros(), moment: *costate };
@@ -379,7 +387,8 @@ impl Dynamics {
         (gradient, self.curvature(environment.as_ref(), pose, &costates).rr)
     }
 
-    /// Second derivatives of `λ^γ · f + λ^Π · M` of the environment, scaled; zero for a free body.
+    /// Computes the second derivatives of `λ^γ · f + λ^Π · M` of the environment, scaled; zero for
+    /// a free body.
     pub(crate) fn field_curvature(&self, pose: &Pose, costate: &Costate) -> Blocks {
         let costates = Wrench { force: costate.gamma, moment: costate.pi };
         let curvature =
@@ -387,7 +396,7 @@ impl Dynamics {
         self.environment.as_ref().map_or_else(Blocks::zero, curvature)
     }
 
-    /// Force and moment of the environment, scaled; zero for a free body.
+    /// Computes force and moment of the environment, scaled; zero for a free body.
     #[inline(always)]
     pub(crate) fn environment_wrench(&self, pose: &Pose) -> Wrench {
         self.environment
@@ -395,14 +404,14 @@ impl Dynamics {
             .map_or_else(Wrench::zero, |environment| self.wrench(environment.as_ref(), pose))
     }
 
-    /// Force and moment of an environment, scaled.
+    /// Computes force and moment of `environment` at a pose, scaled.
     #[inline(always)]
     fn wrench(&self, environment: &dyn Environment, pose: &Pose) -> Wrench {
         let wrench = environment.wrench(&self.pose_si(pose));
         Wrench { force: wrench.force / self.units.force(), moment: wrench.moment / self.units.torque() }
     }
 
-    /// Their gradient, scaled.
+    /// Computes the gradient of force and moment of `environment` at a pose, scaled.
     fn gradient(&self, environment: &dyn Environment, pose: &Pose) -> Blocks {
         let (force, torque, length) = (self.units.force(), self.units.torque(), self.units.length);
         let gradient = environment.gradient(&self.pose_si(pose));
@@ -414,7 +423,8 @@ impl Dynamics {
         }
     }
 
-    /// Their second derivatives contracted with the costates `(λ^γ, λ^Π)`, scaled.
+    /// Computes the second derivatives of force and moment of `environment`, contracted with the
+    /// costates `(λ^γ, λ^Π)`, scaled.
     fn curvature(&self, environment: &dyn Environment, pose: &Pose, costates: &Wrench) -> Blocks {
         let length = self.units.length;
         let dual = Wrench {

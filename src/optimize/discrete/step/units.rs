@@ -1,4 +1,4 @@
-//! The units of the solvers: `T = 1`, mean principal moment 1, mass 1.
+//! The units of the solvers: duration 1, mean principal moment of inertia 1, mass 1.
 
 use crate::Matrix3;
 use crate::maneuver::problem::{Motion, Problem, State};
@@ -6,8 +6,8 @@ use nalgebra::SVector;
 
 /// Units in which every quantity of a maneuver is of order one, whatever the spacecraft.
 ///
-/// Translation has a unit of length of its own. Nothing couples it to the units of the rotation but
-/// force, moment and cost, and those are converted where they are evaluated.
+/// Translation has its own unit of length. It is coupled to the units of the rotation only by
+/// force, moment and cost, and these are converted where they are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     /// Unit of time `T` \[s\].
@@ -18,13 +18,13 @@ pub struct Units {
     pub mass: f64,
     /// Unit of length \[m\].
     pub length: f64,
-    /// Unit of cost: that of a turn by one radian, or of a shift by one length where that is
-    /// costlier.
+    /// Unit of cost: the cost of a turn by one radian, or of a shift by one unit of length if that
+    /// is higher.
     pub cost: f64,
 }
 
 impl Units {
-    /// The units of a maneuver.
+    /// Derives the units of a maneuver.
     pub fn of(problem: &Problem) -> Self {
         let time = problem.seconds();
         let inertia = problem.body.inertia.mean();
@@ -37,8 +37,8 @@ impl Units {
                 if largest > 0.0 { largest } else { 1.0 }
             }
         };
-        // The cost of a turn by one radian, or of a shift by one length, whichever is costlier: the
-        // scale of the costates.
+        // The larger of the costs of a turn by one radian and of a shift by one unit of length is
+        // the scale of the costates.
         let price =
             |momentum: f64, authority: &Matrix3| momentum / time * momentum / (authority.trace() / 3.0);
         let weights = problem.objective.weights();
@@ -50,27 +50,28 @@ impl Units {
         Self { time, inertia, mass, length, cost: turn.max(shift) }
     }
 
-    /// Unit of angular momentum [N·m·s].
+    /// Returns the unit of angular momentum [N·m·s].
     pub fn momentum(&self) -> f64 {
         self.inertia / self.time
     }
 
-    /// Unit of linear momentum [N·s].
+    /// Returns the unit of linear momentum [N·s].
     pub fn linear_momentum(&self) -> f64 {
         self.mass * self.length / self.time
     }
 
-    /// Unit of torque [N·m].
+    /// Returns the unit of torque [N·m].
     pub fn torque(&self) -> f64 {
         self.inertia / self.time / self.time
     }
 
-    /// Unit of force \[N\].
+    /// Returns the unit of force \[N\].
     pub fn force(&self) -> f64 {
         self.mass * self.length / self.time / self.time
     }
 
-    /// Units of the N components of a costate: cost over the unit of the matching state.
+    /// Returns the units of the N components of a costate: cost over the unit of the conjugate
+    /// state.
     pub fn costate<const N: usize>(&self) -> SVector<f64, N> {
         let rotation = [self.cost, self.cost / self.momentum()];
         let translation = [self.cost / self.length, self.cost / self.linear_momentum()];

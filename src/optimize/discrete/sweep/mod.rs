@@ -1,4 +1,4 @@
-//! The forward sweep of state, costates and their sensitivities: the whole of the necessary
+//! The forward sweep of state, costates and their sensitivities, which evaluates all necessary
 //! conditions.
 //!
 //! ```text
@@ -6,25 +6,26 @@
 //! u_{k+1} = −W⁻¹ Bᵀ λ_k^Π ,     λ_{k−1} = A_kᵀ λ_k
 //! ```
 //!
-//! `λ_{−1}` is the one unknown. For Lie–Verlet, the conjugate form of the same sweep, half a kick
+//! `λ_{−1}` is the only unknown. For Lie–Verlet, the conjugate form of this sweep, half a kick
 //! opens it and half a kick closes it; the discrete optimum then has `u_0 = −W⁻¹Bᵀλ_{−1}` by the
-//! same formula and is of second order. Nothing is allocated.
+//! same formula and is of second order. The sweep allocates no memory.
 //!
-//! # How is Ctrl-C heard within a sweep?
+//! # How does Ctrl-C interrupt a sweep?
 //!
-//! A boundary value problem may have a `Listener`, asked every 4096 steps; what it stops ends with
-//! `StepError::Stopped`, and the search knows whether it was a signal or the clock. The best
-//! iterate is then recorded by a sweep that asks nobody, up to 100,000 steps: beyond that,
-//! recording and writing alone would take longer than the answer may. Whether a solve is stopped
-//! never changes what it would have found. The cone solver takes a closure that lives on by itself,
-//! which cannot hold a borrowed observer: so an observer may hand out a flag
-//! (`Observer::stop_flag`), at which the solver looks between its iterations. While the solver is
-//! made, and within an iteration, it looks at nothing, which on fine grids takes longer than an
-//! answer may: there it works on a thread of its own, and who waits for it asks the observer and
-//! the clock. What is stopped leaves that thread behind. It owns all that it works on, sees a flag
-//! of its own, and ends with the iteration under way; a process that ends takes it along. While
-//! results are written there is nothing left to stop but the writing: a signal then ends the
-//! program, and the file does not appear.
+//! A boundary value problem may have a `Listener`, which is polled every 4096 steps. If it requests
+//! a stop, the sweep ends with `StepError::Stopped`, and the search knows whether a signal or the
+//! clock was the reason. The best iterate is then recorded by a sweep without a listener, up to
+//! 100,000 steps: beyond that, recording and writing alone would take longer than the answer may.
+//! Stopping a solve never changes what it would have found.
+//!
+//! The cone solver accepts a closure with a static lifetime, which cannot hold a borrowed observer.
+//! An observer may therefore provide a flag (`Observer::stop_flag`), which the solver reads between
+//! its iterations. The solver reads it neither during its setup nor within an iteration, and on
+//! fine grids one of these takes longer than an answer may. On such grids the solver runs on a
+//! thread of its own, and the waiting thread polls the observer and the clock. After a stop that
+//! thread is left behind. It owns all its data, reads its own flag, and ends with the current
+//! iteration; the end of the process also ends it. While results are written only the writing can
+//! be stopped: a signal then ends the program, and the file does not appear.
 
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Problem, State};
@@ -39,76 +40,77 @@ use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
 
-/// The boundary value problem of the necessary conditions, on one grid, in scaled units.
+/// Two-point boundary value problem of the necessary conditions, on one grid, in scaled units.
 #[derive(Clone)]
 pub struct BoundaryValueProblem<'a, const N: usize> {
     pub(crate) dynamics: Dynamics,
     pub(crate) start: Point,
     pub(crate) terminal: TerminalCondition,
-    /// Asked now and then during a sweep: a million steps take longer than a user waits.
+    /// Listener that is polled during a sweep, since a million steps take longer than a user waits;
+    /// `None` if sweeps cannot be stopped.
     listener: Option<&'a dyn Listener>,
 }
 
-/// Whoever knows that the work is to end early.
+/// Source of stop requests for a sweep.
 pub(crate) trait Listener {
-    /// Whether somebody asked to stop, or the time is over.
+    /// Returns whether the user interrupted the work, or the time limit is reached.
     fn asks_to_stop(&self) -> bool;
 }
 
-/// Steps of a sweep between two questions to the listener: some milliseconds of work.
+/// Number of steps of a sweep between two polls of the listener: some milliseconds of work.
 const PATIENCE: usize = 4096;
 
-/// Most steps of which a best iterate is still swept, and recorded, after somebody asked to stop.
+/// Largest number of steps for which the best iterate is still swept and recorded after a stop.
 const KEPT_AFTER_STOP: usize = 100_000;
 
-/// Where a sweep ended.
+/// Result at the end of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct End<const N: usize> {
-    /// Error of the terminal condition, `[log(R_dᵀ R_N); Π_N − Π_d]` where the state is given; in
-    /// the crate's order, scaled.
+    /// Error of the terminal condition, in the order x, γ, ζ, Π, scaled: `[log(R_dᵀ R_N); Π_N −
+    /// Π_d]` if the whole state of a rotation is given.
     pub error: SVector<f64, N>,
-    /// Cost, scaled.
+    /// Cost of the extremal, scaled.
     pub cost: f64,
 }
 
 impl<const N: usize> End<N> {
-    /// The largest of the errors of attitude, momentum, position and linear momentum.
+    /// Returns the largest of the errors of attitude, momentum, position and linear momentum.
     pub(crate) fn residual(&self) -> f64 {
         let blocks = (0..N / 3).map(|block| self.error.fixed_rows::<3>(3 * block).norm());
         blocks.fold(0.0, f64::max)
     }
 }
 
-/// Costate and state at one node of the sweep, as given to an observer.
+/// Costate and state at one node of the sweep, as passed to an observer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     /// Index of the node, 0 … N.
     pub index: usize,
-    /// State; momenta are those of the integrator.
+    /// State at the node, with the momenta of the integrator.
     pub point: Point,
-    /// Force and moment of the kick that led here; its weight up to the physical momenta is `ahead`
-    /// less.
+    /// Force and moment of the kick at the node. The physical momenta contain a part of this kick
+    /// whose weight is smaller by `ahead`.
     pub kick: (Vector3, Vector3),
-    /// By how much of that kick the momenta are ahead of the physical ones.
+    /// Weight by which the momenta of the integrator are ahead of the physical ones in this kick.
     pub ahead: f64,
     /// Costate `λ_{index−1}`.
     pub costate: Costate,
 }
 
-/// A step of a sweep with derivatives, as given to an observer.
+/// One step of a sweep with derivatives, as passed to an observer.
 pub(crate) struct Step<'a, const N: usize> {
-    /// Index of the node that it leads to, 1 … N.
+    /// Index of the node at the end of the step, 1 … N.
     pub index: usize,
-    /// Weight of its full kick.
+    /// Weight of the full kick of the step.
     pub weight: f64,
-    /// Pose at that node.
+    /// Pose at the end of the step.
     pub pose: Pose,
     pub drift: Drift,
     pub kick: Kick,
-    /// Costates before the drift and after the full kick.
+    /// Costate before the drift (`before`) and after the full kick (`after`).
     pub before: Costate,
     pub after: Costate,
-    /// Derivatives after the full kick.
+    /// Derivatives of state and costate after the full kick.
     pub columns: &'a Sensitivity<N>,
 }
 
@@ -125,12 +127,13 @@ impl<const N: usize> fmt::Debug for BoundaryValueProblem<'_, N> {
 }
 
 impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
-    /// The boundary value problem of `problem` on `steps` steps of equal length.
+    /// Builds the boundary value problem of `problem` on a uniform grid of `steps` steps.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         Self::on(problem, Grid::uniform(problem.scheme, 1.0, steps))
     }
 
-    /// The same on a grid in the unit of time, which is the duration that the problem states.
+    /// Builds the boundary value problem of `problem` on a grid in the unit of time, which is the
+    /// duration of the problem.
     pub(crate) fn on(problem: &Problem, grid: Grid) -> Self {
         let dynamics = Dynamics::on(problem, grid);
         let start = dynamics.point(&problem.start);
@@ -138,7 +141,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Self { dynamics, start, terminal, listener: None }
     }
 
-    /// The same on `steps` steps of equal length, which go through to their end.
+    /// Returns the problem on a uniform grid of `steps` steps, without a listener.
     pub(crate) fn on_steps(&self, steps: usize) -> BoundaryValueProblem<'static, N> {
         let dynamics = &self.dynamics;
         let dynamics =
@@ -147,44 +150,45 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         BoundaryValueProblem { dynamics, start, terminal, listener: None }
     }
 
-    /// The same, whose sweeps end with [`StepError::Stopped`] when `listener` asks for it.
+    /// Returns the problem with a listener: its sweeps end with [`StepError::Stopped`] when
+    /// `listener` requests a stop.
     pub(crate) fn heard_by(self, listener: &'a dyn Listener) -> Self {
         Self { listener: Some(listener), ..self }
     }
 
-    /// The same with another end of the maneuver.
+    /// Returns the problem with another end state of the maneuver.
     pub(crate) fn aimed(&self, end: &State) -> Self {
         Self { terminal: self.terminal.aimed(self.dynamics.point(end)), ..self.clone() }
     }
 
-    /// Whether a sweep is short enough to be made for a best iterate after somebody asked to stop.
+    /// Returns whether a sweep is short enough to record the best iterate after a stop.
     pub(crate) fn is_kept_after_stop(&self) -> bool {
         self.dynamics.grid.steps() <= KEPT_AFTER_STOP
     }
 
-    /// The same, whose sweeps go through to their end.
+    /// Returns the problem without a listener, so that its sweeps are never stopped.
     pub(crate) fn undisturbed(&self) -> BoundaryValueProblem<'static, N> {
         let (dynamics, start, terminal) = self.parts();
         BoundaryValueProblem::of_parts(dynamics, start, terminal)
     }
 
-    /// What makes it but for the listener, who stays on its thread.
+    /// Returns the parts of the problem without the listener, which must stay on its thread.
     pub(crate) fn parts(&self) -> (&Dynamics, Point, TerminalCondition) {
         (&self.dynamics, self.start, self.terminal)
     }
 
-    /// From these.
+    /// Assembles a problem without a listener from its parts.
     pub(crate) fn of_parts(dynamics: &Dynamics, start: Point, terminal: TerminalCondition) -> Self {
         Self { dynamics: dynamics.clone(), start, terminal, listener: None }
     }
 
-    /// Sweeps from `λ_{−1}`.
+    /// Sweeps from `λ_{−1} = costate`.
     #[inline(never)]
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
         self.run_wide::<false>(costate, &mut Sensitivity::zero(), |_| {})
     }
 
-    /// Sweeps from `λ_{−1}` and adds every node to `nodes`.
+    /// Sweeps from `λ_{−1} = costate` and appends every node to `nodes`.
     pub(crate) fn sweep_into(
         &self,
         costate: &SVector<f64, N>,
@@ -193,7 +197,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.run_wide::<false>(costate, &mut Sensitivity::zero(), |node| nodes.push(node))
     }
 
-    /// Sweeps from `λ_{−1}` and shows every node to `observe`.
+    /// Sweeps from `λ_{−1} = costate` and passes every node to `observe`.
     pub(crate) fn sweep_observed(
         &self,
         costate: &SVector<f64, N>,
@@ -202,8 +206,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.run::<false>(costate, &mut Sensitivity::zero(), observe, |_| {})
     }
 
-    /// Sweeps from `λ_{−1}` with the derivative of the terminal error, N×N: `Ψ₁₂ = ∂z_N/∂λ_{−1}`
-    /// where the state is given.
+    /// Sweeps from `λ_{−1} = costate` and computes the derivative of the terminal error, N×N; it is
+    /// `Ψ₁₂ = ∂z_N/∂λ_{−1}` if the whole state is given.
     pub fn sweep_linearized(
         &self,
         costate: &SVector<f64, N>,
@@ -213,7 +217,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.with_slope(end, &columns)
     }
 
-    /// As [`BoundaryValueProblem::sweep_linearized`]; `watch` sees every step.
+    /// Sweeps as [`BoundaryValueProblem::sweep_linearized`] does, and passes every step to `watch`.
     pub(crate) fn sweep_conjugate(
         &self,
         costate: &SVector<f64, N>,
@@ -224,7 +228,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.with_slope(end, &columns)
     }
 
-    /// An end with the derivative of its error.
+    /// Joins the end of a sweep and the derivative of its error.
     fn with_slope(
         &self,
         end: End<N>,
@@ -237,7 +241,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Ok((end, psi))
     }
 
-    /// The sweep. `DERIVE` decides whether `columns` is carried along.
+    /// Runs the sweep; `DERIVE` decides whether the derivatives `columns` are propagated.
     #[inline(always)]
     fn run<const DERIVE: bool>(
         &self,
@@ -254,8 +258,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
-    /// The sweep in the widest registers, where it is of the usual kind. Whoever looks at the
-    /// columns between two steps would wait for them.
+    /// Runs the sweep with the widest vector registers if inputs have no limits and the grid is
+    /// uniform. It takes no `watch`: reading the columns between two steps would stall the loop.
     #[inline(always)]
     fn run_wide<const DERIVE: bool>(
         &self,
@@ -272,8 +276,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         )
     }
 
-    /// The sweep of limited inputs or of others, on steps of one length or of their own; every
-    /// variant compiles to its own loop.
+    /// Runs the sweep for limited or unlimited inputs, on a uniform or another grid; each variant
+    /// compiles to its own loop.
     #[inline]
     fn run_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
@@ -285,7 +289,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.steps_of::<DERIVE, LIMITED, UNIFORM>(costate, columns, observe, watch)
     }
 
-    /// The same in the registers of whoever calls it.
+    /// Runs all steps of the sweep, inlined so that it uses the registers of its caller.
     #[inline(always)]
     fn steps_of<const DERIVE: bool, const LIMITED: bool, const UNIFORM: bool>(
         &self,
@@ -297,7 +301,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         let dynamics = &self.dynamics;
         let grid = &dynamics.grid;
         let (steps, half_kicks) = (grid.steps(), grid.has_half_kicks());
-        // Asked once where all steps are alike: a call in the loop would empty its registers.
+        // Read once if all steps have one length: a call in the loop would spill its registers.
         let (length, half_step) = (grid.full_kick(0), grid.ahead(0));
         let mut point = self.start;
         let mut costate = Costate::from_vector(costate);
@@ -357,7 +361,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
             }
             observe(Node { index, point: kicked, kick: last_kick, ahead, costate });
             if last {
-                // The costate has had the whole kick: back to that of the physical state.
+                // The costate has received the whole kick: go back to the costate of the physical
+                // state.
                 kick.apply::<N>(&mut point, &mut costate, 0.5 * h, -0.5 * h);
             } else {
                 point = kicked;
@@ -372,8 +377,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
-    /// The attitudes of the motion without inputs, node after node; the first alone where the body
-    /// keeps it.
+    /// Passes the attitudes of the motion without inputs to `observe`, node by node. If the body
+    /// keeps its attitude, only the first is passed.
     pub(crate) fn coast(&self, mut observe: impl FnMut(&Matrix3)) -> Result<(), StepError> {
         let Self { dynamics, start, .. } = self;
         let (mut point, none) = (*start, Wrench::zero());
@@ -393,15 +398,15 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Ok(())
     }
 
-    /// Kept out of the loop of a sweep, whose registers it would take.
+    /// A function of its own, not inlined, so that it takes no registers of the loop of a sweep.
     #[cold]
     #[inline(never)]
     fn is_stopped(&self) -> bool {
         self.listener.is_some_and(Listener::asks_to_stop)
     }
 
-    /// The same motion backward: from the target, with its momenta and the turn of the frame
-    /// reversed.
+    /// Returns the problem of the time-reversed motion: it starts at the target, with reversed
+    /// momenta and reversed rotation of the reference frame.
     pub(crate) fn reversed(&self) -> Self {
         let back = |point: &Point| Point {
             momentum: Sum::new(-point.momentum.value),
@@ -416,13 +421,13 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         }
     }
 
-    /// The same problem with every limit of the inputs `factor` times as large.
+    /// Returns the problem with every limit of the inputs multiplied by `factor`.
     pub(crate) fn relaxed(&self, factor: f64) -> Self {
         Self { dynamics: self.dynamics.relaxed(factor), ..self.clone() }
     }
 
-    /// How many times its limit the most demanded input of the extremal from `costate` would be
-    /// without it.
+    /// Returns the largest ratio of an unlimited optimal input to its limit, over the extremal from
+    /// `costate`.
     pub(crate) fn demand(&self, costate: &SVector<f64, N>) -> Result<f64, StepError> {
         let mut largest = 0.0f64;
         self.sweep_observed(costate, |node| {
@@ -436,8 +441,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 }
 
 impl Node {
-    /// The physical state: the integrator's momenta less the part of the last kick by which they
-    /// are ahead.
+    /// Returns the physical state: the integrator's momenta less the part of the last kick by which
+    /// they are ahead.
     pub fn physical(&self) -> Point {
         let mut point = self.point;
         point.linear_momentum.add(&(self.kick.0 * -self.ahead));

@@ -1,4 +1,5 @@
-//! The sweep against reference values, finite differences and the first-order conditions.
+//! The sweep compared with reference values and finite differences, and tested by the first-order
+//! conditions.
 
 use super::*;
 use crate::Matrix3;
@@ -15,7 +16,7 @@ use crate::testing::{
 };
 use serde_json::Value;
 
-/// Units of the state: scaled times unit is SI.
+/// Returns the units of the state: scaled value times unit is the SI value.
 fn state_units<const N: usize>(dynamics: &Dynamics) -> SVector<f64, N> {
     let units = dynamics.units;
     let translation = [units.length, units.linear_momentum()];
@@ -33,7 +34,7 @@ fn to_si<const N: usize>(
     SMatrix::from_diagonal(rows) * scaled * SMatrix::from_diagonal(&columns.map(|unit| 1.0 / unit))
 }
 
-/// A problem of min_energy_so3.json.
+/// Builds a problem from a case of min_energy_so3.json.
 fn so3_case(case: &Value) -> Problem {
     let inertia = Inertia::new(matrix(&case["J"])).unwrap();
     let start = State::attitude(matrix(&case["R0"]), inertia.j_inverse() * vector::<3>(&case["Pi0"]));
@@ -53,7 +54,7 @@ fn pendulum(weight: f64, arm: Vector3) -> UniformGravity {
     UniformGravity::new(1.0, weight, Vector3::z(), arm).unwrap()
 }
 
-/// `λ_{−1}` (scaled) from `λ_0` (SI), and `A_0ᵀ`, scaled.
+/// Returns `λ_{−1}` (scaled) from `λ_0` (SI), and `A_0ᵀ`, scaled.
 fn before_first<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate_0: &SVector<f64, N>,
@@ -138,7 +139,7 @@ fn modified_scheme_meets_its_reference() {
     }
 }
 
-/// Problems that use every term: each environment, each kind of input axes, both schemes.
+/// Returns problems that use every term: each environment, each kind of input axes, both schemes.
 fn zoo() -> Vec<Problem> {
     let mut random = Random(7);
     let j = Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1);
@@ -181,7 +182,7 @@ fn zoo() -> Vec<Problem> {
     problems
 }
 
-/// Equal steps, and steps of their own.
+/// Returns a uniform grid and a nonuniform one.
 fn grids(problem: &Problem) -> [Grid; 2] {
     [uniform(problem), graded(problem.scheme, problem.steps)]
 }
@@ -194,7 +195,7 @@ fn random_costate<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }
 
-/// `−K_pp` at every node.
+/// Returns `−K_pp` at every node.
 fn slopes<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -207,7 +208,8 @@ fn slopes<const N: usize>(
     slopes
 }
 
-/// Whether an input meets or leaves its limit between two costates: the sweep has a kink there.
+/// Returns whether an input reaches or leaves its limit between two costates, where the sweep has a
+/// kink.
 fn kink_between<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     a: &SVector<f64, N>,
@@ -217,17 +219,17 @@ fn kink_between<const N: usize>(
     pairs.into_iter().any(|(a, b)| (a - b).amax() > 1e-2 * a.amax())
 }
 
-/// The columns that were compared.
+/// Compares the sensitivity with finite differences; returns the number of columns compared.
 fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut Random) -> usize {
     let mut bvp = BoundaryValueProblem::<N>::on(problem, grid);
     let costate = random_costate::<N>(random);
-    // The target at the end itself: δe = Ψ δλ there, and the logarithm is at its origin.
+    // The target is the end itself: δe = Ψ δλ there, because the logarithm is at its origin.
     let mut end_point = None;
     bvp.sweep_observed(&costate, |node| end_point = Some(node)).unwrap();
     bvp.terminal = TerminalCondition::State(end_point.unwrap().physical());
     let (end, psi) = bvp.sweep_linearized(&costate).unwrap();
     assert!(end.error.amax() < 1e-14);
-    // Fourth-order differences: truncation step⁴, round-off 1e-16/step.
+    // Fourth-order differences: truncation error step⁴, round-off 1e-16/step.
     let step = 1e-4;
     let mut compared = 0;
     for column in 0..N {
@@ -256,8 +258,8 @@ fn check_sensitivity<const N: usize>(problem: &Problem, grid: Grid, random: &mut
     compared
 }
 
-/// Claim: the motion without inputs has the attitudes of the sweep from no costate, in every field,
-/// frame and scheme; and a free body at rest has but one.
+/// Claim: the motion without inputs has the attitudes of the sweep with zero costate, in every
+/// field, frame and scheme; a free body at rest has only one attitude.
 #[test]
 fn a_coast_is_the_sweep_without_costates() {
     fn largest_difference<const N: usize>(problem: &Problem) -> f64 {
@@ -299,7 +301,7 @@ fn sensitivity_is_the_derivative_of_the_sweep() {
     }
 }
 
-/// The zoo within limits that act.
+/// Returns the problems of the zoo with active limits.
 fn limited_zoo() -> Vec<Problem> {
     let mut random = Random(19);
     let mut within = |problem: &Problem, norm: bool| {
@@ -326,9 +328,10 @@ fn sensitivity_under_limits_is_the_derivative_of_the_sweep_away_from_kinks() {
     assert!(10 * compared > 9 * columns, "{compared} of {columns}");
 }
 
-/// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the lanes
-/// are one linearisation. With the attitude left free the terminal error holds a costate, and so
-/// does its derivative: Newton converges, and no attitude near by costs less.
+/// The sensitivity of a chain of transitions equals that of the sweep: `A`, `H`, `Q` and the
+/// vectorised blocks are the same linearisation. With a free terminal attitude the terminal error
+/// and its derivative contain a costate: Newton's method converges, and no nearby attitude costs
+/// less.
 #[test]
 fn a_free_attitude_exchanges_its_equations_for_those_of_the_costate() {
     let mut random = Random(91);
@@ -436,7 +439,7 @@ fn lengths_that_are_equal_make_the_uniform_grid() {
     }
 }
 
-/// Cost of a solved maneuver on a grid, by Newton from the costates of zero.
+/// Returns the cost of a solved maneuver on a grid, by Newton's method from zero costates.
 fn solved_cost<const N: usize>(problem: &Problem, grid: Grid) -> f64 {
     let bvp = BoundaryValueProblem::<N>::on(problem, grid);
     let mut costate = SVector::zeros();
@@ -455,7 +458,7 @@ fn costs_on_smoothly_graded_grids_have_the_order_of_the_scheme() {
     let start = State::attitude(Matrix3::identity(), Vector3::new(0.1, -0.3, 0.2));
     let end = State::attitude(lie::exp(&Vector3::new(0.4, 0.5, -0.3)), Vector3::new(-0.2, 0.1, 0.1));
     let body = Body { inertia: inertia.clone(), mass: None };
-    // A field, and a frame that turns by a different angle on each step.
+    // A force field, and a reference frame that rotates by a different angle on each step.
     let problem = Problem::attitude(body, start, end, 1.7)
         .with_environment(GravityGradient::new(0.4, &inertia).unwrap())
         .with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Reference)));

@@ -1,15 +1,14 @@
-//! Descent on paths: Newton on the poses of the inner nodes, which ends at minima only.
+//! Descent on paths: Newton on the poses of the inner nodes, which converges only to minima.
 //!
-//! Every path is feasible, because its inputs follow by inverse dynamics ([`path`]). So the cost
-//! itself is the merit function and falls at every iteration, no implicit equation is solved,
-//! nothing is integrated, and an unstable body is no harder than another. The Newton direction and
-//! the inertia of the Hessian come from one backward sweep ([`riccati`]): where the Hessian is not
-//! positive definite it is shifted until it is, and a stationary path that is a saddle is left
-//! along a direction of negative curvature.
+//! Every path is feasible, because its inputs follow by inverse dynamics ([`path`]). Therefore the
+//! cost itself is the merit function and decreases at every iteration. No implicit equation is
+//! solved and nothing is integrated, so that an unstable body is no harder than another. The Newton
+//! direction and the inertia of the Hessian come from one backward sweep ([`riccati`]). If the
+//! Hessian is not positive definite, it is shifted until it is. The descent leaves a saddle along a
+//! direction of negative curvature.
 //!
-//! The descent needs inputs about every axis. Where some are missing it works with a widened
-//! authority ([`Dynamics::widened`]), whose minima bound the true ones of the same branch from
-//! below.
+//! The descent needs inputs about every axis. If some are missing, it uses a widened authority
+//! ([`Dynamics::widened`]), whose minima are lower bounds of the true minima of the same branch.
 
 mod path;
 mod riccati;
@@ -28,60 +27,66 @@ use path::{Direction, Path, Setting};
 use riccati::{Backward, Shift};
 use std::f64::consts::SQRT_2;
 
-/// Rows of configurations, or of momenta: ζ and δΠ, with δx and δγ before them where the body
+/// Configuration rows or momentum rows of a vector: ζ or δΠ, preceded by δx or δγ if the body
 /// translates.
 type Half<const D: usize> = SVector<f64, D>;
-/// A matrix between two of them.
+/// Matrix between configuration or momentum rows.
 type Block<const D: usize> = SMatrix<f64, D, D>;
 
-/// Longest move of a node by a first trial \[rad, or unit lengths\].
+/// Largest displacement of a node in the first trial of a line search \[rad, or unit lengths\].
 const LONGEST: f64 = 1.5;
-/// Halvings of an undamped step before a damped direction is taken instead.
+/// Most halvings of an undamped step before a damped direction is used.
 const HALVINGS: usize = 6;
-/// Halvings of a step at all.
+/// Most halvings of a damped step in a line search.
 const MOST_HALVINGS: usize = 20;
 /// First shift of a Hessian that is not positive definite. The lowest mode of a clamped beam has
-/// the curvature 4.73⁴ = 500 in the same units; the result hardly depends on it between 10 and 300.
+/// the curvature 4.73⁴ = 500 in these units; the result hardly depends on the value between 10 and
+/// 300.
 const FIRST_SHIFT: f64 = 30.0;
-/// Smallest shift, largest shift, and the factor between one and the next.
+/// Smallest shift of a Hessian that is not positive definite.
 const LEAST_SHIFT: f64 = 3.0;
+/// Largest shift of the Hessian; if it does not suffice, the descent ends.
 const MOST_SHIFT: f64 = 1e9;
+/// Factor from one shift of the Hessian to the next. A larger factor needs fewer sweeps and damps
+/// more than necessary.
 const RAISE: f64 = 5.0;
-/// A path whose cost the model would lower by less, relative, is stationary enough to ask whether
-/// it is a saddle.
+/// Predicted relative decrease of the cost below which a path is nearly stationary and is tested
+/// for a saddle.
 const NEARLY_STATIONARY: f64 = 1e-4;
-/// Lengths tried along a direction of negative curvature \[rad, or unit lengths\].
+/// Displacements that are tried along a direction of negative curvature \[rad, or unit lengths\].
 const ESCAPES: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4];
-/// A Newton step that is expected to end within this of the cost of a known minimum, relative, ...
+/// Relative difference to the cost of a known minimum below which the cost predicted for a Newton
+/// step may be the same minimum.
 const SAME_COST: f64 = 1e-4;
-/// ... and ends within this of each of its nodes \[rad, or unit lengths\], leads to no other: two
-/// minima as close differ in cost by the cube of that.
+/// Largest distance of each node from the known minimum \[rad, or unit lengths\] at which such a
+/// step leads to this minimum: two different minima at this distance differ in cost by its cube.
 const SAME_PLACE: f64 = 3e-3;
-/// Costs below this count as nothing: the unit is that of a turn by one radian.
+/// Cost that counts as zero; the unit is the cost of a turn by one radian.
 const NO_COST: f64 = 1e-20;
-/// Iterations of a descent cost a fraction of others, and narrow valleys take many: so many for
-/// each that is granted.
+/// Factor on the iterations that the settings allow: an iteration of a descent is cheap, and narrow
+/// valleys take many.
 const PATIENCE: usize = 4;
-/// Fewest steps with an inner node on either side of an elimination.
+/// Fewest steps of a descent: each side of the elimination then has an inner node.
 pub(crate) const FEWEST_STEPS: usize = 6;
 
 /// Descends from the poses of a candidate to a local minimum.
 pub(crate) struct Descent<'a> {
-    /// With inputs about every axis.
+    /// Dynamics with inputs about every axis.
     pub dynamics: &'a Dynamics,
     pub start: &'a Point,
     pub target: &'a Point,
-    /// Whether the body translates.
+    /// True if the body translates.
     pub translates: bool,
-    /// Decrease of the cost that the model still promises at the end, relative.
+    /// Predicted relative decrease of the cost at which the descent ends.
     pub tolerance: f64,
-    /// Minima that descents on the same dynamics have ended at: one that runs into them ends there.
+    /// Minima that earlier descents with these dynamics reached; a descent that approaches one of
+    /// them ends there.
     pub known: &'a [Attempt],
 }
 
 impl Method for Descent<'_> {
-    /// The candidate comes back with states and costates of all nodes, stationary to the square
-    /// root of the tolerance, and with the cost of its path.
+    /// Returns the candidate with states and costates of all nodes, stationary to the square root
+    /// of the tolerance, and with the cost of its path.
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         if self.translates {
             self.descend::<12, 6>(candidate, budget)
@@ -108,7 +113,7 @@ impl Descent<'_> {
         Attempt { cost, residual, ..Attempt::of(candidate, report) }
     }
 
-    /// The path of a candidate; `None` where the grid is too coarse for it.
+    /// Returns the path of a candidate; `None` if the grid is too coarse for the path.
     fn path<const N: usize, const D: usize>(
         &self,
         candidate: &Candidate,
@@ -118,7 +123,8 @@ impl Descent<'_> {
         Some((setting, path))
     }
 
-    /// States and costates of all nodes of a path by inverse dynamics, for the lifted Newton.
+    /// Returns the candidate with states and costates of all nodes by inverse dynamics, for the
+    /// lifted Newton method.
     pub fn lifted(&self, candidate: Candidate) -> Option<Candidate> {
         if self.translates {
             self.path::<12, 6>(&candidate).map(|(setting, path)| path.into_candidate(&setting, candidate))
@@ -128,23 +134,23 @@ impl Descent<'_> {
     }
 }
 
-/// The iteration.
+/// State of a descent: the path, its derivatives, and the direction.
 struct Descending<'a, const N: usize, const D: usize> {
     setting: &'a Setting<'a, N, D>,
     path: Path<D>,
-    /// A path that is tried.
+    /// Buffer for a trial path.
     trial: Path<D>,
     backward: Backward<D>,
     direction: Direction<D>,
     tolerance: f64,
-    /// The shift that was needed last.
+    /// Shift of the Hessian in the last iteration that needed one.
     shift: f64,
-    /// What the model promised last, relative to the cost.
+    /// Last predicted decrease of the cost, relative to the cost.
     promised: f64,
-    /// Whether the path is a minimum.
+    /// True if the path is a minimum.
     minimal: bool,
     known: &'a [Attempt],
-    /// The known minimum that it runs into.
+    /// Known minimum that the descent approaches.
     met: Option<&'a Attempt>,
 }
 
@@ -159,7 +165,7 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
             direction: Direction::new(steps),
             tolerance,
             shift: 0.0,
-            // The whole cost, before anything is known.
+            // The whole cost, before the first prediction.
             promised: 1.0,
             minimal: false,
             known,
@@ -167,9 +173,10 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         }
     }
 
-    /// The known minimum that the undamped step leads to, where it does.
+    /// Returns the known minimum to which the undamped step leads, if any.
     fn runs_into(&mut self) -> Option<&'a Attempt> {
-        // A step along which the cost is a parabola lowers it by half of what its slope promises.
+        // If the cost is a parabola along a step, it decreases by half of the value that the slope
+        // predicts.
         let expected = self.path.cost * (1.0 - 0.5 * self.promised);
         let known = self.known;
         let near = |known: &&Attempt| (known.cost - expected).abs() <= SAME_COST * known.cost;
@@ -187,12 +194,13 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         })
     }
 
-    /// The cost that a relative decrease is measured by.
+    /// Returns the reference cost for relative decreases.
     fn scale(&self) -> f64 {
         self.path.cost + NO_COST
     }
 
-    /// Shifts the Hessian, at least as far as `least`, until it is positive definite.
+    /// Shifts the Hessian by `least` or more until it is positive definite; returns whether that
+    /// succeeded.
     fn shifted(&mut self, least: f64) -> bool {
         let mut shift = least;
         while shift <= MOST_SHIFT {
@@ -205,7 +213,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         false
     }
 
-    /// Moves to the first of the halved steps that lowers the cost enough.
+    /// Accepts the first of the halved steps that decreases the cost enough; returns whether there
+    /// is one.
     fn search(&mut self, slope: f64, halvings: usize) -> bool {
         let mut fraction = (LONGEST / self.direction.largest()).min(1.0);
         for _ in 0..=halvings {
@@ -220,7 +229,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         false
     }
 
-    /// Leaves a saddle along the direction of negative curvature at `stage`, to either side.
+    /// Leaves a saddle along the direction of negative curvature at `stage`, with either sign;
+    /// returns whether the cost decreased.
     fn escape(&mut self, stage: usize) -> bool {
         self.backward.downward(self.setting, stage, &mut self.direction);
         let largest = self.direction.largest();
@@ -268,8 +278,8 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
         }
         match failed {
             None if self.promised <= self.tolerance => {
-                // The step is the last digit of what was proved a minimum: it need not show in the
-                // cost.
+                // A minimum has been proved, and this step adds the last digit: the cost need not
+                // decrease measurably.
                 self.search(f64::INFINITY, 0);
                 self.minimal = true;
                 return Some(Outcome::Converged);
@@ -281,7 +291,7 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
                 }
             }
             Some(stage) if self.promised < NEARLY_STATIONARY => {
-                // The sweep up to the failing stage holds the gains that the direction needs.
+                // The sweep up to the failing stage computes the gains that the direction needs.
                 let _ = self.backward.sweep(self.setting, &self.path, Shift(0.0));
                 if self.escape(stage) {
                     return None;
@@ -307,30 +317,30 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
                 return None;
             }
         }
-        // At the floor of round-off no step lowers the cost any more.
+        // At the level of round-off no step decreases the cost further.
         self.minimal = undamped && self.promised <= self.tolerance.sqrt() * ARMIJO;
         Some(if self.minimal { Outcome::Converged } else { Outcome::Stalled })
     }
 }
 
-/// Both halves of a vector of the crate's order from translation and rotation.
+/// Combines translation and rotation to configuration or momentum rows, in the order of the crate.
 fn half<const D: usize>(translation: &nalgebra::Vector3<f64>, rotation: &nalgebra::Vector3<f64>) -> Half<D> {
     SVector::from_fn(|row, _| if row + 3 >= D { rotation[row + 3 - D] } else { translation[row] })
 }
 
-/// Translation and rotation of a half.
+/// Splits configuration or momentum rows into translation and rotation.
 fn parts<const D: usize>(half: &Half<D>) -> (nalgebra::Vector3<f64>, nalgebra::Vector3<f64>) {
     let part = |row: usize| nalgebra::Vector3::new(half[row], half[row + 1], half[row + 2]);
     (if D == 6 { part(0) } else { nalgebra::Vector3::zeros() }, part(D - 3))
 }
 
-/// A pose moved along a half of a tangent vector.
+/// Returns a pose displaced along the configuration rows of a tangent vector.
 fn moved<const D: usize>(pose: &Pose, along: &Half<D>, fraction: f64) -> Pose {
     let (x, zeta) = parts(along);
     Pose { position: pose.position + x * fraction, attitude: pose.attitude * lie::exp(&(zeta * fraction)) }
 }
 
-/// A point at a pose with given momenta.
+/// Returns a point at a pose with the given momenta.
 fn point(pose: &Pose, linear_momentum: nalgebra::Vector3<f64>, momentum: nalgebra::Vector3<f64>) -> Point {
     Point {
         position: Sum::new(pose.position),
@@ -340,7 +350,7 @@ fn point(pose: &Pose, linear_momentum: nalgebra::Vector3<f64>, momentum: nalgebr
     }
 }
 
-/// A costate as the candidate keeps it.
+/// Converts a costate to the form that a candidate stores.
 fn stored<const N: usize>(costate: Costate) -> DVector<f64> {
     DVector::from_column_slice(costate.to_vector::<N>().as_slice())
 }

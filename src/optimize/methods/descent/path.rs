@@ -1,7 +1,7 @@
-//! A path, what it costs by inverse dynamics, and how the cost changes with its nodes.
+//! A path, its cost by inverse dynamics, and the gradient of the cost with respect to its nodes.
 //!
-//! With `F_k = R_kᵀR_{k+1}` (the turn of the frame undone), weights `h_k` of the kicks, and
-//! `Ŵ = (B W⁻¹Bᵀ)⁻¹` at the pose of its node,
+//! With `F_k = R_kᵀR_{k+1}` (without the rotation of the reference frame), weights `h_k` of the
+//! kicks, and `Ŵ = (B W⁻¹Bᵀ)⁻¹` at the pose of its node,
 //!
 //! ```text
 //! Π_k = (1/h) vee(F_k J_d − J_d F_kᵀ) ,   γ_k = (x_{k+1} − x_k)/h ,   Π'_k = F_kᵀΠ_k
@@ -9,7 +9,7 @@
 //! J   = Σ (h_k/2) τ_kᵀ Ŵ τ_k
 //! ```
 //!
-//! The costates follow as well: `p_k = −Ŵ τ_k` is `λ^Π_{k−1}`, and the momentum rows of
+//! The costates follow too: `p_k = −Ŵ τ_k` is `λ^Π_{k−1}`, and the momentum rows of
 //! `λ_{k−1} = A_kᵀλ_k` give
 //!
 //! ```text
@@ -17,7 +17,7 @@
 //! g_k  = ∂J/∂ζ_k = F_k μ'_k − λ^R_{k−1}
 //! ```
 //!
-//! Lie–Euler has no kick at node 0: its first step is given, and node 1 takes the place of node 0.
+//! Lie–Euler has no kick at node 0: its first step is given, and node 1 is used in place of node 0.
 
 use super::{Block, Half, half, moved, point, stored};
 use crate::lie::vee;
@@ -28,15 +28,16 @@ use crate::optimize::discrete::step::inputs::InputMatrices;
 use crate::optimize::discrete::step::{Costate, Dynamics, Point, StepError};
 use crate::{Matrix3, Vector3};
 
-/// A step turns by less than a right angle: the physical branch of the implicit equation.
+/// Smallest trace of a step's rotation. It limits the rotation to a right angle, so that the
+/// implicit equation is on its physical branch.
 const SMALLEST_TRACE: f64 = 1.0;
 
-/// What all paths of a maneuver share.
+/// Data that all paths of a maneuver share.
 pub(super) struct Setting<'a, const N: usize, const D: usize> {
     pub dynamics: &'a Dynamics,
-    /// The physical start.
+    /// Physical state at the start, before any kick.
     start: Point,
-    /// The state before the first kick, and its node.
+    /// State before the first kick, at node `first`.
     opening: Point,
     pub first: usize,
     target: Point,
@@ -54,14 +55,14 @@ impl<'a, const N: usize, const D: usize> Setting<'a, N, D> {
         Ok(Self { dynamics, start: *start, opening, first, target: *target, inverse })
     }
 
-    /// Nodes that may move.
+    /// Returns the indices of the nodes that may move.
     #[cfg(test)]
     pub fn inner(&self) -> std::ops::Range<usize> {
         self.first + 1..self.dynamics.grid.steps()
     }
 }
 
-/// Displacements of all nodes.
+/// Displacements of all nodes of a path.
 #[derive(Clone, Debug)]
 pub(super) struct Direction<const D: usize> {
     pub zeta: Vec<Half<D>>,
@@ -72,35 +73,35 @@ impl<const D: usize> Direction<D> {
         Self { zeta: vec![Half::zeros(); steps + 1] }
     }
 
-    /// The largest displacement; never zero.
+    /// Returns the norm of the largest displacement, at least the smallest positive number.
     pub fn largest(&self) -> f64 {
         self.zeta.iter().map(|zeta| zeta.norm()).fold(f64::MIN_POSITIVE, f64::max)
     }
 }
 
-/// A path with all that inverse dynamics says of it.
+/// A path with the quantities that inverse dynamics gives.
 #[derive(Clone, Debug)]
 pub(super) struct Path<const D: usize> {
-    /// All nodes.
+    /// Poses of all nodes.
     pub poses: Vec<Pose>,
-    /// Cost, scaled.
+    /// Cost of the path, scaled.
     pub cost: f64,
-    /// From each node; of no use before the first.
+    /// Drifts from each node; meaningless before the first.
     pub drifts: Vec<Drift>,
     /// Linear momentum after the kick at each node.
     linear_momenta: Vec<Vector3>,
-    /// `p_k`.
+    /// Momentum costates `p_k` at all nodes.
     duals: Vec<Half<D>>,
-    /// The costate between drift k and the kick at node k+1.
+    /// Costate between drift k and the kick at node k+1.
     pub between: Vec<Costate>,
-    /// `g_k`; zero at nodes that cannot move.
+    /// Gradient `g_k` of the cost; zero at nodes that cannot move.
     pub gradient: Vec<Half<D>>,
-    /// `(λ^x, λ^R)` after the kick at each node.
+    /// Configuration costates `(λ^x, λ^R)` after the kick at each node.
     slopes: Vec<Half<D>>,
 }
 
 impl<const D: usize> Path<D> {
-    /// The path through `poses`; `None` where a step turns too far.
+    /// Creates the path through `poses`; `None` if a step turns too far.
     pub fn of<const N: usize>(setting: &Setting<N, D>, mut poses: Vec<Pose>) -> Option<Self> {
         let nodes = setting.dynamics.grid.steps() + 1;
         if poses.len() != nodes {
@@ -127,15 +128,16 @@ impl<const D: usize> Path<D> {
         path.evaluate(setting).then_some(path)
     }
 
-    /// Takes the place of `from`, moved along a direction; to be evaluated.
+    /// Sets the poses to those of `from`, displaced along a direction. The path must then be
+    /// evaluated.
     pub fn moved(&mut self, from: &Self, direction: &Direction<D>, fraction: f64) {
         for ((pose, from), along) in self.poses.iter_mut().zip(&from.poses).zip(&direction.zeta) {
             *pose = moved(from, along, fraction);
         }
     }
 
-    /// Inputs and cost by inverse dynamics; false where a step turns too far or the cost is not
-    /// finite.
+    /// Computes inputs and cost by inverse dynamics; returns false if a step turns too far or the
+    /// cost is not finite.
     pub fn evaluate<const N: usize>(&mut self, setting: &Setting<N, D>) -> bool {
         let Setting { dynamics, opening, first, target, inverse, .. } = setting;
         let grid = &dynamics.grid;
@@ -180,7 +182,7 @@ impl<const D: usize> Path<D> {
         self.cost.is_finite()
     }
 
-    /// Costates and gradient, for an evaluated path.
+    /// Computes costates and gradient of an evaluated path.
     pub fn differentiate<const N: usize>(&mut self, setting: &Setting<N, D>) {
         let dynamics = setting.dynamics;
         let steps = dynamics.grid.steps();
@@ -201,25 +203,25 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    /// `p_k` as a costate without the rows of the configuration.
+    /// Returns `p_k` as a costate whose configuration rows are zero.
     fn costate(&self, node: usize) -> Costate {
         let (gamma, pi) = super::parts(&self.duals[node]);
         let zero = Vector3::zeros();
         Costate { x: zero, gamma, zeta: zero, pi }
     }
 
-    /// The costate of the momenta at a node, for its linearised kick.
+    /// Returns the momentum costate at a node, for the linearised kick.
     pub fn dual(&self, node: usize) -> Costate {
         self.costate(node)
     }
 
-    /// `gᵀζ`.
+    /// Returns the directional derivative `gᵀζ` of the cost.
     pub fn slope(&self, direction: &Direction<D>) -> f64 {
         self.gradient.iter().zip(&direction.zeta).map(|(g, zeta)| g.dot(zeta)).sum()
     }
 
-    /// States and costates of all nodes, as the lifted Newton takes them; the first costate is λ₋₁
-    /// of the sweep.
+    /// Returns the candidate with states and costates of all nodes, in the form of the lifted
+    /// Newton method; the first costate is λ₋₁ of the sweep.
     pub fn into_candidate<const N: usize>(
         mut self,
         setting: &Setting<N, D>,
@@ -238,7 +240,7 @@ impl<const D: usize> Path<D> {
                 continue;
             }
             let dual = self.costate(node);
-            // The last state of the integrator is half a kick beyond the physical one.
+            // The last state of the integrator is half a kick after the physical one.
             let (linear_momentum, momentum) = if node < steps {
                 (self.linear_momenta[node], self.drifts[node].momentum)
             } else {
@@ -254,7 +256,7 @@ impl<const D: usize> Path<D> {
                 let between = &self.between[node];
                 (between.x, self.drifts[node].f * between.zeta)
             } else {
-                // Through the whole of the last kick, of which the path counts half.
+                // The costate passes the whole last kick, of which the path includes half.
                 let kick = dynamics.kick::<N>(pose, &dual);
                 let between = &self.between[steps - 1];
                 let weight = grid.full_kick(steps);
@@ -262,7 +264,8 @@ impl<const D: usize> Path<D> {
             };
             costates.push(Costate { x, zeta, ..dual });
         }
-        // Back over the kick and the drift that a Lie–Euler path does not see.
+        // Carries the costate back over the kick and the drift that a Lie–Euler path does not
+        // include.
         for step in (0..*first).rev() {
             let mut after = costates[0];
             let pose = states[step + 1].pose();
@@ -280,7 +283,8 @@ impl<const D: usize> Path<D> {
     }
 }
 
-/// The blocks of a field by (x, R), as far as the body moves.
+/// Returns the derivative of a field with respect to (x, R), reduced to rotation if the body does
+/// not translate.
 pub(super) fn block<const D: usize>(blocks: &Blocks) -> Block<D> {
     Block::from_fn(|row, column| {
         let (in_x, of_x) = (row + 3 < D, column + 3 < D);

@@ -1,10 +1,10 @@
-//! The Newton direction of a path and the inertia of its Hessian, in one sweep back and one
-//! forward.
+//! The Newton direction of a path and the inertia of its Hessian, by one backward and one forward
+//! sweep.
 //!
-//! Stage k takes `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost
+//! Stage k maps `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost
 //! `½ z_kᵀ Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by
-//! `δ h diag(S, 0)`. The last two stages are eliminated with the end given, the others by the
-//! recursion of Riccati:
+//! `δ h diag(S, 0)`. The last two stages are eliminated with the end fixed, the others by the
+//! Riccati recursion:
 //!
 //! ```text
 //! k = N−1:   L = −A12⁻¹A11 ,  K = −(A21 + A22 L)/h_N ,   P̂ = [I;L]ᵀĤ[I;L] + h_N KᵀŴ_N K ,   ĝ = g_{N−1}
@@ -14,11 +14,12 @@
 //! node 0:    U = Ŵ_0 + h_0 EᵀPE ,   δτ_0 = −U⁻¹Eᵀq
 //! ```
 //!
-//! S is what is left of P once the input of the kick has done its best. Its rows of the momenta are
-//! `YŴ`: nothing is subtracted there.
+//! S is the Schur complement of P after the input of the kick is eliminated. Its momentum rows are
+//! `YŴ`, which needs no subtraction.
 //!
-//! The Hessian by the inner nodes is congruent to the blocks `h U`: it is positive definite if and
-//! only if every U is. With no shift at a stationary path this is the test of second order.
+//! The Hessian with respect to the inner nodes is congruent to the blocks `h U`: it is positive
+//! definite if and only if every U is. Without a shift, at a stationary path, this is the
+//! second-order test.
 
 use super::path::{Direction, Path, Setting, block};
 use super::{Block, Half};
@@ -26,10 +27,11 @@ use crate::numerics::widest::widest;
 use crate::optimize::discrete::step::{Costate, Dynamics};
 use nalgebra::SymmetricEigen;
 
-/// A pivot below this fraction of its weight is a flat direction: a symmetry, no saddle.
+/// Fraction of its weight below which a pivot is a flat direction, which is due to a symmetry and
+/// does not indicate a saddle.
 const FLAT: f64 = 1e-9;
 
-/// How far the Hessian is shifted, in units of the inertia's own metric.
+/// Shift of the Hessian, in units of the inertia's metric.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shift(pub f64);
 
@@ -38,18 +40,18 @@ pub(super) struct Shift(pub f64);
 struct Stage<const D: usize> {
     a11: Block<D>,
     a12: Block<D>,
-    /// What the kick's gradient adds; none where nothing acts on a pose.
+    /// Contribution of the kick's gradient; `None` if no field depends on the pose.
     a21: Option<Block<D>>,
     a22: Block<D>,
-    /// Not shifted.
+    /// Hessian block of the configurations, without the shift.
     h11: Block<D>,
     h12: Block<D>,
     h22: Block<D>,
-    /// Length of the step.
+    /// Length of the step in time, scaled.
     length: f64,
 }
 
-/// A symmetric matrix in blocks.
+/// Symmetric matrix in blocks of configurations and momenta.
 #[derive(Clone, Copy, Debug)]
 struct Symmetric<const D: usize> {
     p11: Block<D>,
@@ -57,25 +59,24 @@ struct Symmetric<const D: usize> {
     p22: Block<D>,
 }
 
-/// `δτ = κ − Yᵀ z` of the state z before the kick, and how much it weighs.
+/// Gain in `δτ = κ − Yᵀ z`, with the state z before the kick, and the weight of the kick.
 #[derive(Clone, Copy, Debug)]
 struct Gain<const D: usize> {
     of_configuration: Block<D>,
     of_momentum: Block<D>,
     offset: Half<D>,
-    /// Weight of the kick.
+    /// Weight `h` of the kick: its time, scaled.
     h: f64,
 }
 
-/// The sweep back, as far as it came.
+/// The backward sweep, up to the stage that it reached.
 pub(super) struct Backward<const D: usize> {
-    /// The stages of the path that is swept, as far as they were needed: a shift leaves them as
-    /// they are.
+    /// Stages of the path, as far as they were needed; they do not depend on the shift.
     stages: Vec<Option<Stage<D>>>,
     gains: Vec<Option<Gain<D>>>,
-    /// `δτ` at the first kick.
+    /// Input `δτ` at the first kick.
     opening: Half<D>,
-    /// The pivot that failed.
+    /// The pivot that is not positive definite.
     failed: Block<D>,
 }
 
@@ -89,13 +90,13 @@ impl<const D: usize> Backward<D> {
         }
     }
 
-    /// The next sweep is along another path.
+    /// Prepares for a sweep along another path.
     pub fn renew(&mut self) {
         self.stages.fill(None);
     }
 
-    /// Sweeps back in the widest registers; the node whose pivot is not positive, where there is
-    /// one.
+    /// Sweeps backward in the widest registers; the error is the node whose pivot is not positive
+    /// definite.
     pub fn sweep<const N: usize>(
         &mut self,
         setting: &Setting<N, D>,
@@ -184,13 +185,13 @@ impl<const D: usize> Backward<D> {
         Ok(())
     }
 
-    /// The direction that the sweep found.
+    /// Computes the Newton direction from the backward sweep.
     pub fn forward<const N: usize>(&self, setting: &Setting<N, D>, direction: &mut Direction<D>) {
         self.follow(setting.first, Half::zeros(), self.opening, 1.0, direction);
     }
 
-    /// The direction of negative curvature at the node whose pivot failed: still before it, along
-    /// the gains after.
+    /// Computes the direction of negative curvature at the node whose pivot failed: zero before
+    /// this node, and by the gains after it.
     pub fn downward<const N: usize>(
         &self,
         setting: &Setting<N, D>,
@@ -206,7 +207,7 @@ impl<const D: usize> Backward<D> {
         self.follow(node, Half::zeros(), vector * kick, 0.0, direction);
     }
 
-    /// Follows the gains from a state at `from`; offsets count as often as `offsets` says.
+    /// Applies the gains from a state at node `from`; `offsets` is the factor on their offsets.
     fn follow(
         &self,
         from: usize,
@@ -231,7 +232,7 @@ impl<const D: usize> Backward<D> {
 }
 
 impl<const D: usize> Stage<D> {
-    /// Stage `index` of a path, kept from then on.
+    /// Returns stage `index` of a path, and keeps it for later sweeps.
     #[inline(always)]
     fn at<'s, const N: usize>(
         stages: &'s mut [Option<Self>],
@@ -241,12 +242,13 @@ impl<const D: usize> Stage<D> {
     ) -> &'s Self {
         match &mut stages[index] {
             Some(stage) => stage,
-            // `get_or_insert_with` would be a call of its own, in narrow registers.
+            // `get_or_insert_with` would be a separate call, in narrow registers.
             none => none.insert(Self::of(setting, path, index)),
         }
     }
 
-    /// `Ĥ + AᵀSA` and `Aᵀq`: curvature and slope by the state before the stage.
+    /// Returns `Ĥ + AᵀSA` and `Aᵀq`: curvature and slope with respect to the state before the
+    /// stage.
     #[inline(always)]
     fn before(
         &self,
@@ -277,7 +279,7 @@ impl<const D: usize> Stage<D> {
         (Symmetric { p11: symmetric(&p11), p12, p22: symmetric(&p22) }, slope)
     }
 
-    /// Stage `index` of a path.
+    /// Computes stage `index` of a path.
     #[inline(always)]
     fn of<const N: usize>(setting: &Setting<N, D>, path: &Path<D>, index: usize) -> Self {
         let dynamics = setting.dynamics;
@@ -310,13 +312,13 @@ impl<const D: usize> Stage<D> {
     }
 }
 
-/// The metric of the shift: `(tr Ŵ/3) J²` for rotations, `tr Ŵ/3` for translations.
+/// Returns the metric of the shift: `(tr Ŵ/3) J²` for rotations, `tr Ŵ/3` for translations.
 fn metric<const D: usize>(dynamics: &Dynamics, traces: &(f64, f64)) -> Block<D> {
     let identity = nalgebra::Matrix3::identity();
     diagonal(&(identity * (traces.0 / 3.0)), &(dynamics.j * dynamics.j * (traces.1 / 3.0)))
 }
 
-/// A block of a translation and a rotation that do not mix.
+/// Returns the block-diagonal matrix of a translation and a rotation.
 #[inline(always)]
 pub(super) fn diagonal<const D: usize>(
     translation: &nalgebra::Matrix3<f64>,
@@ -334,14 +336,14 @@ fn symmetric<const D: usize>(matrix: &Block<D>) -> Block<D> {
     (matrix + matrix.transpose()) * 0.5
 }
 
-/// The inverse of `U = Ŵ + h EᵀPE` where that is positive definite, else U itself.
+/// Returns the inverse of `U = Ŵ + h EᵀPE` if that is positive definite; otherwise the error is U.
 #[inline(always)]
 fn pivot<const D: usize>(weight: &Block<D>, curvature: &Block<D>) -> Result<Block<D>, Block<D>> {
     let u = weight + curvature;
     inverse_of_positive(&u, FLAT * weight.trace()).ok_or(u)
 }
 
-/// `A B`, written out: that of nalgebra is a call.
+/// Computes `A B` inline; the product of nalgebra is a call.
 #[inline(always)]
 fn product<const D: usize>(a: &Block<D>, b: &Block<D>) -> Block<D> {
     let mut product = Block::zeros();
@@ -355,8 +357,8 @@ fn product<const D: usize>(a: &Block<D>, b: &Block<D>) -> Block<D> {
     product
 }
 
-/// The inverse of a symmetric matrix whose pivots are positive. A pivot within `flat` of zero
-/// counts as `flat`.
+/// Returns the inverse of a symmetric matrix; `None` if a pivot is below `-flat`. A pivot within
+/// `flat` of zero counts as `flat`.
 #[inline(always)]
 fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<Block<D>> {
     let mut lower = Block::<D>::zeros();
@@ -365,7 +367,7 @@ fn inverse_of_positive<const D: usize>(matrix: &Block<D>, flat: f64) -> Option<B
         for inner in 0..column {
             pivot -= lower[(column, inner)] * lower[(column, inner)];
         }
-        // NaN is not positive either.
+        // NaN counts as not positive.
         if pivot.is_nan() || pivot <= -flat {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Descent against finite differences, a dense Hessian and the shooting.
+//! Tests of descent against finite differences, a dense Hessian and shooting.
 
 use super::path::{Direction, Path, Setting};
 use super::riccati::{Backward, Shift};
@@ -15,7 +15,8 @@ use nalgebra::DMatrix;
 
 const STEPS: usize = 12;
 
-/// Maneuvers on SE(3) with moving ends in a gravity field, both schemes, inputs in either frame.
+/// Returns maneuvers on SE(3) with nonzero boundary rates in a gravity field, for both schemes and
+/// input frames.
 fn maneuvers(random: &mut Random) -> Vec<Problem> {
     let frames = [AxisFrame::Body, AxisFrame::Reference];
     let schemes = [Scheme::LieVerlet, Scheme::LieEuler];
@@ -23,7 +24,7 @@ fn maneuvers(random: &mut Random) -> Vec<Problem> {
     every.map(|(frame, scheme)| moving_ends(random, frame).with_scheme(scheme).with_steps(STEPS)).collect()
 }
 
-/// A path between the ends, bent at random.
+/// Returns a random path between the boundary poses.
 fn bent<const N: usize>(bvp: &BoundaryValueProblem<N>, random: &mut Random, by: f64) -> Vec<Pose> {
     let (start, target) = (bvp.start.pose(), bvp.terminal.target().pose());
     let turn = lie::minus(&target.attitude, &start.attitude);
@@ -40,7 +41,8 @@ fn bent<const N: usize>(bvp: &BoundaryValueProblem<N>, random: &mut Random, by: 
         .collect()
 }
 
-/// The unknowns of a path by finite differences: the node and the row that each moves.
+/// Returns the unknowns of a path for finite differences: for each, the node and the row that it
+/// moves.
 fn unknowns<const N: usize, const D: usize>(setting: &Setting<N, D>) -> Vec<(usize, Half<D>)> {
     let rows = |node| (0..D).map(move |row| (node, Half::<D>::from_fn(|r, _| f64::from(u8::from(r == row)))));
     setting.inner().flat_map(rows).collect()
@@ -85,7 +87,7 @@ fn the_gradient_is_that_of_finite_differences() {
     }
 }
 
-/// The Hessian by finite differences of the gradient, symmetric.
+/// Returns the Hessian, by finite differences of the gradient; symmetric.
 fn dense<const N: usize, const D: usize>(setting: &Setting<N, D>, path: &Path<D>) -> DMatrix<f64> {
     let unknowns = unknowns(setting);
     let mut hessian = DMatrix::zeros(unknowns.len(), unknowns.len());
@@ -111,7 +113,7 @@ fn descended<const N: usize, const D: usize>(problem: &Problem, random: &mut Ran
     let attempt = descent.improve(candidate, &budget);
     let residuals = &attempt.runs[0].report.residuals;
     assert!(attempt.converged(), "{:?} {residuals:?}", attempt.outcome);
-    // The end of the descent is the shooting's extremal of the same cost.
+    // The descent ends at the extremal of shooting, with the same cost.
     let costate = attempt.candidate.costate::<N>();
     let newton = Newton::new(&bvp, 1e-11, costate, None).unwrap();
     assert!(newton.end.residual() < 1e-4, "{:e}", newton.end.residual());
@@ -119,14 +121,15 @@ fn descended<const N: usize, const D: usize>(problem: &Problem, random: &mut Ran
     assert_eq!(report.outcome, Outcome::Converged);
     let error = (newton.end.cost - attempt.cost).abs() / attempt.cost;
     assert!(error < 1e-10, "{error:e} after {} iterations", residuals.len());
-    // It is a minimum, and the direction at a path beside it is Newton's.
+    // The Hessian is positive definite, and the direction at a nearby path is Newton's.
     let setting = Setting::<N, D>::new(&bvp.dynamics, start, target).unwrap();
     let mut path = Path::of(&setting, attempt.candidate.states.iter().map(Point::pose).collect()).unwrap();
     path.differentiate(&setting);
     let hessian = dense(&setting, &path);
     let lowest = hessian.clone().symmetric_eigen().eigenvalues.min();
     assert!(lowest > 0.0, "{lowest:e}");
-    // From beside it Newton comes back quadratically: the direction has the exact Hessian.
+    // From a nearby path the iteration converges quadratically, so that the direction uses the
+    // exact Hessian.
     let mut left = Vec::new();
     for size in [1e-3, 1e-4] {
         let mut beside = path.clone();
@@ -158,8 +161,8 @@ fn a_descent_ends_at_an_extremal_that_is_a_minimum_and_its_direction_is_that_of_
     }
 }
 
-/// A descent that runs into a known minimum returns it after fewer iterations; one of the same cost
-/// with a node elsewhere does not stop it.
+/// Claim: a descent that approaches a known minimum returns it after fewer iterations; a known path
+/// of equal cost with one different node does not stop it.
 fn meets<const N: usize, const D: usize>(problem: &Problem, random: &mut Random) {
     let bvp = BoundaryValueProblem::<N>::new(problem, STEPS);
     let (start, target) = (&bvp.start, bvp.terminal.target());

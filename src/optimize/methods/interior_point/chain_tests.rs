@@ -1,5 +1,5 @@
-//! The chain as a program: against the matrices of the chain's model and rows, and against central
-//! differences.
+//! The chain as a program, compared with the matrices of the chain's model and rows, and with
+//! central differences.
 
 use super::chain::ChainProgram;
 use super::chain::family::Family;
@@ -31,12 +31,12 @@ use crate::optimize::methods::scp::method::ConvexIteration;
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
 
-/// Step of the central differences, and what they may be off by: truncation and round-off.
+/// Step of the central differences, and tolerance of their truncation and round-off errors.
 const STEP: f64 = 1e-5;
 const CLOSE: f64 = 3e-8;
 const CLOSE_TO_SECOND: f64 = 1e-6;
 
-/// A trajectory under random inputs that push to one side where they may push to no other.
+/// Returns a trajectory under random positive inputs, which one-sided inputs allow.
 fn trajectory(random: &mut Random, model: &Model) -> Iterate {
     let mut inputs: Vec<Vec<f64>> = (0..=model.steps).map(|_| random_inputs(random, model.m)).collect();
     inputs.iter_mut().flatten().for_each(|u| *u = 0.2 + 0.3 * u.abs());
@@ -51,8 +51,8 @@ fn trajectory(random: &mut Random, model: &Model) -> Iterate {
     Iterate { states, inputs }
 }
 
-/// The maneuver past cones about directions that move, and past a disc's limb, in the stated
-/// duration and in a sought one.
+/// Adds cones about moving directions and about a disc to a maneuver, for the stated duration and
+/// for a free one.
 fn past_moving(problem: Problem) -> [(Problem, Model); 2] {
     let (vector, rate) = (Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.2, 0.3, -0.1));
     let moving = Direction::turning(vector, rate, 10.0 * problem.seconds()).unwrap();
@@ -69,14 +69,15 @@ fn past_moving(problem: Problem) -> [(Problem, Model); 2] {
         Model::new(&problem, problem.steps),
         with_goal(&problem, Dynamics::new(&problem, problem.steps), &goal),
     ];
-    // One of the inputs is drawn to a value.
+    // One of the inputs has a quadratic penalty.
     models.map(|mut model| {
         model.pulls.push(Pull { stage: 2, input: 1, at: 0.4, weight: 0.7 });
         (problem.clone(), model)
     })
 }
 
-/// All that a program gives, and the point there, of each of so many chains.
+/// Calls `of` with the program of each `every`-th chain, and with a point and multipliers of it;
+/// returns the number of programs.
 fn programs(
     every: usize,
     mut of: impl FnMut(&ChainProgram, &Model, &LimitRows, &Iterate, &Point, &Duals),
@@ -94,7 +95,7 @@ fn programs(
         let mut point = Point::of(shape);
         program.point(&iterate, &mut point);
         program.at_barrier(0.03);
-        // Both sides of an input that burns are used.
+        // Both signs of an input that burns fuel are used.
         point.inputs.iter_mut().for_each(|w| *w += 0.01);
         program.follow(&mut point);
         let mut duals = Duals::of(shape);
@@ -106,7 +107,7 @@ fn programs(
     seen
 }
 
-/// A program's states are those of the chain's steps, its rows and its cost those of the chain.
+/// The states of a program are those of the chain's steps, and it has the chain's rows and cost.
 #[test]
 fn a_program_has_the_values_of_the_chain() {
     let seen = programs(1, |program, model, limits, iterate, _, _| {
@@ -150,7 +151,7 @@ fn a_program_has_the_values_of_the_chain() {
     assert!(seen > 60, "{seen}");
 }
 
-/// Moves one unknown of one stage.
+/// Returns the point with one unknown of one stage changed.
 fn moved(program: &ChainProgram, at: &Point, stage: usize, place: usize, by: f64) -> Point {
     let shape = program.shape();
     let mut increment = Increment::of(shape);
@@ -163,7 +164,7 @@ fn moved(program: &ChainProgram, at: &Point, stage: usize, place: usize, by: f64
     out
 }
 
-/// Stages at both ends and between.
+/// Returns stages at both ends and between them.
 fn stages(shape: &Shape) -> [usize; 4] {
     [0, shape.stages / 2, shape.stages - 2, shape.stages - 1]
 }
@@ -211,7 +212,7 @@ fn the_slopes_of_a_program_are_its_derivatives() {
                 }
             }
         }
-        // The last state, and the start by the duration.
+        // The last state, and the derivative of the start with respect to the duration.
         for i in 0..n {
             let values = |by: f64, out: &mut Values| {
                 assert!(program.values(&moved(program, point, shape.stages, shape.m + i, by), out));
@@ -219,8 +220,8 @@ fn the_slopes_of_a_program_are_its_derivatives() {
             values(STEP, &mut plus);
             values(-STEP, &mut minus);
             for (c, (plus, minus)) in plus.terminal.iter().zip(&minus.terminal).enumerate() {
-                // The terminal error's own derivative by the attitude is left out
-                // (`model.terminal`).
+                // The derivative of the terminal error's logarithm with respect to the attitude is
+                // omitted (`model.terminal`).
                 if (model.zeta()..model.zeta() + 3).contains(&i) {
                     continue;
                 }
@@ -250,8 +251,8 @@ fn the_slopes_of_a_program_are_its_derivatives() {
 /// Step of second differences.
 const WIDE: f64 = 3e-4;
 
-/// `λ·step + z·c` and the cost of a stage, with one unknown moved; but for the duration's own
-/// equation.
+/// Returns `λ·step + z·c` plus the cost of a stage, with one unknown changed; the equation of the
+/// duration itself is omitted.
 fn lagrangian(
     program: &ChainProgram,
     point: &Point,
@@ -269,11 +270,12 @@ fn lagrangian(
     steps + rows + values.cost
 }
 
-/// The symmetric part of the change of `[B A]ᵀλ + Cᵀz` and of the cost's gradient along the group.
+/// The curvature is the symmetric part of the change of `[B A]ᵀλ + Cᵀz` and of the cost's gradient
+/// along the group.
 #[test]
 fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
     let mut worst = 0.0f64;
-    // Every third chain: all maneuvers, and all four kinds of a chain.
+    // Every third chain: this covers all maneuvers and all four kinds of a chain.
     programs(3, |program, model, _, _, point, duals| {
         let shape = program.shape();
         let mut at = Derivatives::of(shape);
@@ -303,7 +305,8 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
                 }
             }
             if let Some(duration) = model.duration.filter(|_| stage > 0) {
-                // Along the increment of the duration itself, which is not that of its logarithm.
+                // Along the increment of the duration, which differs from the change of its
+                // logarithm.
                 let place = shape.m + duration;
                 let [before, after] =
                     [-WIDE, WIDE].map(|by| lagrangian(program, point, duals, stage, place, by));
@@ -318,7 +321,7 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
                     if stage == 0 && model.first_input() > 0 {
                         continue;
                     }
-                    // Second differences have less digits.
+                    // Second differences have fewer digits.
                     let wide = model.duration.is_some_and(|d| i == j && i == shape.m + d);
                     let off = (found - known).abs() / (1.0 + known.abs()) * if wide { 0.1 } else { 1.0 };
                     worst = worst.max(off);
@@ -330,8 +333,8 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
     assert!(worst > 0.0);
 }
 
-/// The ends of a maneuver on targets that move: with a free roll, near a second direction with and
-/// without matched rates, and in a given duration.
+/// Returns families of ends on moving targets: with a free roll, near a second direction with and
+/// without matched rates, and for a fixed duration.
 fn families(problem: &Problem) -> Vec<Family> {
     let seconds = problem.seconds();
     let moving = |vector: Vector3, rate: f64| {
@@ -354,8 +357,8 @@ fn families(problem: &Problem) -> Vec<Family> {
     ]
 }
 
-/// First and second derivatives of the terminal equations of families at one of their ends, by
-/// central differences.
+/// First and second derivatives of the terminal equations of families, at one of their ends, agree
+/// with central differences.
 #[test]
 fn ends_of_families_have_the_derivatives_of_their_equations() {
     let mut random = Random(5);
@@ -415,9 +418,9 @@ fn ends_of_families_have_the_derivatives_of_their_equations() {
     assert!(seen > 40, "{seen}");
 }
 
-/// From its one start: the costs of another program on the same grid; without limits
-/// the costates of the shooting. Within limits the rows that act and the costates are those that
-/// Newton on the active set finds.
+/// Claim: from one start the method reaches the costs that another program found on the same grid.
+/// Without limits the costates are those of the shooting. With limits the active rows and the
+/// costates are those of Newton's method on the active set.
 #[test]
 fn the_reference_costs_are_met_and_multipliers_are_costates() {
     let references = [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)];
@@ -429,7 +432,8 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
         let above = found.cost * unit / cost - 1.0;
         assert!(found.converged() && above.abs() < 1e-10, "{share:?} {above:.1e}");
         assert!(found.stationarity < 1e-11, "{share:?} {:.1e}", found.stationarity);
-        // From the path of SCP, which shares none of the interior point's derivatives.
+        // Start from the path of SCP, which uses none of the interior-point method's second
+        // derivatives.
         let scp = ConvexIteration { chain: &chain, options: &ScpOptions::unpolished() };
         let scp = scp.improve(short(&chain), &BUDGET).candidate;
         let newton = newton(&chain.model, &chain.rows, &iterate(&scp), &multipliers(&scp)).unwrap();
@@ -457,17 +461,17 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
 
 const BUDGET: Budget = Budget { iterations: 250, watch: Watch::NONE };
 
-/// The path about the fixed axis.
+/// Returns the fixed-axis path.
 fn short(chain: &Chain) -> Candidate {
     path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter())
 }
 
-/// What the interior point makes of that path.
+/// Returns the result of the interior-point method from the fixed-axis path.
 fn improved(chain: &Chain) -> Attempt {
     InteriorPoint::of(chain, &Tuning::default()).improve(short(chain), &BUDGET)
 }
 
-/// A bent path that leads to a known optimum ends there, before it has converged.
+/// A run from a bent path that converges to a known optimum ends there before it has converged.
 #[test]
 fn a_run_ends_at_an_optimum_that_is_known() {
     let problem = reference_slew(Some(0.65));
@@ -490,7 +494,7 @@ fn a_run_ends_at_an_optimum_that_is_known() {
     assert_eq!(beside.cost, known[0].cost);
 }
 
-/// Only rows that act have a multiplier.
+/// Only active rows have a multiplier.
 #[test]
 fn a_plan_of_least_time_tells_the_rows_that_act() {
     let problem = reference_slew(Some(0.65));
@@ -505,12 +509,12 @@ fn a_plan_of_least_time_tells_the_rows_that_act() {
         assert!(*multiplier == 0.0 || slack < 1e-5, "a row with a slack of {slack:.1e} acts");
         acting += usize::from(*multiplier > 0.0);
     }
-    // On every step at least one torque is at a limit, and none at both.
+    // On every step at least one torque is at a limit, and never at both limits.
     assert!((problem.steps..=3 * problem.steps).contains(&acting), "{acting}");
 }
 
-/// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and
-/// IPOPT).
+/// Cost of fuel charged by the norm of the torque, on 50 steps, compared with another program on
+/// the same grid (CasADi and IPOPT).
 #[test]
 fn fuel_by_the_norm_is_that_of_other_programs() {
     let about = |axis: [f64; 3], degrees: f64| {
@@ -551,6 +555,6 @@ fn fuel_by_the_norm_is_that_of_other_programs() {
     }
 }
 
-/// From `tests/it/maneuvers/fuel_within.rs`.
+/// Reference costs from `tests/it/maneuvers/fuel_within.rs`.
 const SIZE_AND_NORM: f64 = 3.743734068;
 const NORM_AND_CONE: f64 = 1.405963232;

@@ -1,6 +1,6 @@
 //! Random everyday maneuvers: three sizes of spacecraft, four wheels, from rest to rest by 25° to
-//! 170°, in least time, with limits of the rates, past cones, and with least effort in a given
-//! time. One start each, about the fixed axis.
+//! 170°. The kinds are minimum time, minimum time with rate limits, minimum time past cones, and
+//! minimum effort in a fixed duration. Each has one start, the fixed-axis path.
 
 use super::method::InteriorPoint;
 use super::tuning::Tuning;
@@ -28,7 +28,7 @@ enum Kind {
     Effort,
 }
 
-/// A maneuver, as a problem with a stated duration that fits it.
+/// Returns a random maneuver of a kind, as a problem with a suitable stated duration.
 fn everyday(random: &mut Random, kind: Kind) -> Problem {
     let mut draw = |from: f64, to: f64| from + (to - from) * 0.5 * (random.uniform() + 1.0);
     let (j, torque, momentum) =
@@ -83,7 +83,7 @@ fn everyday(random: &mut Random, kind: Kind) -> Problem {
     problem
 }
 
-/// The chain of a maneuver on its own number of steps.
+/// Returns the chain of a maneuver on its own number of steps.
 fn chain_of(problem: &Problem, kind: Kind) -> Chain {
     let steps = problem.steps;
     if kind == Kind::Effort {
@@ -93,7 +93,7 @@ fn chain_of(problem: &Problem, kind: Kind) -> Chain {
     }
 }
 
-/// The path about the fixed axis.
+/// Returns the fixed-axis path.
 fn short(chain: &Chain) -> Candidate {
     path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter())
 }
@@ -104,11 +104,11 @@ fn solved(problem: &Problem, kind: Kind) -> Attempt {
     InteriorPoint::of(&chain, &Tuning::default()).improve(short(&chain), &budget)
 }
 
-/// Maneuvers of each kind.
+/// Number of maneuvers of each kind.
 const CASES: usize = 8;
 
-/// Each from its one start, to round-off: 2,792 of 2,800 in a count of another implementation, in
-/// 13 to 21 iterations to 1e-8.
+/// Each maneuver converges to round-off from its only start. Another implementation solved 2,792 of
+/// 2,800 such maneuvers, in 13 to 21 iterations to 1e-8.
 #[test]
 fn everyday_maneuvers_are_solved_from_one_start() {
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
@@ -126,7 +126,7 @@ fn everyday_maneuvers_are_solved_from_one_start() {
     }
 }
 
-/// The whole plan, with its search over starts and its landing.
+/// The complete planner, with its search over starts and its landing, solves these maneuvers.
 #[test]
 fn everyday_maneuvers_land() {
     for kind in [Kind::Rate, Kind::Cone] {
@@ -142,7 +142,8 @@ fn everyday_maneuvers_land() {
     }
 }
 
-/// A sphere turns about an axis by θ under a torque of one, no faster than ω: it takes θ/ω + ω.
+/// A unit sphere that turns by θ about an axis, with torque at most one and rate at most ω, takes
+/// the minimum time θ/ω + ω.
 #[test]
 fn the_shortest_turn_within_a_rate_takes_its_angle_over_the_rate_and_a_ramp() {
     let (angle, fastest) = (2.1, 0.8);
@@ -159,7 +160,7 @@ fn the_shortest_turn_within_a_rate_takes_its_angle_over_the_rate_and_a_ramp() {
     let found = solved(&problem, Kind::Time);
     assert!(found.converged());
     let duration = 4.0 * found.candidate.grid.duration();
-    // But for the grid, on which a switch is no instant.
+    // The duration is exact except for the grid, which does not resolve the switching times.
     assert!((duration / (angle / fastest + fastest) - 1.0).abs() < 3e-4, "{duration}");
 }
 
@@ -187,7 +188,7 @@ fn small_turns_are_solved_as_large_ones() {
     }
 }
 
-/// From rest to rest at the same attitude the least effort is none.
+/// A rest-to-rest maneuver without a change of attitude takes zero effort.
 #[test]
 fn no_turn_takes_no_effort() {
     let mut random = Random(4);
@@ -197,8 +198,9 @@ fn no_turn_takes_no_effort() {
     assert!(attempt.converged() && attempt.cost.abs() < 1e-12, "{:?} {:e}", attempt.outcome, attempt.cost);
 }
 
-/// One to three steps, which may be too long for the body to be turned by at all, end in a plan or
-/// in none; wheels that are full at the start in a plan or in what is lacking.
+/// With one to three steps, which may be too long for any turn of the body, a run ends with a plan
+/// or reports failure. With wheels at their momentum limits at the start it ends with a plan or a
+/// shortfall.
 #[test]
 fn few_steps_and_full_wheels_end_in_a_plan_or_in_a_reason() {
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
@@ -215,7 +217,8 @@ fn few_steps_and_full_wheels_end_in_a_plan_or_in_a_reason() {
         let mut random = Random(kind as u64 + 1);
         let mut problem = everyday(&mut random, kind);
         let wheels = problem.actuation.wheels.as_mut().unwrap();
-        // Their sum is zero, so that a body at rest can be turned with them.
+        // The sum of the wheel momenta is zero, so that a body at rest can be turned with these
+        // wheels.
         wheels.momentum = wheels.momentum_limit.clone();
         wheels.momentum[1] *= -1.0;
         wheels.momentum[3] *= -1.0;

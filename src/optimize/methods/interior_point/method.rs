@@ -1,5 +1,5 @@
-//! The interior point as a method: it improves a candidate, from its path and from its inputs if it
-//! has them, to an optimum within all limits.
+//! The interior-point method as an implementation of `Method`: it improves a candidate, from its
+//! path and, if it has inputs, from these, to an optimum within all limits.
 
 use super::chain::ChainProgram;
 use super::chain::family::Family;
@@ -30,16 +30,16 @@ use nalgebra::DVector;
 pub(crate) struct InteriorPoint<'a> {
     pub chain: &'a Chain,
     pub tuning: &'a Tuning,
-    /// The ends, where the end is one of a family instead of that of the chain.
+    /// Family of possible ends; `None` if the end is that of the chain.
     pub family: Option<&'a Family>,
-    /// What a solve of nearly the same maneuver has left, if any.
+    /// Warm start from a solve of nearly the same maneuver, if any.
     pub warm: Option<&'a Warm>,
-    /// Optima of the same chain that are known: a run that nears one of them ends there.
+    /// Known optima of the chain: a run that converges to one of them ends early.
     pub known: &'a [Attempt],
 }
 
 impl<'a> InteriorPoint<'a> {
-    /// Makes the method for the end of a chain, with nothing known beside.
+    /// Builds the method for the end of a chain, without a warm start and without known optima.
     pub fn of(chain: &'a Chain, tuning: &'a Tuning) -> Self {
         Self { chain, tuning, family: None, warm: None, known: &[] }
     }
@@ -63,7 +63,7 @@ impl Method for InteriorPoint<'_> {
             self.warm.is_some_and(|warm| program.resume(warm, &mut solver.point, &mut solver.duals));
         let mut run = self.run(&program, &mut solver, (most, resumes), &budget.watch);
         if let End::Known(known) = run.end {
-            // The same plan once more.
+            // The run found a known plan again.
             let Attempt { runs, .. } = Attempt::of(
                 candidate,
                 Report {
@@ -80,10 +80,10 @@ impl Method for InteriorPoint<'_> {
         }
         let found = |solver: &Solver| program.found(&solver.point, &solver.duals, &solver.at.values.rows);
         let (mut iterate, mut multipliers) = found(&solver);
-        // Along motions that are not stable the inputs replayed from the start miss the end by what
-        // round-off grows to.
+        // If the motion is unstable, the simulation of the inputs from the start misses the end by
+        // amplified round-off.
         for _ in 0..self.tuning.replays {
-            // An end of a family is none of the chain's.
+            // The end of a family is not an end of the chain.
             let Some(replayed) = iterate.replayed(model).ok().filter(|_| self.family.is_none()) else {
                 break;
             };
@@ -106,7 +106,7 @@ impl Method for InteriorPoint<'_> {
             End::Converged if kept => Outcome::Converged,
             End::Converged | End::Stalled | End::Known(_) => Outcome::Stalled,
             End::NotFinite => Outcome::NotFinite,
-            // At its own limit the method gives up, and the user's limit has nothing to do with it.
+            // The method's own iteration limit was reached before the user's: it counts as stalled.
             End::Iterations if most >= tuning.iterations => Outcome::Stalled,
             End::Iterations => Outcome::IterationLimit,
             End::Stopped => (budget.watch.interrupt)().unwrap_or(Outcome::Interrupted),
@@ -114,7 +114,8 @@ impl Method for InteriorPoint<'_> {
         let shortfall =
             (outcome != Outcome::Converged).then(|| self.lacking(&program, &solver.at.values, &run, outcome));
         let residual = run.primal.max(excess);
-        // Without rows the products are those of the end, which is met.
+        // Without rows the complementarity products belong to the terminal equations, which are
+        // satisfied.
         let complementarity = if program.shape().rows() == 0 { 0.0 } else { run.complementarity };
         let stationarity = run.dual.max(run.primal).max(complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
@@ -134,8 +135,8 @@ impl Method for InteriorPoint<'_> {
 }
 
 impl InteriorPoint<'_> {
-    /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its
-    /// path, in a duration in which they are within the limits.
+    /// Returns the initial iterate of a candidate. If the candidate has no inputs, they are
+    /// computed to follow its path, in a duration in which they are within the limits.
     fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
@@ -154,8 +155,9 @@ impl InteriorPoint<'_> {
         start
     }
 
-    /// Runs the solver, again at a higher price of violations and terminal errors as long as some
-    /// remain: at a low one they may pay although a maneuver without them exists.
+    /// Runs the solver, and repeats it with higher penalties while violations or terminal errors
+    /// remain: with too small a penalty a violation may reduce the merit although a feasible
+    /// maneuver exists.
     fn run(
         &self,
         program: &ChainProgram,
@@ -184,8 +186,8 @@ impl InteriorPoint<'_> {
         run
     }
 
-    /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no
-    /// effort, fuel or time costs less.
+    /// Returns the candidate as an optimum if it satisfies all conditions and has zero cost, which
+    /// no effort, fuel or time can undercut.
     fn costs_nothing(
         &self,
         program: &ChainProgram,
@@ -214,7 +216,8 @@ impl InteriorPoint<'_> {
         met.then_some(Attempt { barrier: Some([0.0; 3]), ..found })
     }
 
-    /// Returns the duration that the path of a candidate needs, as a multiple of the stated one.
+    /// Returns the duration that the path of a candidate requires, as a multiple of the stated one;
+    /// `None` if it cannot be determined.
     fn fitting(&self, candidate: &Candidate, watch: &Watch) -> Option<f64> {
         let Chain { model, rows } = self.chain;
         let poses: Vec<Pose> = candidate.states.iter().map(Node::pose).collect();
@@ -234,7 +237,7 @@ impl InteriorPoint<'_> {
         Some(stretch)
     }
 
-    /// Returns the violated limits by name.
+    /// Reports the violated limits by name.
     fn lacking(&self, program: &ChainProgram, at: &Values, run: &Run, outcome: Outcome) -> Shortfall {
         Shortfall::Violated {
             cut_short_after: (outcome == Outcome::IterationLimit).then_some(run.iterations),
@@ -244,8 +247,8 @@ impl InteriorPoint<'_> {
     }
 }
 
-/// Returns the worst value of a row on a path, with the inputs that it has or asks for; `None`
-/// where the path has none.
+/// Returns the largest value of a row on a path, with the inputs of the path or those that follow
+/// it; `None` if the path cannot be evaluated.
 pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
     let iterate = chain.iterate(path, &Watch::NONE);
     let tuning = Tuning::default();
@@ -256,9 +259,9 @@ pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
     exists.then(|| at.rows.iter().copied().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Prepares the solution of a maneuver from the path about its fixed axis, and hands over what
-/// solves it, in the same space every time, and returns the iterations. For benchmarks and counts
-/// of allocations.
+/// Prepares the solution of a maneuver from the fixed-axis path, and passes to `work` a closure
+/// that solves it and returns the number of iterations. Every call uses the same memory. For
+/// benchmarks and for counting allocations.
 #[doc(hidden)]
 pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() -> usize) -> T) -> T {
     let (steps, objective) = (problem.steps, &problem.objective);

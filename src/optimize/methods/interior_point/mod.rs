@@ -1,9 +1,9 @@
 //! The interior-point method: optimal maneuvers within limits, with attitudes on the rotation
 //! group.
 //!
-//! [`iteration`] is the algorithm and [`riccati`] its linear algebra. Neither knows a spacecraft:
-//! they see a [`program`] of stages. [`chain`] is the maneuver as such a program, and [`tuning`]
-//! has every number that the theory does not give.
+//! [`iteration`] is the algorithm and [`riccati`] its linear algebra. Both work on a [`program`] of
+//! stages and contain nothing specific to spacecraft. [`chain`] formulates the maneuver as such a
+//! program, and [`tuning`] has every constant that the theory does not determine.
 
 pub(crate) mod chain;
 pub(crate) mod iteration;

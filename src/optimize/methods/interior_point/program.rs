@@ -1,4 +1,5 @@
-//! Programs of stages that the interior point solves, and their values and derivatives.
+//! Programs of stages, the problems of the interior-point method, with their values and
+//! derivatives.
 //!
 //! ```text
 //! min Σ f_k(x_k, u_k) + f(x_N)
@@ -6,64 +7,65 @@
 //! ```
 //!
 //! States live on a manifold and are stored in coordinates of their own; derivatives are with
-//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered `z
-//! = (u, x)`. All matrices are dense, columns one after the other.
+//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered
+//! `z = (u, x)`. All matrices are dense, columns one after the other.
 
-/// How a row is met.
+/// Kind of an inequality or equality row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RowKind {
-    /// `c ≤ 0`, always in the end.
+    /// Inequality `c ≤ 0`, which the solution satisfies.
     Hard,
-    /// `c ≤ t` with a price on `t ≥ 0`: where no point keeps it the least violation is found.
+    /// Inequality `c ≤ t` with a penalty on `t ≥ 0`: if no feasible point exists, the smallest
+    /// violation is found.
     Elastic,
-    /// `c = 0`.
+    /// Equality `c = 0`.
     Equation,
 }
 
-/// Sizes of a program, and which unknowns each of its rows depends on.
+/// Dimensions of a program, and the unknowns on which each of its rows depends.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shape {
-    /// Tangent dimension of a state.
+    /// Dimension of the tangent space of a state.
     pub n: usize,
-    /// Inputs of a stage.
+    /// Number of inputs of a stage.
     pub m: usize,
-    /// Numbers by which a state is stored.
+    /// Number of coordinates that store a state.
     pub coordinates: usize,
-    /// Steps from a state to the next: the states are `x_0 … x_stages`.
+    /// Number of steps: the states are `x_0 … x_stages`.
     pub stages: usize,
-    /// Terminal equations.
+    /// Number of terminal equations.
     pub terminal: usize,
-    /// Unknowns `y` of the start.
+    /// Number of unknowns `y` of the start.
     pub starts: usize,
-    /// First row of each stage, and the number of all.
+    /// Index of the first row of each stage, and finally the number of all rows.
     pub first_row: Vec<usize>,
-    /// Where the unknowns of each row begin in `unknowns`, and their number in all.
+    /// Index in `unknowns` of the first unknown of each row, and finally the length of `unknowns`.
     pub first_unknown: Vec<usize>,
-    /// Places in `z` that rows depend on.
+    /// Indices in `z` of the unknowns on which the rows depend.
     pub unknowns: Vec<u16>,
-    /// How each row is met.
+    /// Kind of each row.
     pub kinds: Vec<RowKind>,
 }
 
 impl Shape {
-    /// A shape without rows.
+    /// Returns a shape without rows.
     pub fn new(n: usize, m: usize, coordinates: usize, stages: usize) -> Self {
         Self { n, m, coordinates, stages, first_row: vec![0], first_unknown: vec![0], ..Self::default() }
     }
 
-    /// Appends a row to the present stage.
+    /// Appends a row to the current stage.
     pub fn row(&mut self, kind: RowKind, unknowns: impl IntoIterator<Item = usize>) {
         self.kinds.push(kind);
         self.unknowns.extend(unknowns.into_iter().map(|place| place as u16));
         self.first_unknown.push(self.unknowns.len());
     }
 
-    /// Ends the description of a stage.
+    /// Ends the current stage.
     pub fn end_stage(&mut self) {
         self.first_row.push(self.kinds.len());
     }
 
-    /// Returns the number of unknowns of a stage.
+    /// Returns the number of unknowns of a stage, inputs and state.
     pub fn z(&self) -> usize {
         self.n + self.m
     }
@@ -73,39 +75,39 @@ impl Shape {
         self.kinds.len()
     }
 
-    /// Returns the rows of a stage.
+    /// Returns the range of rows of a stage.
     pub fn rows_of(&self, stage: usize) -> std::ops::Range<usize> {
         self.first_row[stage]..self.first_row[stage + 1]
     }
 
-    /// Returns the places of the slopes of a row.
+    /// Returns the range of derivatives of a row, which is also the range of its unknowns.
     pub fn slopes_of(&self, row: usize) -> std::ops::Range<usize> {
         self.first_unknown[row]..self.first_unknown[row + 1]
     }
 }
 
-/// A point: coordinates of the states, and inputs.
+/// Point of a program: the coordinates of the states, and the inputs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Point {
-    /// `coordinates` numbers for each of the states.
+    /// Coordinates of the states, `coordinates` numbers for each.
     pub states: Vec<f64>,
-    /// `m` inputs for each stage.
+    /// Inputs, `m` numbers for each stage.
     pub inputs: Vec<f64>,
 }
 
 /// An increment of a point in its tangent space.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Increment {
-    /// `n` for each of the states.
+    /// Increments of the states, `n` numbers for each.
     pub states: Vec<f64>,
-    /// `m` for each stage.
+    /// Increments of the inputs, `m` numbers for each stage.
     pub inputs: Vec<f64>,
 }
 
-/// Multipliers of all equations and rows.
+/// Lagrange multipliers of all equations and rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Duals {
-    /// `n` costates for each state: of the start, then of each step.
+    /// Costates, `n` numbers for each state: of the start, then of each step.
     pub costates: Vec<f64>,
     /// Multipliers of the terminal equations.
     pub terminal: Vec<f64>,
@@ -117,7 +119,7 @@ pub(crate) struct Duals {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Values {
     pub cost: f64,
-    /// `step_k(x_k, u_k) ⊖ x_{k+1}`.
+    /// Defects of the dynamics, `step_k(x_k, u_k) ⊖ x_{k+1}`.
     pub defects: Vec<f64>,
     pub rows: Vec<f64>,
     pub terminal: Vec<f64>,
@@ -127,23 +129,23 @@ pub(crate) struct Values {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Derivatives {
     pub values: Values,
-    /// Derivative of each step, `n × (m + n)`.
+    /// Derivative `[B A]` of each step, `n × (m + n)`.
     pub steps: Vec<f64>,
-    /// Gradients of the cost of each stage, and second derivatives of the cost, symmetric.
+    /// Gradient of the cost of each stage, and its Hessian, symmetric.
     pub gradients: Vec<f64>,
     pub hessians: Vec<f64>,
-    /// Second derivatives of `λ·step + Σ z c` of each stage, symmetric.
+    /// Hessian of `λ·step + Σ z c` of each stage, symmetric.
     pub curvatures: Vec<f64>,
-    /// Derivatives of the rows by the unknowns that the shape lists.
+    /// Derivatives of the rows with respect to the unknowns that the shape lists.
     pub slopes: Vec<f64>,
-    /// Gradient and second derivatives of the cost of the last state.
+    /// Gradient and Hessian of the cost of the last state.
     pub last_gradient: Vec<f64>,
     pub last_hessian: Vec<f64>,
-    /// Second derivatives of `ν·e`.
+    /// Hessian of `ν·e` with respect to the last state.
     pub last_curvature: Vec<f64>,
-    /// Derivatives of the terminal equations, `n × terminal`.
+    /// Derivatives of the terminal equations with respect to the last state, `n × terminal`.
     pub terminal_slopes: Vec<f64>,
-    /// Derivatives of the start by its unknowns, `n × starts`.
+    /// Derivatives of the start with respect to its unknowns, `n × starts`.
     pub start_slopes: Vec<f64>,
 }
 
@@ -208,37 +210,37 @@ impl Derivatives {
     }
 }
 
-/// A program of stages.
+/// A program of stages, as the interior-point method sees it.
 pub(crate) trait Program {
     /// Returns the sizes of the program.
     fn shape(&self) -> &Shape;
 
-    /// Computes the values at a point, without allocating; returns `false` if a value does not
-    /// exist.
+    /// Computes the values at a point, without allocating memory; returns `false` if a value does
+    /// not exist.
     fn values(&self, at: &Point, out: &mut Values) -> bool;
 
     /// Computes values and derivatives at a point, with second derivatives of steps, rows and
-    /// terminal equations weighted by `duals`; returns `false` if a value does not exist. Elements
-    /// that are always the same may be left as they are.
+    /// terminal equations weighted by `duals`; returns `false` if a value does not exist. Constant
+    /// elements need not be written again.
     fn derivatives(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool;
 
-    /// Moves `at` by a part of an increment.
+    /// Writes to `out` the point that results from `at` by `part` times an increment.
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point);
 
-    /// Returns the largest part of an increment from a point, at most 1, within which the
-    /// derivatives are trusted.
+    /// Returns the largest fraction of an increment, at most 1, within which the linearisation at
+    /// the point is trusted.
     fn longest(&self, at: &Point, by: &Increment) -> f64;
 
-    /// Tells the program the barrier term for which it is evaluated from now on, or the mean
-    /// complementarity while that is larger: rows with corners are rounded by it.
+    /// Sets the barrier parameter of subsequent evaluations, or the mean complementarity while that
+    /// is larger: rows with corners are smoothed by it.
     fn at_barrier(&self, _barrier: f64) {}
 
-    /// Returns which of the optima that are known a point is at, whose cost exceeds that of its
-    /// optimum by so much.
+    /// Returns the index of the known optimum to which a point has converged; `excess` estimates by
+    /// how much the cost at the point exceeds the optimum. `None` if there is no such optimum.
     fn known(&self, _at: &Point, _excess: f64) -> Option<usize> {
         None
     }
 
-    /// Writes the price of a unit of error of each terminal equation.
+    /// Writes the penalty per unit of error of each terminal equation.
     fn terminal_prices(&self, out: &mut [f64]);
 }

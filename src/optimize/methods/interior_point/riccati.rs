@@ -1,12 +1,12 @@
-//! The linear system of one Newton step, by a Riccati recursion with borders.
+//! The linear system of one Newton step, solved by a Riccati recursion with a border.
 //!
 //! ```text
 //! min Σ ½ zᵀHz + h·z ,     z = (u, x)
 //! dx⁺ = [B A] dz + d ,     E dx_N + e = D dν ,     dx_0 = G dy
 //! ```
 //!
-//! `H` has the rows' part `CᵀΣC` in it. Backward, with the columns `c`: 0, the main one, and one
-//! for each terminal equation,
+//! `H` includes the part `CᵀΣC` of the rows. The backward recursion works on columns `c`: column 0
+//! is the right-hand side, and each terminal equation has one more column,
 //!
 //! ```text
 //! P_N = H_N + EᵀρE ,   p_N⁰ = h_N + Eᵀρe ,   p_N^j = E_j
@@ -21,44 +21,48 @@
 //! −N ω + gᵀdy = −(M_{·0} + e) ,     GᵀP_0G dy + g ω = −(Gᵀλ_0 + g⁰) ,      dν = ω/(1 − ρD)
 //! ```
 //!
-//! The inertia is right where all `U` exist, `N` is positive and so is what is left for `dy`. The
-//! term `ρ` changes no solution; it makes the blocks `H_uu` positive where the program is convex on
-//! the terminal manifold alone. Forward: `du = −U⁻¹(W dx + Σ l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
+//! The inertia is correct if all `U` exist, and `N` and the matrix left for `dy` are positive
+//! definite. The term `ρ` does not change the solution; it makes the blocks `H_uu` positive
+//! definite if the program is convex only on the terminal manifold. Forward:
+//! `du = −U⁻¹(W dx + Σ l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
 //!
-//! A further right-hand side costs a pass of vectors. Domahidi et al. 2012, Frison 2016 for the
-//! recursion; the borders are the Schur complement of what couples all stages.
+//! A further right-hand side takes one backward and one forward pass over vectors. The recursion
+//! follows Domahidi et al. 2012 and Frison 2016; the border is the Schur complement of the terminal
+//! equations and of the unknown start, which couple all stages.
 
 use super::program::{Derivatives, Increment, Shape};
 use crate::numerics::widest::widest;
 
-/// What a terminal equation gives way by, and the term that makes the problem convex beside it.
+/// Elasticity of a terminal equation, and the term that makes the problem convex off the terminal
+/// manifold.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Yield {
-    /// `D`.
+    /// Elasticity `D`: the equation reads `E dx_N + e = D dν`.
     pub by: f64,
-    /// `ρ`, at most `½/D`.
+    /// Weight `ρ` of the equation in the Hessian, at most `½/D`.
     pub rho: f64,
 }
 
-/// Shares of the Hessian that a factorisation takes.
+/// Parts of the Hessian that a factorisation includes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taken {
-    /// Whether second derivatives of steps and rows are in it.
+    /// Whether second derivatives of steps and rows are included; false for Gauss–Newton.
     pub curved: bool,
-    /// What is added to the diagonal.
+    /// Shift added to the diagonal.
     pub shift: f64,
 }
 
-/// The right-hand side: gradients of the Lagrangian, and what equations lack.
+/// Right-hand side of the linear system: gradients of the Lagrangian and residuals of the
+/// equations.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Right {
-    /// `m + n` for each stage.
+    /// Gradients of the Lagrangian by `(u, x)`, `m + n` numbers for each stage.
     pub gradients: Vec<f64>,
-    /// Of the last state.
+    /// Gradient of the Lagrangian by the last state, `n` numbers.
     pub last: Vec<f64>,
     pub defects: Vec<f64>,
     pub terminal: Vec<f64>,
-    /// `Gᵀλ_0`.
+    /// Gradient of the Lagrangian by the unknowns of the start, `Gᵀλ_0`.
     pub start: Vec<f64>,
 }
 
@@ -74,13 +78,14 @@ impl Right {
     }
 }
 
-/// Rows of blocks: what the kernels work on at a time.
+/// Number of rows and of columns of a block in the matrix kernels.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
-/// Unknowns from which a row of the program is added to the Hessian as one of a dense matrix.
+/// Number of unknowns from which a row of the program is added to the Hessian as a dense row.
 const DENSE: usize = 5;
 
-/// The factors, and the space to find them in. Sizes in matrices are padded to whole blocks.
+/// Factors of the linear system, with the work space of the factorisation. Matrix sizes are padded
+/// to whole blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Riccati {
     n: usize,
@@ -88,27 +93,28 @@ pub(crate) struct Riccati {
     stages: usize,
     terminal: usize,
     starts: usize,
-    /// `n` and `m` as they are padded, and those with the columns of the terminal equations after
-    /// `n`.
+    /// Padded `n` and `m`, and the padded width of the states followed by the columns of the
+    /// terminal equations.
     wide_n: usize,
     wide_m: usize,
     width: usize,
-    /// Rows of `[P_k, p_k^1 …]`.
+    /// Value function: rows of `[P_k, p_k^1 …]`.
     p: Vec<f64>,
-    /// `p_k⁰`, and `l_k⁰`.
+    /// Vectors `p_k⁰` and `l_k⁰` of the right-hand side.
     main: Vec<f64>,
     l: Vec<f64>,
-    /// Columns of `U_k`, m×m each; rows of `[W_k, l_k^1 …]`.
+    /// Factors `U_k` by columns, m×m each; rows of `[W_k, l_k^1 …]`.
     u: Vec<f64>,
     w: Vec<f64>,
-    /// `N`, then its factor; `g`, starts×terminal; `N⁻¹gᵀ`; what is left for `dy`, then its factor.
+    /// Border: `N`, later its factor; `g`, starts×terminal; `N⁻¹gᵀ`; the matrix left for `dy`,
+    /// later its factor.
     normal: Vec<f64>,
     by_start: Vec<f64>,
     solved: Vec<f64>,
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Space: `[B A]` with dense rows below it, the same times `P` and `Σ`, and `[P, p^1 …]`, as
-    /// columns of blocks, each row after row; the Hessian with the terminal columns, and vectors.
+    /// Work space, in columns of blocks: `[B A]` followed by the dense rows, their products with
+    /// `P` and `Σ`, and `[P, p^1 …]`; then the Hessian with the terminal columns, and vectors.
     rows: usize,
     left: Vec<Lanes>,
     right: Vec<Lanes>,
@@ -120,8 +126,7 @@ pub(crate) struct Riccati {
     dy: Vec<f64>,
 }
 
-/// Least share of the largest diagonal element of `N` that is added to it: where a terminal
-/// equation follows from others.
+/// Relative regularisation of the diagonal of `N`, needed if a terminal equation depends on others.
 const DEPENDENT: f64 = 1e-14;
 
 impl Riccati {
@@ -163,7 +168,7 @@ impl Riccati {
         }
     }
 
-    /// Factors the system with the rows' `Σ`; `false` where its inertia is wrong.
+    /// Factors the system with the rows' weights `Σ`; returns `false` if its inertia is wrong.
     pub fn factor(
         &mut self,
         shape: &Shape,
@@ -206,7 +211,8 @@ impl Riccati {
         self.close(at)
     }
 
-    /// Eliminates all stages, from the last; `false` where a Hessian by inputs is not positive.
+    /// Eliminates all stages, beginning with the last; returns `false` if the Hessian by the inputs
+    /// of a stage is not positive definite.
     #[inline(always)]
     fn recur(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken) -> bool {
         for stage in (0..self.stages).rev() {
@@ -218,8 +224,8 @@ impl Riccati {
         true
     }
 
-    /// Writes the Hessian of a stage with all that depends on its unknowns: rows, the states after
-    /// it, and the terminal columns.
+    /// Assembles the Hessian of a stage from all terms that depend on its unknowns: its own, its
+    /// rows, the value function of the next state, and the terminal columns.
     #[inline(always)]
     fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
         let (n, m, width) = (self.n, self.m, self.width);
@@ -242,7 +248,7 @@ impl Riccati {
             }
             self.h[place(j) * (h_width + 1)] += taken.shift;
         }
-        // `[B A]` and what it is multiplied with.
+        // `[B A]` and the matrices that multiply it.
         let rows = self.rows;
         let step = &at.steps[stage * n * z..][..n * z];
         for (j, column) in step.chunks_exact(n).enumerate() {
@@ -303,7 +309,8 @@ impl Riccati {
         }
     }
 
-    /// Eliminates the inputs of a stage; `false` where its Hessian by them is not positive.
+    /// Eliminates the inputs of a stage; returns `false` if the Hessian with respect to the inputs
+    /// is not positive definite.
     #[inline(always)]
     fn eliminate(&mut self, stage: usize) -> bool {
         let (n, m, width, wide_m) = (self.n, self.m, self.width, self.wide_m);
@@ -331,7 +338,7 @@ impl Riccati {
             let by = 1.0 / u[i * m + i];
             own.iter_mut().for_each(|value| *value *= by);
         }
-        // What is left for the states; `W` again in columns of blocks.
+        // The Schur complement for the states; `W` again in columns of blocks.
         let columns = &mut self.after[..m * width / LANES];
         for (i, row) in w.chunks_exact(width).enumerate() {
             for (j, value) in row.as_chunks::<LANES>().0.iter().enumerate() {
@@ -367,7 +374,7 @@ impl Riccati {
         true
     }
 
-    /// The factors of what couples all stages; `false` where the inertia is wrong.
+    /// Factors the border, which couples all stages; returns `false` if the inertia is wrong.
     fn close(&mut self, at: &Derivatives) -> bool {
         let (n, terminal, starts) = (self.n, self.terminal, self.starts);
         let largest = (0..terminal).map(|c| self.normal[c * terminal + c]).fold(0.0, f64::max);
@@ -403,8 +410,8 @@ impl Riccati {
         cholesky(&mut self.reduced, starts)
     }
 
-    /// Solves for a right-hand side: increments of the point and of the multipliers of its
-    /// equations.
+    /// Solves for a right-hand side; returns the increments of the point, the costates and the
+    /// terminal multipliers.
     pub fn solve(
         &mut self,
         at: &Derivatives,
@@ -419,7 +426,7 @@ impl Riccati {
         );
     }
 
-    /// A pass backward and one forward.
+    /// Performs one backward and one forward pass.
     #[inline(always)]
     fn pass(
         &mut self,
@@ -438,7 +445,7 @@ impl Riccati {
         {
             add(main, given.rho * lacking, slope);
         }
-        // States, and behind them what is summed up for the terminal equations.
+        // The states, followed by the sums for the terminal equations.
         let vector = &mut self.vector[..];
         vector.fill(0.0);
         vector[wide_n..][..terminal].copy_from_slice(&right.terminal);
@@ -467,7 +474,7 @@ impl Riccati {
             }
             main.copy_from_slice(&vector[..n]);
         }
-        // What couples all stages.
+        // The border, which couples all stages.
         let omega = &mut self.omega;
         omega.copy_from_slice(&vector[wide_n..][..terminal]);
         substitute(&self.normal, omega);
@@ -482,7 +489,7 @@ impl Riccati {
         for ((to, omega), Yield { by, rho }) in terminals.iter_mut().zip(omega.iter()).zip(&self.yields) {
             *to = omega / (1.0 - rho * by);
         }
-        // Forward.
+        // Forward pass.
         vector.fill(0.0);
         vector[wide_n..][..terminal].copy_from_slice(omega);
         let first = &mut point.states[..n];
@@ -518,7 +525,7 @@ impl Riccati {
     }
 }
 
-/// `Σ a_r b_rᵀ`.
+/// Computes the block `Σ a_r b_rᵀ`.
 #[inline(always)]
 fn block(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
     let mut out = [[0.0; LANES]; LANES];
@@ -532,7 +539,7 @@ fn block(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
     out
 }
 
-/// Adds a block to rows that are so far apart.
+/// Adds a block to a matrix whose rows are `apart` elements apart.
 #[inline(always)]
 fn add_block(to: &mut [f64], apart: usize, block: &[Lanes; LANES]) {
     for (row, block) in to.chunks_mut(apart).zip(block) {
@@ -542,7 +549,7 @@ fn add_block(to: &mut [f64], apart: usize, block: &[Lanes; LANES]) {
     }
 }
 
-/// `a · b` of whole blocks.
+/// Computes `a · b` of vectors padded to whole blocks.
 #[inline(always)]
 fn dot_of_blocks(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
@@ -554,7 +561,7 @@ fn dot_of_blocks(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
-/// `to += by · from`.
+/// Computes `to += by · from`.
 #[inline(always)]
 pub(super) fn add(to: &mut [f64], by: f64, from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
@@ -562,13 +569,13 @@ pub(super) fn add(to: &mut [f64], by: f64, from: &[f64]) {
     }
 }
 
-/// `a · b`.
+/// Computes `a · b`.
 #[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// `U⁻ᵀ b` of an upper triangle.
+/// Solves `Uᵀ x = b` for an upper triangular `U`, in place.
 #[inline(always)]
 fn forward(u: &[f64], b: &mut [f64]) {
     let m = b.len();
@@ -578,7 +585,7 @@ fn forward(u: &[f64], b: &mut [f64]) {
     }
 }
 
-/// `U⁻¹ b`.
+/// Solves `U x = b` for an upper triangular `U`, in place.
 #[inline(always)]
 fn backward(u: &[f64], b: &mut [f64]) {
     let m = b.len();
@@ -589,8 +596,8 @@ fn backward(u: &[f64], b: &mut [f64]) {
     }
 }
 
-/// The upper factor of a matrix whose upper triangle is given, in its place; `false` where it is
-/// not positive.
+/// Replaces a matrix, given by its upper triangle, by its upper Cholesky factor; returns `false` if
+/// it is not positive definite.
 fn cholesky(matrix: &mut [f64], size: usize) -> bool {
     for i in 0..size {
         for j in 0..=i {
@@ -607,7 +614,7 @@ fn cholesky(matrix: &mut [f64], size: usize) -> bool {
     true
 }
 
-/// Solves with the factor of [`cholesky`].
+/// Solves a system with the factor of [`cholesky`].
 fn substitute(factor: &[f64], b: &mut [f64]) {
     forward(factor, b);
     backward(factor, b);

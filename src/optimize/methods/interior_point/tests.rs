@@ -1,5 +1,5 @@
-//! The interior point on programs whose optima are known, and its linear algebra against dense
-//! matrices.
+//! The interior-point method on programs with known optima, and its linear algebra compared with
+//! dense matrices.
 
 use super::iteration::{End, Solver};
 use super::program::*;
@@ -9,7 +9,7 @@ use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::method::Watch;
 use std::cell::Cell;
 
-/// Numbers in (−1, 1), the same in every run.
+/// Generator of reproducible numbers in (−1, 1).
 struct Random(u64);
 
 impl Random {
@@ -19,14 +19,14 @@ impl Random {
     }
 }
 
-/// A mass on a line, `p⁺ = p + hv + ½h²u`, `v⁺ = v + hu`, that comes to rest at `p = 1` by inputs
-/// within ±1, on `steps` steps of `T/steps`.
+/// Double integrator: a mass on a line, `p⁺ = p + hv + ½h²u`, `v⁺ = v + hu`, that comes to rest at
+/// `p = 1` by inputs within ±1, on `steps` steps of `T/steps`.
 struct Line {
     shape: Shape,
     steps: usize,
-    /// Whether `T` is sought, and least; else it is this, and least effort is sought.
+    /// Fixed duration `T` of a minimum-effort problem; `None` for minimum time.
     given: Option<f64>,
-    /// The largest speed.
+    /// Limit of the speed, if any.
     speed: Option<f64>,
     bounded: bool,
 }
@@ -98,7 +98,7 @@ impl Program for Line {
         for k in 0..self.steps {
             let ([_, v, t], u) = ([0, 1, 2].map(|i| at.states[3 * k + i]), at.inputs[k]);
             let h = t / steps;
-            // Columns u, p, v, T.
+            // The columns are u, p, v, T.
             out.steps[12 * k..][..12].copy_from_slice(&[
                 0.5 * h * h,
                 h,
@@ -156,7 +156,7 @@ impl Program for Line {
     }
 }
 
-/// `T = 2`: full force forward, then back; the switch is a node.
+/// The optimum is `T = 2`: full force forward, then backward; the switch is at a node.
 #[test]
 fn the_shortest_time_of_a_double_integrator_is_found() {
     let line = Line::new(20, None, None, true);
@@ -165,20 +165,22 @@ fn the_shortest_time_of_a_double_integrator_is_found() {
         let run = solver.run(&line, &Tuning::default(), &Watch::NONE);
         assert_eq!(run.end, End::Converged, "{run:?}");
         assert!(run.exact && run.iterations < 40, "{run:?}");
-        // Above the optimum by the barrier term of each row that acts, one of every input.
+        // The cost exceeds the optimum by the barrier parameter for each active row, one for every
+        // input.
         let (above, gap) = (solver.point.states[2] - 2.0, 20.0 * run.barrier);
         assert!(above > -1e-12 && above < 2.0 * gap && gap < 1e-8, "{above:.2e} {gap:.2e}");
         for (k, u) in solver.point.inputs.iter().enumerate() {
             let bang = if k < 10 { 1.0 } else { -1.0 };
-            // A slack is the barrier term over its multiplier, and beside the switch that is small.
+            // A slack is the barrier parameter over its multiplier, and the multiplier is small
+            // near the switch.
             assert!((u - bang).abs() < 1e-7, "{k} {u}");
         }
-        // The costate of the place is dT/dp = T/2p.
+        // The costate of the position is dT/dp = T/2p.
         assert!((solver.duals.terminal[0] + 1.0).abs() < 1e-8, "{:?}", solver.duals.terminal);
     }
 }
 
-/// `T = d/v + v`, with switches at nodes.
+/// The optimum is `T = d/v + v`, with switches at nodes.
 #[test]
 fn a_limit_of_the_speed_is_kept() {
     let line = Line::new(41, None, Some(0.8), true);
@@ -189,8 +191,8 @@ fn a_limit_of_the_speed_is_kept() {
     assert!(run.violation < 1e-9 && run.miss < 1e-11, "{run:?}");
 }
 
-/// `½ Σ h u²` with `Σ h u = 0`, `Σ h u (T − t) = 1`: the inverse of `2 h Σ τ²`, with `τ` from the
-/// middle of each step to that of all.
+/// The minimum of `½ Σ h u²` with `Σ h u = 0`, `Σ h u (T − t) = 1` is the inverse of `2 h Σ τ²`,
+/// with `τ` the time from the middle of the maneuver to the middle of each step.
 #[test]
 fn the_least_effort_of_a_double_integrator_is_found_at_once() {
     let (steps, duration) = (30, 2.5);
@@ -204,8 +206,8 @@ fn the_least_effort_of_a_double_integrator_is_found_at_once() {
     assert!((solver.at.values.cost - least).abs() < 1e-10 * least, "{} {least}", solver.at.values.cost);
 }
 
-/// From the multipliers of its own solution a program that has changed by little is solved in
-/// two thirds of the iterations at most, to the same optimum.
+/// With a warm start from the multipliers of its own solution, a slightly changed program takes at
+/// most two thirds of the iterations of a cold start, and converges to the same optimum.
 #[test]
 fn a_solve_goes_on_from_known_multipliers() {
     let (first, next) = (Line::new(20, Some(2.5), None, true), Line::new(20, Some(2.501), None, true));
@@ -222,7 +224,7 @@ fn a_solve_goes_on_from_known_multipliers() {
     assert!(off.abs() < 1e-9 * fresh.at.values.cost, "{off:.1e}");
 }
 
-/// In too short a time the miss is the least, and the multiplier of the end says that it is one.
+/// If the duration is too short, the run converges to the smallest terminal error and reports it.
 #[test]
 fn too_short_a_duration_ends_in_the_least_miss() {
     let line = Line::new(20, Some(1.5), None, true);
@@ -236,7 +238,7 @@ fn too_short_a_duration_ends_in_the_least_miss() {
     assert!(run.end == End::Converged && run.miss < 1e-9, "{run:?}");
 }
 
-/// A line one of whose gradients is not a number, from an evaluation on.
+/// Double integrator with one gradient component that is NaN after a number of evaluations.
 struct Broken {
     line: Line,
     evaluations: Cell<usize>,
@@ -274,8 +276,8 @@ impl Program for Broken {
     }
 }
 
-/// Nothing of what is not a number comes through: neither a point, nor a gradient at the first
-/// point or later.
+/// NaN is never returned, whether it occurs in the initial point or in a gradient at the first or a
+/// later point.
 #[test]
 fn what_is_not_a_number_is_no_plan() {
     let line = Line::new(20, None, None, true);
@@ -291,7 +293,7 @@ fn what_is_not_a_number_is_no_plan() {
     }
 }
 
-/// A run ends where it is interrupted, and at its deadline.
+/// A run ends when it is interrupted, and at its deadline.
 #[test]
 fn a_run_stops_where_it_is_asked_to() {
     let line = Line::new(50, None, None, true);
@@ -305,7 +307,7 @@ fn a_run_stops_where_it_is_asked_to() {
     let run = solver.run(&line, &Tuning::default(), &watch);
     assert_eq!(run.end, End::Stopped);
     assert!(run.iterations < 5 && run.dual.is_finite(), "{run:?}");
-    // The same space solves it afterwards.
+    // The same solver can be used again afterwards.
     let mut fresh = line.solver(3.0);
     solver.point = fresh.point.clone();
     let [again, known] =
@@ -314,7 +316,7 @@ fn a_run_stops_where_it_is_asked_to() {
     assert_eq!(solver.point.states, fresh.point.states);
 }
 
-/// A random system of stages, with all that a factorisation takes.
+/// Returns a random system of stages, with everything that a factorisation needs.
 fn random(random: &mut Random, bend: f64) -> (Shape, Derivatives, Vec<f64>, Right, Vec<Yield>) {
     let mut shape = Shape { terminal: 2, starts: 1, ..Shape::new(4, 2, 4, 5) };
     for _ in 0..5 {
@@ -353,8 +355,8 @@ fn random(random: &mut Random, bend: f64) -> (Shape, Derivatives, Vec<f64>, Righ
     (shape, at, sigma, right, yields)
 }
 
-/// The matrix of the whole system, unknowns `dy, dx_k, du_k, dλ_k, dν`, symmetric, and its
-/// right-hand side.
+/// Assembles the symmetric matrix of the whole system, with the unknowns
+/// `dy, dx_k, du_k, dλ_k, dν`, and its right-hand side.
 fn dense(
     shape: &Shape,
     at: &Derivatives,
@@ -415,7 +417,7 @@ fn dense(
     (matrix, rhs)
 }
 
-/// Gauss's elimination with the largest pivots.
+/// Solves a dense system by Gaussian elimination with partial pivoting.
 fn eliminate(mut matrix: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Vec<f64> {
     let size = rhs.len();
     for i in 0..size {
@@ -438,7 +440,7 @@ fn eliminate(mut matrix: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Vec<f64> {
     rhs
 }
 
-/// Negative eigenvalues of a symmetric matrix, by the rotations of Jacobi.
+/// Counts the negative eigenvalues of a symmetric matrix by Jacobi rotations.
 fn negative(mut a: Vec<Vec<f64>>) -> usize {
     let size = a.len();
     for _ in 0..60 {
@@ -482,8 +484,8 @@ fn the_recursion_solves_the_whole_system() {
     }
 }
 
-/// Where a factorisation exists the whole matrix has as many negative eigenvalues as equations;
-/// where that is so it exists, if `ρ` is large.
+/// If a factorisation exists, the whole matrix has as many negative eigenvalues as equations. If it
+/// has, the factorisation exists, provided that `ρ` is large.
 #[test]
 fn the_recursion_tells_the_inertia() {
     let mut numbers = Random(11);

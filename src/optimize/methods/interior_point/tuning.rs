@@ -1,189 +1,199 @@
-//! Every number of the interior point that the theory does not give.
+//! Constants of the interior-point method that the theory does not determine.
 
 use crate::optimize::methods::ARMIJO;
 
-/// Stages for which barrier terms are stated.
+/// Number of stages for which the barrier parameters are stated.
 pub(crate) const STAGES: f64 = 100.0;
 
-/// Settings of the interior-point method. The first cost is of order one to ten, and rows are
-/// relative to their limits. Barrier terms are stated for [`STAGES`] and scale with the length of a
-/// step.
+/// Settings of the interior-point method. The cost at the start is of order one to ten, and rows
+/// are relative to their limits. Barrier parameters are stated for [`STAGES`] stages and scale with
+/// the length of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
-    /// Iterations after which the method gives up.
+    /// Largest number of iterations.
     pub iterations: usize,
-    /// Iterations for each that the settings allow to Newton's method: one costs little, and hard
-    /// maneuvers take more than a hundred.
+    /// Number of interior-point iterations for each Newton iteration that the user's settings
+    /// allow: an iteration costs little, and difficult maneuvers take more than a hundred.
     pub for_each: usize,
-    /// Residual of all conditions at which the method has converged: a smaller one is nearer to
-    /// round-off and takes an iteration or two more.
+    /// Residual of all conditions at which the method has converged: a smaller one is closer to
+    /// round-off and takes one or two more iterations.
     pub tolerance: f64,
-    /// The same of a maneuver without rows, whose last steps converge quadratically: one more takes
-    /// it to round-off (`slew plan problems/free_duration_xte.toml -v`).
+    /// Residual at which a maneuver without rows has converged. Its last steps converge
+    /// quadratically, so one more iteration reaches round-off
+    /// (`slew plan problems/free_duration_xte.toml -v`).
     pub tolerance_without_rows: f64,
-    /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
-    /// the first path crosses.
+    /// Initial barrier parameter: a larger one takes more iterations and stays farther from bounds
+    /// that the first path crosses.
     pub first: f64,
-    /// First barrier term for each unit by which the target of a known optimum has moved, and the
-    /// largest one.
+    /// Warm start from a known optimum: initial barrier parameter per unit by which the target has
+    /// moved, and its largest value.
     pub beside: f64,
-    /// Last barrier term: the cost exceeds the optimum by this for each active row.
+    /// Final barrier parameter: the cost exceeds the optimum by this amount for each active row.
     pub last: f64,
-    /// Largest barrier term at which a run may end where the path of minima ends, as along a valley
-    /// of nearly equal plans: a larger one costs more beside the optimum, a smaller one follows the
+    /// Largest barrier parameter at which a run may end if the central path ends there, as in a
+    /// valley of nearly equal plans. A larger one adds more to the cost, a smaller one follows the
     /// valley.
     pub tolerable: f64,
-    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
-    /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
-    /// optima.
+    /// Barrier parameter below which the final phase of the iteration begins. In this phase a
+    /// monotone update replaces Mehrotra's rule, so that the barrier parameter does not decrease
+    /// faster than the residual, and a shift of the Hessian replaces Gauss–Newton, which is slow
+    /// along faces of optima.
     pub tail: f64,
-    /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
+    /// Smallest initial slack: a smaller one makes multipliers, and thus the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, in barrier terms, at which the tail decreases the barrier term; and mean
-    /// complementarity, in that of the tail, at which the tail may begin.
+    /// Residual, relative to the barrier parameter, at which the final phase decreases the barrier
+    /// parameter; also the mean complementarity, relative to `tail`, at which the final phase may
+    /// begin.
     pub lowered_at: f64,
-    /// Multiple of the last barrier term from which the next one is the last: a larger one skips a
-    /// term and may lose the path of minima.
+    /// Multiple of the final barrier parameter below which the next parameter is the final one: a
+    /// larger multiple skips a parameter and may lose the central path.
     pub snapped: f64,
-    /// Factor and power of the decrease in the tail: the smaller of the two results is used.
+    /// Factor and power of the decrease of the barrier parameter in the final phase; the smaller
+    /// result is used.
     pub lowered: (f64, f64),
-    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if
-    /// larger.
+    /// Fraction to the boundary of a step: this, or one minus the barrier parameter if larger.
     pub to_boundary: f64,
-    /// Price of a unit of violation of an elastic row: it must exceed every multiplier, or rows are
-    /// violated although a feasible point exists.
+    /// Penalty per unit of violation of an elastic row: it must exceed every multiplier, or rows
+    /// are violated although a feasible point exists.
     pub price: f64,
-    /// Price of a unit of a terminal error, times the price that the program reports for its own
-    /// scale.
+    /// Penalty per unit of terminal error, as a factor on the price that the program states for its
+    /// own scale.
     pub terminal_price: f64,
-    /// Largest multiplier that a resumed solve begins with, as a part of its price: nearer to it a
-    /// violation begins larger.
+    /// Largest initial multiplier of a warm start, relative to its penalty: a multiplier closer to
+    /// the penalty starts with a larger violation.
     pub known_price: f64,
-    /// What both prices are multiplied by where a violation or a terminal error remains, and how
-    /// often.
+    /// Factor by which both penalties are increased if a violation or a terminal error remains, and
+    /// the largest number of such increases.
     pub dearer: f64,
     pub raises: usize,
-    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks
-    /// positive that are positive on the terminal manifold only.
+    /// Weight of the terminal equations in the Hessian. It changes no step, and it makes blocks
+    /// positive definite that are so only on the terminal manifold.
     pub rho: f64,
-    /// Proximal term of rows that are equations: a larger one conditions better and converges
-    /// slower.
+    /// Proximal term of rows that are equations: a larger one improves the conditioning and slows
+    /// the convergence.
     pub proximal: f64,
-    /// Shifts of the Hessian where its inertia is wrong.
+    /// Shifts of the Hessian if its inertia is wrong.
     pub shift: Shift,
-    /// Shifts of the Hessian after a line search that failed.
+    /// Shifts of the Hessian after a failed line search.
     pub shift_of_search: ShiftOfSearch,
-    /// Least barrier term that the affine step may propose, as a part of `tail`: a smaller one
-    /// enters the tail with products that are farther from it.
+    /// Smallest barrier parameter that the affine step may propose, relative to `tail`: a smaller
+    /// one enters the final phase with complementarity products farther from it.
     pub proposed: f64,
-    /// Shortest part of an affine step from which second-order products are computed.
+    /// Smallest step length of the affine step for which second-order products are used.
     pub corrected_from: f64,
-    /// Largest second-order product, in mean complementarities.
+    /// Largest second-order product, relative to the mean complementarity.
     pub corrected_to: f64,
-    /// Second-order corrections of a step that the filter refuses.
+    /// Largest number of second-order corrections of a step that the filter rejects.
     pub second_order: usize,
-    /// Halvings of a step in the line search.
+    /// Largest number of halvings of a step in the line search.
     pub halvings: usize,
-    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after
-    /// which the method gives up.
+    /// Number of iterations after which the method gives up, at the final barrier parameter, if the
+    /// residual has not decreased by a tenth.
     pub patience: usize,
-    /// Iterations before the tail in which neither the barrier term nor the violation of the
-    /// equations halves, after which the method gives up: a smaller number gives up hard maneuvers,
-    /// a larger one follows starts that lead nowhere.
+    /// Number of iterations after which the method gives up, before the final phase, if neither the
+    /// mean complementarity nor the violation of the equations has halved: a smaller number gives
+    /// up difficult maneuvers, a larger one spends more time on starts that do not converge.
     pub search_patience: usize,
-    /// Residual of stationarity and complementarity with which a run that cannot go on is a
-    /// solution, as along faces of optima and valleys of saddles: a larger one accepts poorer ones,
-    /// which the residual in the plan shows.
+    /// Residual of stationarity and complementarity up to which a stalled run counts as a solution,
+    /// as along faces of optima and valleys of saddles. A larger value accepts poorer solutions;
+    /// the plan states their residual.
     pub acceptable: f64,
-    /// Iterations at the last barrier term without a decrease of the residual, after which a run
-    /// with such a point ends.
+    /// Number of iterations after which a run with an acceptable point ends, at the final barrier
+    /// parameter, if the residual has not decreased by a tenth.
     pub acceptable_patience: usize,
-    /// Residual of the equations that such a solution has at most, and the Newton steps that may
-    /// take it there.
+    /// Largest residual of the equations of an acceptable solution, and the number of Newton steps
+    /// that may reduce the residual to it.
     pub round_off: f64,
     pub settling: usize,
-    /// Corrections of inputs that, replayed from the start, miss the end.
+    /// Largest number of corrections of inputs whose simulation from the start misses the end.
     pub replays: usize,
-    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
-    /// larger one accepts steps out of the domain of the derivatives, a factor of ten costs
-    /// everyday maneuvers up to a fifth more iterations.
+    /// Factor by which the infeasibility may increase in one step, if it is one or more: a larger
+    /// factor accepts steps out of the domain of the derivatives; a factor of ten takes up to a
+    /// fifth more iterations for everyday maneuvers.
     pub more_infeasible: f64,
-    /// Infeasibility, as a part of itself or of one, up to which a step is judged by its cost
-    /// alone.
+    /// Infeasibility, as a fraction of its current value or of one, up to which a step is judged by
+    /// its cost alone.
     pub judged_by_cost: f64,
-    /// Factor by which the residual must decrease in an iteration that counts as a gain.
+    /// Factor by which the residual must decrease for an iteration to count as progress.
     pub gain: f64,
-    /// Factor within which multipliers stay of the barrier term divided by the slack.
+    /// Factor that bounds the ratio of multipliers to the barrier parameter divided by the slack.
     pub kept: f64,
-    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more
-    /// steps.
+    /// Fraction of the predicted decrease that a step must reach (Armijo condition): a larger one
+    /// rejects more steps.
     pub armijo: f64,
     /// Relative decrease of the infeasibility that the filter requires.
     pub less_infeasible: f64,
     /// Decrease of the barrier cost, per unit of infeasibility, that the filter requires.
     pub less_costly: f64,
-    /// Exponents of slope and infeasibility in the switching condition: with a larger first one
-    /// fewer steps are judged by the cost alone.
+    /// Exponents of slope and infeasibility in the switching condition: with a larger first
+    /// exponent fewer steps are judged by the cost alone.
     pub switch: (f64, f64),
-    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more
-    /// steps.
+    /// Infeasibility up to which a step of the final phase need not decrease infeasibility or cost:
+    /// a larger one accepts more steps.
     pub feasible: f64,
-    /// Relative increase of the barrier cost that such a step may cause: at least its round-off.
+    /// Largest relative increase of the barrier cost in a step of the final phase that need not
+    /// decrease it: at least the round-off of the cost.
     pub level: f64,
-    /// Entries of the filter, at least one: more of them forbid more returns to earlier points.
+    /// Largest number of filter entries, at least one: more entries forbid more returns to earlier
+    /// points.
     pub filter: usize,
-    /// Mean multiplier above which residuals are divided by it: a smaller one converges earlier.
+    /// Mean multiplier above which residuals are divided by it: with a smaller one runs converge
+    /// earlier.
     pub large: f64,
-    /// Residual of the equations, and mean complementarity, from which on a run is compared with
-    /// known optima: larger ones judge earlier, and take one optimum for another.
+    /// Residual of the equations, and mean complementarity, below which a run is compared with
+    /// known optima: larger values decide earlier but may mistake one optimum for another.
     pub judged: f64,
     pub known_from: f64,
-    /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
+    /// Violation or terminal error, relative or in radians, above which a solution is rejected.
     pub violated: f64,
-    /// Factor on the inputs that the first path needs: a smaller one starts nearer the middle of
-    /// their limits and farther from the path.
+    /// Factor on the inputs of the first path: a smaller one starts closer to the middle of their
+    /// limits and farther from the path.
     pub centred: f64,
-    /// Rounds in which the first duration is fitted to a path whose ends move with the duration.
+    /// Largest number of iterations that fit the initial duration to a path whose ends depend on
+    /// the duration.
     pub fitted: usize,
-    /// Relative change of the fitted duration at which the rounds end.
+    /// Relative change of the fitted duration at which the fit ends.
     pub close: f64,
-    /// Settings of the maneuver as a program.
+    /// Settings of the program that represents the maneuver.
     pub program: OfProgram,
 }
 
 /// Settings of a maneuver as a program of stages.
 #[derive(Clone, Debug)]
 pub(crate) struct OfProgram {
-    /// The cost at the first point: a larger one makes the first barrier term smaller beside it.
+    /// Cost at the first point: a larger one makes the initial barrier parameter smaller in
+    /// comparison.
     pub cost: f64,
-    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about
-    /// this.
+    /// Largest rotation of an attitude in one iteration \[rad\]: the linearisation is valid up to
+    /// about this angle.
     pub longest_turn: f64,
     /// Factors by which the duration may decrease and increase in one iteration.
     pub longest_stretch: [f64; 2],
-    /// Difference between what a set is counted to burn at the first point and the norm of its
-    /// inputs, as a part of their limit.
+    /// Excess of the fuel variable of a set over the norm of its inputs at the first point,
+    /// relative to the limit of the inputs.
     pub spare: f64,
-    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger
-    /// one leaves the domain in which the row of the norm is nearly linear.
+    /// Largest relative decrease of the fuel variable of a set in one iteration, less than one: a
+    /// larger one leaves the domain in which the row of the norm is nearly linear.
     pub to_nothing: f64,
-    /// The square of the length by which a norm in the cost of fuel is rounded at nothing, over the
-    /// barrier term: a smaller one costs less beside the optimum and bends more.
+    /// Squared radius of the smoothing of a norm at zero in the fuel cost, divided by the barrier
+    /// parameter: a smaller one adds less to the cost and has a larger curvature.
     pub rounding: f64,
-    /// Multiplier of a cone below which its second derivatives are left out.
+    /// Multiplier of a cone below which its second derivatives are neglected.
     pub felt: f64,
-    /// Factor on a duration in which a path is just within the limits: one leaves no slack.
+    /// Factor on the shortest duration in which a path is within the limits: a factor of one leaves
+    /// no slack.
     pub room: f64,
-    /// Least size of a maneuver, in its units, by which errors at its end are measured.
+    /// Smallest size of a maneuver, in its units, to which errors at its end are compared.
     pub least_size: f64,
-    /// Distance of a path from that of a known optimum \[rad, and parts of a duration\] within
-    /// which it is the same, and what it may foresee to cost less: larger ones end more runs early
-    /// and miss optima that are as near.
+    /// Distance of a path from that of a known optimum \[rad, and relative to the duration\] below
+    /// which the run counts as converging to that optimum, and the largest relative decrease of the
+    /// cost below the optimum that the run may still promise. Larger values end more runs early and
+    /// miss optima that are equally near.
     pub same: f64,
     pub same_cost: f64,
-    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
-    /// a direction moves: its truncation and round-off slow the last iterations.
+    /// Step of the central differences of a cone's gradient with respect to the logarithm of the
+    /// duration, for moving directions: truncation and round-off slow the last iterations.
     pub difference: f64,
 }
 
@@ -206,31 +216,31 @@ impl Default for OfProgram {
     }
 }
 
-/// Shifts of the Hessian: a larger one gives shorter, safer steps.
+/// Shifts of the Hessian for inertia correction: a larger shift gives shorter, safer steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Shift {
-    /// First shift of a run.
+    /// Initial shift of a run.
     pub first: f64,
-    /// First growth of the first shift.
+    /// Growth factor of the first increase of the initial shift.
     pub growth_first: f64,
-    /// Growth of all further shifts.
+    /// Growth factor of all further increases.
     pub growth: f64,
-    /// Part of the last shift that the next iteration tries first.
+    /// Fraction of the last shift that the next iteration tries first.
     pub decay: f64,
-    /// Largest shift: beyond it the method stalls.
+    /// Largest shift, beyond which the method stalls.
     pub largest: f64,
 }
 
-/// Shifts of the Hessian after a line search that failed: a larger one gives shorter, safer steps.
+/// Shifts of the Hessian after a failed line search: a larger shift gives shorter, safer steps.
 #[derive(Clone, Debug)]
 pub(crate) struct ShiftOfSearch {
-    /// The first one.
+    /// Shift after the first failure.
     pub first: f64,
-    /// Growth where the next search fails too, and decay after a step that was taken.
+    /// Growth factor if the next search fails too, and divisor after an accepted step.
     pub growth: f64,
-    /// Factor on the last shift that the inertia needed: the shift is at least this.
+    /// Factor on the last shift of the inertia correction; the shift is at least the product.
     pub over: f64,
-    /// The shift below which it is dropped.
+    /// Shift below which it is set to zero.
     pub least: f64,
 }
 
@@ -296,31 +306,31 @@ impl Default for Tuning {
 }
 
 impl Tuning {
-    /// Returns the settings for a start near an optimum, as that of a coarser grid: a large barrier
-    /// term or slack would lead to another one. With known multipliers the price of an error at the
-    /// end may be higher, and what is left of it is less.
+    /// Returns the settings for a start near an optimum, such as the optimum of a coarser grid: a
+    /// large barrier parameter or slack would lead to another optimum. The penalty of a terminal
+    /// error is higher, which known multipliers allow and which leaves a smaller error.
     pub fn near() -> Self {
         let plan = Self::default();
         let terminal_price = plan.terminal_price * plan.dearer;
         Self { first: 1e-4, slack: 1e-3, terminal_price, ..plan }
     }
 
-    /// Returns the settings for a start from an optimum on the same grid, towards a target that has
-    /// moved by `distance`, a part of the maneuver: a smaller first barrier term takes fewer
-    /// iterations, and more if what acts changes.
+    /// Returns the settings for a warm start from an optimum on the same grid whose target has
+    /// moved by `distance`, relative to the maneuver. A smaller initial barrier parameter takes
+    /// fewer iterations unless the active set changes.
     pub fn beside(distance: f64) -> Self {
         let plan = Self::near();
         let first = (plan.beside * distance).clamp(plan.last, plan.beside);
         Self { first, slack: plan.beside, ..plan }
     }
 
-    /// Returns the settings with a last barrier term of at least this.
+    /// Returns the settings with a final barrier parameter of at least `last`.
     pub fn down_to(self, last: f64) -> Self {
         let last = self.last.max(last);
         Self { first: self.first.max(last), last, ..self }
     }
 
-    /// Returns the settings for comparing optima on a coarse grid.
+    /// Returns settings of low accuracy for the comparison of optima on a coarse grid.
     pub fn roughly() -> Self {
         let (tolerance, last) = (1e-5, 1e-6);
         Self {

@@ -1,4 +1,4 @@
-//! The lifted Newton where shooting fails, and where both must agree.
+//! Tests of the lifted Newton method where shooting fails, and where both must agree.
 
 use super::*;
 use crate::maneuver::problem::{Problem, Scheme, State};

@@ -1,5 +1,5 @@
-//! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them,
-//! to an optimum within all limits.
+//! SCP as an implementation of `Method`: from the path of a candidate, and from its inputs if it
+//! has them, to an optimum within all limits.
 
 use super::tuning::{DEARER, LAST_BARRIER, VIOLATED};
 use super::{Convex, ScpOptions, largest_defect, run};
@@ -16,7 +16,7 @@ use crate::optimize::methods::interior_point::program::{Point, Program};
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 
-/// The convex iteration, and then the last digits by the interior point.
+/// The convex iteration, followed by a refinement with the interior-point method.
 pub(crate) struct ConvexIteration<'a> {
     pub chain: &'a Chain,
     pub options: &'a ScpOptions,
@@ -38,8 +38,8 @@ impl Method for ConvexIteration<'_> {
 }
 
 impl ConvexIteration<'_> {
-    /// Ends the digits of a point that the convex iteration has converged to. An optimum that costs
-    /// more is another one.
+    /// Refines a point to which the convex iteration has converged. A result with a higher cost is
+    /// a different optimum and is rejected.
     fn polished(&self, found: Attempt, budget: &Budget) -> Attempt {
         let ended =
             |tuning: &Tuning| InteriorPoint::of(self.chain, tuning).improve(found.candidate.clone(), budget);
@@ -59,7 +59,7 @@ impl ConvexIteration<'_> {
     }
 }
 
-/// Returns what an iteration made of a candidate.
+/// Converts the result of the convex iteration to an attempt.
 fn attempt(chain: &Chain, program: &ChainProgram, candidate: Candidate, convex: Convex) -> Attempt {
     let Convex { outcome, point, duals, values, subproblems, residuals, .. } = convex;
     let converged = outcome == Outcome::Converged;

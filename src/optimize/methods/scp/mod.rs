@@ -1,13 +1,15 @@
-//! Sequential convex programming (SCP) on the group.
+//! Sequential convex programming (SCP) on the rotation group.
 //!
-//! It plans least effort in a given duration, as the alternative that a plan of the interior point
-//! can be compared with. Around a point the program of stages ([`super::interior_point::chain`]) is
-//! linear in tangent vectors, and its cost is quadratic: a cone program ([`subproblem`]), with a
-//! trust region on the rotation of each node, a virtual control and slacks that keep it feasible.
-//! Its solution moves the point by the group's exponential. A move that gives less than it
-//! promises, since the dynamics bend along it, is corrected to second order: solved once more with
-//! the defects that it ended with. Near a solution the interior point ends the digits ([`method`]).
-//! The duals of the subproblems are costates, to six digits where the iteration itself converges.
+//! It minimises effort in a fixed duration, as an alternative with which a plan of the
+//! interior-point method can be compared. About a point the program of stages
+//! ([`super::interior_point::chain`]) is linearised in tangent vectors, with a quadratic cost: a
+//! cone program ([`subproblem`]), with a trust region on the rotation of each node, and a virtual
+//! control and slacks that keep it feasible. Its solution moves the point by the group's
+//! exponential. If the actual decrease of a move is less than predicted, because the dynamics are
+//! nonlinear, the move gets a second-order correction: the subproblem is solved once more with the
+//! resulting defects. Near a solution the interior-point method refines the plan to full accuracy
+//! ([`method`]). The duals of the subproblems are costates, accurate to six digits if the iteration
+//! itself converges.
 
 pub(crate) mod method;
 pub(crate) mod subproblem;
@@ -22,16 +24,17 @@ use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::tuning::*;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
-/// What the iteration may do.
+/// Options of the convex iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct ScpOptions {
-    /// Whether the interior point ends the digits. Without, the converged point counts as it is.
+    /// Whether the interior-point method refines the converged point. If not, the point is returned
+    /// as it is.
     pub polish: bool,
-    /// Size of a move at which the iteration counts as converged \[rad\].
+    /// Largest rotation of a move at which the iteration counts as converged \[rad\].
     pub tolerance: f64,
-    /// Accuracy of the subproblems; about 1e-9 is what the cone solver reliably gives.
+    /// Accuracy of the subproblems; the cone solver reliably reaches about 1e-9.
     pub cone_tolerance: f64,
-    /// Subproblems after which the iteration gives up.
+    /// Largest number of subproblems.
     pub most: usize,
 }
 
@@ -42,41 +45,41 @@ impl Default for ScpOptions {
 }
 
 impl ScpOptions {
-    /// The convex iteration to its own convergence.
+    /// Returns options for the convex iteration alone, run to its own convergence.
     pub fn unpolished() -> Self {
-        // Duals follow the point: they have six digits only where its moves have nine.
+        // Duals are less accurate than the point: they have six digits only if its moves have nine.
         Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-10, ..Self::default() }
     }
 
-    /// The same with `most` subproblems.
+    /// Returns these options with at most `most` subproblems.
     pub fn within(self, most: usize) -> Self {
         Self { most, ..self }
     }
 }
 
-/// How the convex iteration ended.
+/// Result of the convex iteration.
 pub(crate) struct Convex {
     pub outcome: Outcome,
-    /// The last point, its multipliers, and its values.
+    /// Last point, with its multipliers and values.
     pub point: Point,
     pub duals: Duals,
     pub values: Values,
-    /// Subproblems solved.
+    /// Number of subproblems solved.
     pub subproblems: usize,
-    /// Size of defects after each subproblem, the first before any.
+    /// Largest defect after each subproblem; the first entry is the defect at the start.
     pub residuals: Vec<f64>,
-    /// Wall time inside the cone solver \[s\].
+    /// Wall-clock time in the cone solver \[s\].
     pub cone_seconds: f64,
-    /// Interior-point iterations.
+    /// Number of iterations of the cone solver, over all subproblems.
     pub cone_iterations: u32,
 }
 
-/// The iteration.
+/// State of the convex iteration.
 struct Scp<'a> {
     program: &'a ChainProgram<'a>,
     options: &'a ScpOptions,
     watch: &'a Watch<'a>,
-    /// The point, and all that is evaluated there.
+    /// Current point, with its derivatives and multipliers.
     point: Point,
     at: Derivatives,
     duals: Duals,
@@ -85,7 +88,8 @@ struct Scp<'a> {
     residuals: Vec<f64>,
 }
 
-/// Runs the convex iteration from a point. Returns `None` where it cannot be evaluated at all.
+/// Runs the convex iteration from a point. Returns `None` if the program cannot be evaluated at the
+/// point.
 pub(crate) fn run(
     program: &ChainProgram,
     point: Point,
@@ -115,19 +119,19 @@ impl Iteration for Scp<'_> {
         largest_defect(&self.at.values)
     }
 
-    /// A point alone does not tell: the move of a subproblem does.
+    /// Always false: the move of a subproblem decides about convergence, not the point alone.
     fn converged(&self) -> bool {
         false
     }
 
-    /// One subproblem.
+    /// Solves one subproblem and accepts or rejects its move.
     fn advance(&mut self) -> Option<Outcome> {
         let step = match self.subproblem.solve(&self.at, &self.weights, None) {
             Ok(step) => step,
             Err(Failure::Time) => return Some(Outcome::TimeLimit),
             Err(Failure::Stopped) => return Some(Outcome::Interrupted),
             Err(Failure::Numerical) => {
-                // Shorter steps are the better conditioned subproblem.
+                // A subproblem with a smaller trust region is better conditioned.
                 self.weights.radius *= NARROWED * NARROWED;
                 return self.motionless();
             }
@@ -170,7 +174,8 @@ impl Iteration for Scp<'_> {
         if accepted && length <= self.options.tolerance && feasible {
             return Some(Outcome::Converged);
         }
-        // At the highest price, what is still violated stays so: a local optimum of the violation.
+        // At the highest penalty a remaining violation does not decrease: a local minimum of the
+        // violation.
         if dearest && !feasible && step.predicted <= FUTILE * lacking * DEAREST {
             return Some(Outcome::Stalled);
         }
@@ -178,10 +183,10 @@ impl Iteration for Scp<'_> {
     }
 }
 
-/// A move, where it leads, and how much of what it promises comes true.
+/// A move with its resulting point, and the ratio of actual to predicted decrease of the merit.
 struct Tried {
     step: Move,
-    /// `None` where it cannot be evaluated.
+    /// Resulting point; `None` if it cannot be evaluated.
     reached: Option<(Point, Values)>,
     ratio: f64,
 }
@@ -194,31 +199,31 @@ impl Scp<'_> {
         let exists = self.program.values(&point, &mut values) && values.are_finite();
         let before = self.merit(&self.at.values);
         let actual = if exists { before - self.merit(&values) } else { f64::NEG_INFINITY };
-        // Below the cone solver's accuracy no ratio means anything: such moves are taken.
+        // Below the accuracy of the cone solver the ratio is meaningless: such moves are accepted.
         let noise = self.options.cone_tolerance * (1.0 + self.at.values.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
         Tried { step, reached: exists.then_some((point, values)), ratio }
     }
 
-    /// Slacks and defects above this count as violated.
+    /// Returns the threshold above which slacks and defects count as violated.
     fn violated(&self) -> f64 {
         VIOLATED.max(self.options.cone_tolerance)
     }
 
-    /// Stalled, where the trust region lets nothing move.
+    /// Returns `Stalled` if the trust region has become too small for any move.
     fn motionless(&self) -> Option<Outcome> {
         (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
     }
 
-    /// Cost and priced violations.
+    /// Returns the merit: cost plus penalised violations.
     fn merit(&self, values: &Values) -> f64 {
         let violations = self.program.violations(values);
         let priced: f64 = violations.iter().zip(&self.weights.violation).map(|(v, weight)| v * weight).sum();
         values.cost + self.weights.defect * infeasibility(values) + priced
     }
 
-    /// Keeps the prices above the multipliers, so that the merit function is exact.
-    /// Tells whether all that is violated is at the highest price.
+    /// Keeps the penalties above the multipliers, so that the merit function is exact. Returns
+    /// whether all violated quantities already have the highest penalty.
     fn reprice(&mut self, step: &Move) -> bool {
         let violated = self.violated();
         let dearest = (self.lacking(step) <= violated || self.weights.defect >= DEAREST)
@@ -230,7 +235,8 @@ impl Scp<'_> {
             sums[self.program.group_of(row)] += multiplier.abs();
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
-            // A slack in use has its full price as multiplier: a higher price may remove it.
+            // The multiplier of a positive slack equals its penalty: a higher penalty may reduce
+            // the slack.
             let wanted = if *slack > violated { RAISED * *weight } else { ABOVE_MULTIPLIERS * sum };
             *weight = weight.max(wanted).min(DEAREST);
         }
@@ -243,7 +249,7 @@ impl Scp<'_> {
         dearest
     }
 
-    /// Size of the defects that a move leaves.
+    /// Returns the largest defect that a move leaves to first order.
     fn lacking(&self, step: &Move) -> f64 {
         step.left * largest_defect(&self.at.values)
     }
@@ -262,12 +268,12 @@ impl Scp<'_> {
     }
 }
 
-/// `Σ |d|₁ + |e|₁`: what the equations of motion and the terminal conditions lack.
+/// Returns `Σ |d|₁ + |e|₁`, the residuals of dynamics and terminal conditions.
 fn infeasibility(values: &Values) -> f64 {
     values.defects.iter().chain(&values.terminal).map(|d| d.abs()).sum()
 }
 
-/// The largest component of a defect or of the terminal error.
+/// Returns the largest component of the defects and of the terminal error.
 pub(super) fn largest_defect(values: &Values) -> f64 {
     values.defects.iter().chain(&values.terminal).fold(0.0, |largest, d| largest.max(d.abs()))
 }

@@ -1,7 +1,7 @@
-//! The convex subproblem around a point of a program of stages, as a cone program.
+//! The convex subproblem about a point of a program of stages, as a cone program.
 //!
-//! Variables: `δu_k`, `δx_k` of every stage, a share `t` of the defects that is left, and a slack
-//! `σ_g` of every constraint that may be violated on the way. With weights `μ` and `ρ_g`
+//! Variables: `δu_k`, `δx_k` of every stage, the fraction `t` of the defects that remains, and a
+//! slack `σ_g` of every group of constraints that iterates may violate. With weights `μ` and `ρ_g`
 //!
 //! ```text
 //! minimise   Σ g_k·δ_k + ½ δ_kᵀ H_k δ_k + μ D t + Σ ρ_g σ_g
@@ -10,10 +10,10 @@
 //! ```
 //!
 //! `D` is the size of all defects, and `H` the second derivative of the effort. The virtual control
-//! `−t d_k` has one scalar: with `t = 1`, nothing moved and the slacks at the violations, the
-//! subproblem is always feasible. The duals of the equations are `−λ_k`, those of the rows `ν`.
-//! Linear limits of the inputs are never relaxed. The trust region on the rotation of each node is
-//! an angle and needs no chart.
+//! `−t d_k` has one scalar variable: with `t = 1`, zero increments and slacks equal to the
+//! violations the subproblem is always feasible. The duals of the equations are `−λ_k`, those of
+//! the rows `ν`. Linear limits of the inputs are never relaxed. The trust region on the rotation of
+//! each node is an angle and needs no chart.
 
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
@@ -31,60 +31,61 @@ use crate::optimize::methods::scp::tuning::LARGE;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Weights and trust radius of a subproblem.
+/// Penalties and trust radius of a subproblem.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights {
-    /// Price `μ` of a unit of defect.
+    /// Penalty `μ` per unit of defect.
     pub defect: f64,
-    /// Price `ρ_g` of a unit of violation, per group.
+    /// Penalty `ρ_g` per unit of violation, for each group.
     pub violation: Vec<f64>,
-    /// Trust radius Δ on the rotation of every node \[rad\].
+    /// Trust radius Δ for the rotation of every node \[rad\].
     pub radius: f64,
 }
 
-/// The solution of a subproblem.
+/// Solution of a subproblem.
 #[derive(Clone, Debug)]
 pub(crate) struct Move {
     pub increment: Increment,
-    /// Share of the defects left.
+    /// Fraction of the defects that remains.
     pub left: f64,
-    /// Violations left, per group.
+    /// Remaining violation of each group.
     pub slacks: Vec<f64>,
     pub duals: Duals,
-    /// The model's decrease of the merit function.
+    /// Predicted decrease of the merit function.
     pub predicted: f64,
 }
 
-/// Why there is no move.
+/// Why a subproblem has no solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
-    /// The data were refused, or the cone solver broke down.
+    /// The data were invalid, or the cone solver failed.
     Numerical,
-    /// It ran out of time.
+    /// The time limit was reached.
     Time,
-    /// Somebody asked to stop.
+    /// The caller requested a stop.
     Stopped,
 }
 
-/// Builds and solves subproblems; the pattern is made once.
+/// Builder and solver of subproblems; the sparsity pattern is computed once.
 pub(crate) struct Subproblem<'a> {
     program: &'a ChainProgram<'a>,
     solver: Option<ConeSolver>,
-    /// Accuracy asked of the cone solver.
+    /// Requested accuracy of the cone solver.
     tolerance: f64,
-    /// Who may end a solve.
+    /// Source of stop requests and of the time limit.
     watch: Watch<'a>,
-    /// Where `t` stands, and the slack of each group that has one; the number of unknowns.
+    /// Index of `t`, index of the slack of each group (`None` if the group has none), and the
+    /// number of unknowns.
     left: usize,
     slack: Vec<Option<usize>>,
     count: usize,
-    /// Wall time inside the cone solver \[s\].
+    /// Wall-clock time in the cone solver so far \[s\].
     pub seconds: f64,
-    /// Interior-point iterations in all.
+    /// Number of iterations of the cone solver so far.
     pub iterations: u32,
 }
 
-/// The data of a cone program, its matrices as they were written, entry by entry.
+/// Data of a cone program, with matrices as lists of entries.
 #[derive(Default)]
 struct Draft {
     quadratic: Vec<(usize, usize, f64)>,
@@ -95,7 +96,7 @@ struct Draft {
 }
 
 impl Draft {
-    /// Begins a row `a·x + s = bound`; returns its index.
+    /// Appends a row `a·x + s = bound` without entries; returns its index.
     fn row(&mut self, bound: f64) -> usize {
         self.bound.push(bound);
         self.bound.len() - 1
@@ -105,7 +106,8 @@ impl Draft {
         self.matrix.push((row, column, value));
     }
 
-    /// Ends rows of a cone that began with `first`.
+    /// Closes the block of rows from row `first` to the last row as one cone; `cone` builds it from
+    /// the number of rows.
     fn cone(&mut self, first: usize, cone: impl Fn(usize) -> Cone) {
         self.cones.push(cone(self.bound.len() - first));
     }
@@ -119,7 +121,8 @@ impl Draft {
     }
 }
 
-/// The answer to a program by a solver that may be there already, and that solver.
+/// Solves a program, reusing a solver if one with the same sparsity pattern exists; returns the
+/// answer and the solver for the next program.
 fn solved(
     solver: Option<ConeSolver>,
     draft: Draft,
@@ -161,8 +164,8 @@ impl<'a> Subproblem<'a> {
         Self { program, solver: None, tolerance, watch, left, slack, count, seconds: 0.0, iterations: 0 }
     }
 
-    /// Where an unknown `(u, x)` of a stage stands; the last state is that of the stage after the
-    /// last.
+    /// Returns the index of unknown `unknown` of `(u, x)` of a stage in the vector of unknowns. The
+    /// terminal state is stored as the state of stage N, which has no inputs.
     fn place(&self, stage: usize, unknown: usize) -> usize {
         let shape = self.program.shape();
         stage * shape.z() + if stage == shape.stages { unknown - shape.m } else { unknown }
@@ -175,8 +178,8 @@ impl<'a> Subproblem<'a> {
         step.increment.states.chunks_exact(n).map(turn).fold(0.0, f64::max)
     }
 
-    /// The best move from a point. With `after`, what a move has led to, the one that also makes up
-    /// for the defects there: what the equations of motion lack beyond first order.
+    /// Solves for the best move from a point. With `after`, the values that a move has led to, the
+    /// move also corrects the defects there, which are the second-order error of the linearisation.
     pub fn solve(
         &mut self,
         at: &Derivatives,
@@ -204,7 +207,7 @@ impl<'a> Subproblem<'a> {
         duals.costates.iter_mut().zip(&optimum.z).for_each(|(to, z)| *to = -z);
         duals.terminal.copy_from_slice(&optimum.z[(stages + 1) * n..][..terminal]);
         for ((to, place), kind) in duals.rows.iter_mut().zip(places).zip(&shape.kinds) {
-            // Of an equation the two sides: the second one stands next to the first.
+            // An equation has two rows, one for each sign, the second directly after the first.
             let equation = *kind == RowKind::Equation;
             *to = if equation { optimum.z[place] - optimum.z[place + 1] } else { optimum.z[place].max(0.0) };
         }
@@ -239,7 +242,8 @@ impl<'a> Subproblem<'a> {
         Ok(answer)
     }
 
-    /// The cone program, and where the dual of each row stands.
+    /// Builds the cone program; also returns the index of the dual of each row of the program of
+    /// stages.
     fn draft(&self, at: &Derivatives, weights: &Weights, after: Option<&Values>) -> (Draft, Vec<usize>) {
         let shape = self.program.shape();
         let Shape { n, m, stages, .. } = *shape;
@@ -302,7 +306,7 @@ impl<'a> Subproblem<'a> {
         (draft, places)
     }
 
-    /// Writes the rows of the program, and returns where each stands.
+    /// Writes the rows of the program of stages, and returns the index of each in the cone program.
     fn write_rows(&self, at: &Derivatives, draft: &mut Draft) -> Vec<usize> {
         let shape = self.program.shape();
         let mut places = Vec::with_capacity(shape.rows());
@@ -324,7 +328,7 @@ impl<'a> Subproblem<'a> {
         places
     }
 
-    /// Decrease of the merit function that the subproblem promises.
+    /// Returns the decrease of the merit function that the subproblem predicts.
     fn promised(&self, step: &Move, at: &Derivatives, weights: &Weights) -> f64 {
         let shape = self.program.shape();
         let (m, z) = (shape.m, shape.z());

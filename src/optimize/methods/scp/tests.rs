@@ -1,4 +1,4 @@
-//! SCP against reference costs and the shooting.
+//! SCP compared with reference costs and with the shooting.
 
 use super::*;
 use crate::optimize::chain::iterate::Iterate;
@@ -10,7 +10,7 @@ use crate::optimize::methods::method::{Budget, Method};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The path about the fixed axis.
+/// Returns the initial iterate along the fixed-axis path.
 fn start(chain: &Chain, watch: &Watch) -> Iterate {
     first_iterate::along(&chain.model, &chain.rows, &straight(&chain.model), 1.0, watch)
 }
@@ -25,7 +25,7 @@ fn converge(chain: &Chain, options: &ScpOptions, watch: &Watch) -> (Convex, Iter
     (convex, iterate, multipliers)
 }
 
-/// Nobody is asked within the cone solver, which looks at the flag.
+/// No observer is polled within the cone solver, which reads only the flag.
 #[test]
 fn a_flag_stops_the_convex_iteration_inside_of_a_subproblem() {
     let problem = reference_slew(Some(0.75));
@@ -39,7 +39,8 @@ fn a_flag_stops_the_convex_iteration_inside_of_a_subproblem() {
     }
 }
 
-/// A large cone program is not waited for, not even while the solver is being made.
+/// After a stop the iteration does not wait for a large cone program, not even during the setup of
+/// its solver.
 #[cfg(feature = "threads")]
 #[test]
 fn a_stop_leaves_a_large_subproblem_to_itself() {
@@ -59,9 +60,9 @@ fn a_stop_leaves_a_large_subproblem_to_itself() {
     }
 }
 
-/// Costs of the slew of reference from another program. The duals of the convex iteration
-/// are the costates, which Newton on the set of acting rows finds from there, and the interior
-/// point ends the digits after few subproblems.
+/// Costs of the reference slew, from another program. The duals of the convex iteration are the
+/// costates that Newton's method on the active set finds from there, and the interior-point method
+/// refines the plan after few subproblems.
 #[test]
 fn the_reference_costs_are_met_before_and_after_polish() {
     for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]

@@ -1,5 +1,5 @@
-//! Newton shooting on the costate `λ_{−1}`, and what carries an extremal from a coarse grid to a
-//! fine one.
+//! Newton shooting on the initial costate `λ_{−1}`, and the transfer of an extremal from a coarse
+//! grid to a fine one.
 
 pub(crate) mod newton;
 pub(crate) mod refine;
@@ -14,30 +14,31 @@ use crate::optimize::discrete::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, SVector};
 use newton::{Newton, outcome_of};
 
-/// Most steps whose nodes are kept: half a kilobyte each.
+/// Most steps of a grid for which nodes are kept; a node takes half a kilobyte.
 const MOST_KEPT: usize = 4096;
 
-/// Residual at which an intermediate grid counts as solved.
+/// Residual below which an intermediate grid counts as solved.
 const GRID_TOLERANCE: f64 = 1e-6;
 
-/// Newton on the first costate of a candidate; it leaves an extremal, or the nearest miss.
+/// Newton shooting on the initial costate of a candidate. It returns an extremal, or the iterate
+/// with the smallest terminal error.
 pub(crate) struct Shooting<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
-    /// Residual to which the iteration goes on as long as that is cheap.
+    /// Residual to which the iteration continues while chord steps suffice; `None` for the default.
     polish: Option<f64>,
-    /// Whether `Ψ₁₂` is derived at the end.
+    /// True if `Ψ₁₂` is computed at the end.
     derive: bool,
-    /// A factor of `Ψ₁₂` from elsewhere.
+    /// Factor of `Ψ₁₂` from a coarser grid, if available.
     factor: Option<Factor<N>>,
-    /// Where the sweep of the candidate ends, if that is known.
+    /// End of the sweep from the candidate's costate, if known.
     end: Option<End<N>>,
-    /// Whether the nodes of the last sweep are kept, to be recorded.
+    /// True if the nodes of the last sweep are kept for the record.
     keep: bool,
 }
 
 impl<'a, const N: usize> Shooting<'a, N> {
-    /// To the tolerance, on the requested grid.
+    /// Creates a shooting to the tolerance, on the requested grid.
     pub fn new(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
         let keep = bvp.dynamics.grid.steps() <= MOST_KEPT;
         Self { keep, ..Self::to(bvp, tolerance) }
@@ -47,25 +48,26 @@ impl<'a, const N: usize> Shooting<'a, N> {
         Self { bvp, tolerance, polish: None, derive: false, factor: None, end: None, keep: false }
     }
 
-    /// On a grid that is not the requested one, to the residual `polish` where that is cheap.
+    /// Creates a shooting on a coarse grid, which is polished to the residual `polish` while chord
+    /// steps suffice.
     pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool, polish: f64) -> Self {
-        // The grids of the first-order scheme extrapolate too badly to deserve a polish.
+        // The solutions of first-order grids extrapolate too inaccurately to be worth a polish.
         let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(polish);
         Self { polish, derive, ..Self::to(bvp, GRID_TOLERANCE) }
     }
 
-    /// With a factor from elsewhere for the first steps.
+    /// Uses a factor from a coarser grid for the first steps.
     pub fn with_factor(self, factor: Factor<N>) -> Self {
         Self { factor: Some(factor), ..self }
     }
 
-    /// The same from a candidate whose sweep has been made.
+    /// Starts from a candidate whose sweep ends at `end`.
     pub fn swept(self, end: Option<End<N>>) -> Self {
         Self { end, ..self }
     }
 
-    /// The iteration at its start. Without a factor its first step takes `Ψ₁₂`: where the last
-    /// takes it as well, one sweep gives both.
+    /// Starts the iteration. Without a factor, the first step needs `Ψ₁₂`; if it is also needed at
+    /// the end, one sweep computes both.
     fn begun(&self, costate: SVector<f64, N>) -> Result<Newton<'a, N>, StepError> {
         match (self.end, &self.factor) {
             (Some(end), factor) => Ok(Newton::at(self.bvp, self.tolerance, costate, end, factor.clone())),
@@ -111,8 +113,8 @@ mod tests {
     use crate::testing::{Random, full_inertia};
     use crate::{Matrix3, lie};
 
-    /// Claim: the nodes that are kept are those of the iterate that is left, from near starts as
-    /// from far ones, where trials fail and steps are damped.
+    /// Claim: the kept nodes are those of the final iterate, for near and for far initial guesses,
+    /// where trials fail and steps are damped.
     #[test]
     fn kept_nodes_are_those_of_the_last_iterate() {
         let mut random = Random(5);

@@ -1,13 +1,14 @@
-//! Newton–Armijo on the costate `λ_{−1}`, with a sensitivity that is kept while it serves.
+//! Newton's method with Armijo line search on the costate `λ_{−1}`; the sensitivity is reused while
+//! it gives good steps.
 //!
 //! ```text
 //! Ψ d = −e ,    |e(λ + c d)| ≤ (1 − 2αc) |e(λ)| ,   c = 1, ½, ¼, …
 //! ```
 //!
-//! The terminal error holds a logarithm, so its derivative is `blockdiag(J_r⁻¹(e_R), I) Ψ`; but
-//! `J_r(e_R) e_R = e_R`, and the direction needs no `J_r`. A sweep with sensitivities costs several
-//! without: a factor whose step shrank the error well is used again (a chord step), and a coarser
-//! grid's factor may start a finer one.
+//! The terminal error contains a logarithm, so its derivative is `blockdiag(J_r⁻¹(e_R), I) Ψ`; but
+//! `J_r(e_R) e_R = e_R`, so the direction does not need `J_r`. A sweep with sensitivities costs as
+//! much as several sweeps without. A factor whose step reduced the error well is therefore used
+//! again (a chord step), and the factor of a coarser grid may start a finer one.
 
 use crate::lie;
 use crate::maneuver::solution::Outcome;
@@ -19,45 +20,46 @@ use crate::optimize::methods::driver::Iteration;
 use crate::optimize::methods::method::Swept;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// A step that shrinks the error to less than this fraction keeps its factor.
+/// Ratio of the new to the old error below which a step's factor is used again.
 const KEEP_FACTOR: f64 = 0.05;
-/// Shortest fraction of a Newton step that is tried before the step is damped instead.
+/// Shortest fraction of a Newton step that is tried before damped steps.
 const SHORTEST: f64 = 1.0 / 16.0;
-/// Damping of the step, in units of the largest singular value: from nearly Newton to nearly
-/// gradient.
+/// Damping parameters of the step, relative to the largest singular value: from nearly Newton to
+/// nearly gradient steps.
 const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
-/// A damped step that shrinks the error to this fraction is taken at once, else the best of all.
+/// Ratio of the new to the old error below which a damped step is accepted at once; otherwise all
+/// are tried and the best is accepted.
 const GOOD_STEP: f64 = 0.9;
-/// An error that has not shrunk to half over this many iterations is stuck.
+/// Number of iterations in which the error must halve; otherwise the iteration has stalled.
 const PATIENCE: usize = 16;
-/// Converged is below this fraction of the tolerance: the rest is for the round-off of the
-/// witnesses.
+/// Fraction of the tolerance below which the iteration has converged; the rest is left for the
+/// round-off of the witnesses.
 const ACCEPT: f64 = 0.9;
-/// Below the tolerance the iteration goes on to this fraction of it, as long as that is cheap.
+/// Fraction of the tolerance to which the iteration continues while chord steps suffice.
 const POLISH: f64 = 0.5;
 
-/// The iterate of a shooting.
+/// State of the shooting iteration: the costate, its sweep and the sensitivity.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
-    /// Residual at which no further step is worth its sweep.
+    /// Residual below which no further step is made.
     enough: f64,
-    /// `λ_{−1}`, scaled.
+    /// Costate `λ_{−1}`, scaled.
     pub costate: SVector<f64, N>,
-    /// Where its sweep ended.
+    /// End of the sweep from the costate.
     pub end: End<N>,
     factor: Option<Factor<N>>,
-    /// `Ψ₁₂` of the present iterate, if it was computed.
+    /// Sensitivity `Ψ₁₂` of the current iterate, if it was computed.
     psi: Option<SMatrix<f64, N, N>>,
-    /// The last errors, oldest first.
+    /// Norms of the last errors, oldest first.
     recent: [f64; PATIENCE],
-    /// The nodes of the present iterate and of the last trial, where they are kept.
+    /// Nodes of the current iterate and of the last trial, if nodes are kept.
     nodes: Option<[Vec<Node>; 2]>,
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
-    /// Starts at `costate`, with a factor from elsewhere if there is one.
+    /// Starts at `costate`, with the factor of a coarser grid if available.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -65,20 +67,20 @@ impl<'a, const N: usize> Newton<'a, N> {
         factor: Option<Factor<N>>,
     ) -> Result<Self, StepError> {
         let end = match bvp.sweep(&costate) {
-            // An iterate to keep, where there is no better one.
+            // A stopped search keeps this iterate if it has no better one.
             Err(StepError::Stopped) if bvp.is_kept_after_stop() => bvp.undisturbed().sweep(&costate)?,
             swept => swept?,
         };
         Ok(Self::at(bvp, tolerance, costate, end, factor))
     }
 
-    /// The same, which keeps the nodes of its iterates but the first: that is seldom the last.
+    /// Keeps the nodes of all iterates except the first, which is seldom the last.
     pub fn keeping(self) -> Self {
         let nodes = Vec::with_capacity(self.bvp.dynamics.grid.steps() + 1);
         Self { nodes: Some([Vec::new(), nodes]), ..self }
     }
 
-    /// Starts at `costate`, with the `Ψ₁₂` that belongs to it.
+    /// Starts at `costate`, and computes its `Ψ₁₂`.
     pub fn derived(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -105,7 +107,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         Self { bvp, tolerance, enough, costate, end, factor, psi: None, recent, nodes: None }
     }
 
-    /// What the sweep of the present iterate showed, where that was kept.
+    /// Returns the result of the sweep of the current iterate; `None` if its nodes were not kept.
     pub fn swept(self) -> Option<Swept> {
         let [nodes, _] = self.nodes?;
         let complete = nodes.len() == self.bvp.dynamics.grid.steps() + 1;
@@ -113,7 +115,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         complete.then_some(Swept { nodes, error, cost: self.end.cost })
     }
 
-    /// `Ψ₁₂` of the present iterate.
+    /// Returns the sensitivity `Ψ₁₂` of the current iterate.
     pub fn sensitivity(&self) -> Result<SMatrix<f64, N, N>, StepError> {
         match &self.psi {
             Some(psi) => Ok(*psi),
@@ -121,7 +123,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         }
     }
 
-    /// The same, polished to `enough` as long as every step with the factor at hand gains a digit.
+    /// Continues to the residual `enough` while each step with the current factor gains a digit.
     pub fn polished_to(self, enough: f64) -> Self {
         Self { enough, ..self }
     }
@@ -133,10 +135,10 @@ impl<'a, const N: usize> Newton<'a, N> {
         Ok(())
     }
 
-    /// Moves to `trial` if that decreases the error enough for a step of the given fraction.
+    /// Accepts `trial` if it decreases the error enough for a step of the given fraction.
     fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
         let norm = self.end.error.norm();
-        // A sweep that fails is a step too long, like an error that does not fall.
+        // A failed sweep is treated like an error that does not decrease: the step is too long.
         let nodes = self.nodes.as_mut().map(|[_, nodes]| nodes);
         let Ok(end) = swept(self.bvp, &trial, nodes) else { return false };
         if end.error.norm() > (1.0 - 2.0 * ARMIJO * fraction) * norm {
@@ -147,7 +149,7 @@ impl<'a, const N: usize> Newton<'a, N> {
     }
 
     fn accept(&mut self, costate: SVector<f64, N>, end: End<N>) {
-        // Under limits the next iterate may have other free inputs, and with them another Ψ.
+        // Under limits the next iterate may have other unsaturated inputs, and therefore another Ψ.
         if self.bvp.dynamics.is_limited() || end.error.norm() > KEEP_FACTOR * self.end.error.norm() {
             self.factor = None;
         }
@@ -157,7 +159,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         }
     }
 
-    /// Line search along the direction of the present factor.
+    /// Searches along the Newton direction of the current factor.
     fn search(&mut self, shortest: f64) -> bool {
         let Some(factor) = &self.factor else { return false };
         let direction = -factor.solve(&self.end.error);
@@ -171,8 +173,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         false
     }
 
-    /// Damped least-squares (Levenberg–Marquardt) steps: where Ψ₁₂ is nearly singular the Newton
-    /// step is long and wrong, and these are the shorter ones that still descend.
+    /// Tries damped least-squares (Levenberg–Marquardt) steps. If Ψ₁₂ is nearly singular the Newton
+    /// step is long and wrong, and these shorter steps still reduce the error.
     fn damped(&mut self) -> bool {
         let Some(psi) = &self.psi else { return false };
         let attitude = self.end.error.fixed_rows::<3>(N - 6).into_owned();
@@ -202,7 +204,7 @@ impl<'a, const N: usize> Newton<'a, N> {
             }
         }
         let Some((trial, end)) = best else { return false };
-        // The last of several trials need not be the best.
+        // The last of several trials may not be the best.
         if let Some([_, nodes]) = &mut self.nodes {
             nodes.clear();
         }
@@ -212,7 +214,7 @@ impl<'a, const N: usize> Newton<'a, N> {
 }
 
 impl<const N: usize> Iteration for Newton<'_, N> {
-    /// The largest of the errors of attitude, momentum, position and linear momentum.
+    /// Returns the largest of the errors of attitude, momentum, position and linear momentum.
     fn residual(&self) -> f64 {
         self.end.residual()
     }
@@ -223,7 +225,7 @@ impl<const N: usize> Iteration for Newton<'_, N> {
 
     fn advance(&mut self) -> Option<Outcome> {
         let converged = self.residual() <= self.tolerance;
-        // An old factor gets one try at full length, a fresh one the whole line search.
+        // An old factor gets one trial at full length, a new one the whole line search.
         let mut moved = self.factor.is_some() && self.psi.is_none() && self.search(1.0);
         if !moved {
             if self.psi.is_none()
@@ -240,14 +242,14 @@ impl<const N: usize> Iteration for Newton<'_, N> {
         if !moved || (stuck && !converged) {
             return Some(if converged { Outcome::Converged } else { Outcome::Stalled });
         }
-        // Below the tolerance only cheap steps go on: those whose factor was worth keeping.
+        // Below the tolerance the iteration continues only with chord steps, which are cheap.
         let polishing = self.residual() <= self.tolerance && self.factor.is_some();
         let done = self.converged() || (converged && !polishing);
         done.then_some(Outcome::Converged)
     }
 }
 
-/// A sweep, with all its nodes where they are kept.
+/// Sweeps from a costate, and stores all nodes if `nodes` is given.
 fn swept<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -258,12 +260,12 @@ fn swept<const N: usize>(
     bvp.sweep_into(costate, nodes)
 }
 
-/// The outcome that a broken sweep stands for.
+/// Returns the outcome for a failed sweep.
 pub(crate) fn outcome_of(error: StepError) -> Outcome {
     match error {
         StepError::TooLong => Outcome::StepTooLong,
         StepError::NotFinite => Outcome::NotFinite,
-        // Which of the two it was, the search knows.
+        // The search determines whether this is an interrupt or the time limit.
         StepError::Stopped => Outcome::Interrupted,
     }
 }

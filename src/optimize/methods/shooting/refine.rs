@@ -1,25 +1,28 @@
-//! Coarse to fine: an extremal found on few steps is carried to the requested grid.
+//! Coarse to fine: an extremal on few steps is transferred to the requested grid.
 //!
 //! `λ_{−1}` and `Ψ₁₂` of the discrete optimum have an expansion in `h` (Lie–Euler) or `h²`
-//! (Lie–Verlet). Solved on two or three coarse grids and extrapolated, they meet the fine grid so
-//! closely that a few plain sweeps with the extrapolated factor finish it: the fine grid sees no
-//! sensitivities at all.
+//! (Lie–Verlet). Solved on two or three coarse grids and extrapolated, they approximate the fine
+//! grid so closely that a few sweeps without sensitivities, with the extrapolated factor, finish
+//! the solution. The fine grid needs no sensitivities.
 //!
 //! # Why coarse to fine over five grids?
 //!
 //! λ₋₁ of the discrete optimum has an expansion in `h²` (in `h` for Lie–Euler). Solved on coarse
 //! grids of 2, 3, 4, 6 and 8 units and extrapolated to `h`, it is almost the solution on the
 //! requested grid, and so is Ψ₁₂. Sweeps with sensitivities are made on the two coarsest grids, and
-//! on a third where these have few steps; as a rule on no other: the fine grid gets plain sweeps
-//! with an extrapolated factor. The nodes of the last one are what is recorded, up to some thousand
-//! steps. The first grid has as many steps as the fastest moment of the turn needs. From rest to
-//! rest less will do: one way begins on as few as eight steps, and the best one, whose descents are
-//! half of what a plan of a hundred steps takes, on as few as twelve. The minima are the same
-//! there, and what their costs are wrong by is far below the margin that carries them on: some
-//! percent, which a rival that is not carried on is told with. Lie–Euler's would be off by more,
-//! and below 64 steps the search is on finer grids. A coarse grid is visited only if the requested
-//! one has at least three times as many steps, and Lie–Euler stops after two grids because
-//! first-order terms fall too slowly for more to pay.
+//! on a third if these have few steps; usually on no other. The fine grid gets sweeps without
+//! sensitivities, with an extrapolated factor. The nodes of the last one are recorded, for up to
+//! some thousand steps.
+//!
+//! The first grid has as many steps as the fastest part of the turn needs. From rest to rest fewer
+//! are enough: a search in one homotopy class begins on as few as eight steps. A search for the
+//! best path, whose descents take half of the time of a plan with a hundred steps, begins on as few
+//! as twelve. The minima are the same there, and the error of their costs, some percent, is far
+//! below the margin within which minima are refined; a rival that is not refined is reported with
+//! this error. The error of Lie–Euler would be larger, and below 64 steps its search is on finer
+//! grids. A coarse grid is visited only if the requested one has at least three times as many
+//! steps, and Lie–Euler stops after two grids because first-order terms decrease too slowly for
+//! more to pay.
 
 use super::Shooting;
 use crate::maneuver::grid::Grid;
@@ -32,47 +35,50 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method};
 use nalgebra::{SMatrix, SVector};
 
-/// Residual from which one chord step with an extrapolated factor reaches the polish unseen.
+/// Residual below which one chord step with an extrapolated factor reaches the polish; its result
+/// is not checked.
 const PREDICTED: f64 = 1e-7;
-/// The coarse grids, in units of half the coarsest: errors fall as the product of all `h^p`.
+/// Steps of the coarse grids, in units of half the coarsest; the error of the extrapolation is
+/// proportional to the product of all `h^p`.
 const GRIDS: [usize; 5] = [2, 3, 4, 6, 8];
-/// Bounds of the residual to which a coarse grid is polished: what its extremals may differ by and
-/// be told apart, and round-off.
+/// Bounds of the residual to which a coarse grid is polished: round-off, and a value at which its
+/// extremals can still be distinguished.
 const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
-/// Sensitivities are derived until what their extrapolation misses, the product of all their `h^p`,
-/// is below this: a chord step on the requested grid then gains more digits than the prediction
-/// lacks.
+/// Product of `h^p` over the grids with sensitivities, below which no further sensitivities are
+/// computed. It measures the error of their extrapolation: below this value a chord step on the
+/// requested grid gains more digits than the prediction lacks.
 const TELLING: f64 = 1e-5;
-/// How many times the product of all `h^p` the extrapolation of the extremals misses, at least.
+/// Smallest error of the extrapolated extremals, as a multiple of the product of all `h^p`.
 const MISSED: f64 = 100.0;
-/// A coarse grid is worth solving while it has this many times fewer steps than the requested one.
+/// Smallest ratio of the requested number of steps to that of a coarse grid at which the coarse
+/// grid is worth solving.
 const WORTH: usize = 3;
 
-/// Carries an extremal from a coarse grid, with its `Ψ₁₂`, to the requested one.
+/// Transfers an extremal from a coarse grid, with its `Ψ₁₂`, to the requested grid.
 pub(crate) struct CoarseToFine<'a, const N: usize> {
     pub problem: &'a Problem,
-    /// On the requested grid.
+    /// Boundary value problem on the requested grid.
     pub fine: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
 }
 
-/// Steps of the coarse grids of a problem, from the coarsest on.
+/// Returns the numbers of steps of the coarse grids of a problem, from the coarsest one.
 fn coarse_grids(problem: &Problem, coarsest: usize) -> impl Iterator<Item = usize> {
-    // First-order errors fall too slowly for the later grids to pay.
+    // First-order errors decrease too slowly for the later grids to pay.
     let useful = if problem.scheme == Scheme::LieEuler { 2 } else { GRIDS.len() };
     let finer = GRIDS[1..useful].iter().map(move |multiple| multiple * (coarsest / 2));
     let most = problem.steps / WORTH;
     [coarsest].into_iter().chain(finer.take_while(move |steps| *steps <= most))
 }
 
-/// Residual to which the coarse grids of a problem are polished: extrapolation passes on what is
-/// left, and misses more by itself.
+/// Returns the residual to which the coarse grids of a problem are polished. The extrapolation
+/// transfers this residual and has a larger error of its own.
 pub(crate) fn polish(problem: &Problem, coarsest: usize) -> f64 {
     let missed = MISSED * product(problem, coarse_grids(problem, coarsest));
     missed.clamp(GRID_POLISH[0], GRID_POLISH[1])
 }
 
-/// The product of `h^p` over some grids.
+/// Returns the product of `h^p` over some grids.
 fn product(problem: &Problem, steps: impl Iterator<Item = usize>) -> f64 {
     let order = problem.scheme.order() as i32;
     steps.map(|steps| (steps as f64).powi(-order)).product()
@@ -108,8 +114,8 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
         let (predicted, factor) = extrapolate::<N>(&grids, &fine.dynamics.grid);
         let mut last = Shooting::new(fine, tolerance).with_factor(factor).improve(predicted, budget);
         if !last.began() {
-            // The extrapolation may leave the solvable region where the last grid's costate does
-            // not.
+            // The extrapolation may leave the region in which Newton converges, although the last
+            // grid's costate is within it.
             let nearest = grids[grids.len() - 1].clone().on_grid(&fine.dynamics.grid);
             last = Shooting::new(fine, tolerance).improve(nearest, budget);
         }
@@ -118,15 +124,15 @@ impl<const N: usize> Method for CoarseToFine<'_, N> {
     }
 }
 
-/// One chord step from where the sweep of a prediction ends: the next residual is round-off and not
-/// looked at.
+/// Makes one chord step from the end of the sweep of a prediction; the new residual is near
+/// round-off and is not computed.
 fn corrected<const N: usize>(predicted: Candidate, end: &End<N>, factor: &Factor<N>) -> Attempt {
     let costate = predicted.costate() - factor.solve(&end.error);
     let (outcome, residuals) = (Outcome::Converged, vec![end.error.amax()]);
     Attempt::of(predicted.with_costate(&costate), Report { outcome, iterations: 1, residuals })
 }
 
-/// The extremal and the factor of `Ψ₁₂` that coarser grids predict on `steps` steps.
+/// Extrapolates the extremal and the factor of `Ψ₁₂` from coarser grids to `grid`.
 fn extrapolate<const N: usize>(grids: &[Candidate], grid: &Grid) -> (Candidate, Factor<N>) {
     let with_psi = grids.iter().filter(|grid| grid.sensitivity.is_some()).count();
     let (mut costate, mut psi) = (SVector::<f64, N>::zeros(), SMatrix::<f64, N, N>::zeros());
@@ -139,7 +145,8 @@ fn extrapolate<const N: usize>(grids: &[Candidate], grid: &Grid) -> (Candidate, 
     (grids[0].clone().on_grid(grid).with_costate(&costate), Factor::new(&psi))
 }
 
-/// Weights of the Lagrange interpolation in `h^p` through the grids, evaluated at `grid`.
+/// Returns the weights of the Lagrange interpolation in `h^p` through the grids, evaluated at
+/// `grid`.
 fn weights(grids: &[Candidate], grid: &Grid) -> Vec<f64> {
     let abscissa = |grid: &Grid| (1.0 / grid.steps() as f64).powi(grid.scheme().order() as i32);
     let at = abscissa(grid);

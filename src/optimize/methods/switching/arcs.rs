@@ -1,11 +1,11 @@
-//! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
+//! Bang-bang extremals: Newton on costates, duration and switching times.
 //!
-//! Unknown are `M`, `e_0`, the times `t_j` at which one input each changes from one limit to the
-//! other, and `T` where it is sought; the equations are the six terminal conditions, `s_j(t_j) = 0`
-//! of the input that switches and, where `T` is sought, `H(0) = 0`. Arcs are integrated one from
-//! the other's stored node (`sequence`), as in the smoothed problem, so that a long maneuver
-//! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates
-//! are not unique: the Newton step is then the shortest one.
+//! The unknowns are `M`, `e_0`, the times `t_j` at which one input each switches from one limit to
+//! the other, and `T` if the duration is free. The equations are the six terminal conditions,
+//! `s_j(t_j) = 0` for the input that switches and, if `T` is free, `H(0) = 0`. Each arc is
+//! integrated from its own stored node (`sequence`), as in the smoothed problem, so that errors do
+//! not grow along a long maneuver. If fewer inputs switch than there are terminal conditions, the
+//! costates are not unique, and the Newton step is the shortest one.
 
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
@@ -19,7 +19,7 @@ use crate::Vector3;
 use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};
 
-/// One input goes to its other limit.
+/// A switch: the time at which one input changes to its other limit, and the node there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Switch {
     pub input: usize,
@@ -27,21 +27,21 @@ pub(crate) struct Switch {
     pub node: Node,
 }
 
-/// A maneuver of arcs at the limits.
+/// A maneuver of bang-bang arcs, with its costates.
 #[derive(Clone, Debug)]
 pub(crate) struct Arcs {
-    /// `M`, reference axes.
+    /// Attitude costate `M`, reference axes.
     pub m: Vector3,
     pub duration: f64,
     pub first: Node,
-    /// Of the inputs on the first arc.
+    /// Signs of the inputs on the first arc.
     pub signs: Vec<f64>,
-    /// In the order of time.
+    /// Switches in order of time.
     pub switches: Vec<Switch>,
 }
 
 impl Arcs {
-    /// What the maneuver costs.
+    /// Returns the cost of the maneuver: the integral of the time price and the input costs.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         let arc = |(_, start, end, signs): &(Node, f64, f64, Vec<f64>)| {
             (end - start) * (extremal.time_price + extremal.on_arc(signs).running())
@@ -49,7 +49,7 @@ impl Arcs {
         self.arcs().iter().map(arc).sum()
     }
 
-    /// Arcs of the reversed maneuver as those of `extremal`.
+    /// Converts arcs of the time-reversed maneuver to arcs of `extremal`.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
         let switched = |switch: &Switch| Switch {
             time: self.duration - switch.time,
@@ -65,7 +65,7 @@ impl Arcs {
         }
     }
 
-    /// Returns the node at the end.
+    /// Returns the node at the end of the last arc.
     pub fn end(&self, extremal: &Extremal) -> Node {
         let (node, start) = self.switches.last().map_or((self.first, 0.0), |last| (last.node, last.time));
         let (law, course) = (extremal.on_arc(&self.last_signs()), Course::of(extremal, &self.m));
@@ -81,10 +81,10 @@ impl Arcs {
         signs
     }
 
-    /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the
-    /// area and the centroid of what the smoothed law spends, so that one whose switching function
-    /// only grazes zero is not lost. Where an input is between its limits for long, as on a
-    /// singular arc, so many pulses stand for it as `cells` says.
+    /// Extracts the pulses of the inputs along a smoothed path, for inputs that are mostly off.
+    /// Each pulse has the area and the centroid of the smoothed input, so that a pulse is not lost
+    /// if its switching function only grazes zero. A run in which an input stays between its
+    /// limits, as on a singular arc, is replaced by `cells` pulses.
     pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64, cells: usize) -> Self {
         let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
         let at = |time: f64| {
@@ -110,7 +110,8 @@ impl Arcs {
         Self { m: path.m, duration: path.duration, first: path.nodes[0], signs, switches }
     }
 
-    /// The signs and crossings of the switching functions along a smoothed path.
+    /// Extracts the arcs of a smoothed path: the signs and the zero crossings of the switching
+    /// functions.
     pub fn of_path(extremal: &Extremal, path: &Path) -> Self {
         let inputs = extremal.switching_count();
         let switching = |node: &Node| -> Vec<f64> {
@@ -133,7 +134,7 @@ impl Arcs {
         Self { m: path.m, duration: path.duration, first: path.nodes[0], signs, switches }
     }
 
-    /// Arcs in order: first node, start, end and the signs of the inputs.
+    /// Returns the arcs in order: first node, start time, end time and the signs of the inputs.
     pub fn arcs(&self) -> Vec<(Node, f64, f64, Vec<f64>)> {
         let mut signs = self.signs.clone();
         let (mut node, mut start) = (self.first, 0.0);
@@ -147,18 +148,18 @@ impl Arcs {
         arcs
     }
 
-    /// The lengths of the arcs.
+    /// Returns the lengths of the arcs in time.
     pub fn lengths(&self) -> Vec<f64> {
         self.arcs().iter().map(|(_, start, end, _)| end - start).collect()
     }
 
-    /// The costates `(M, e_0)`.
+    /// Returns the costates `(M, e_0)` at the start.
     pub fn costates(&self) -> Vector6<f64> {
         Vector6::from_iterator(self.m.iter().chain(self.first.e.iter()).copied())
     }
 
-    /// Sweeps in steps of at most this part of the duration; the conditions are in costates and
-    /// times.
+    /// Sweeps over the arcs and returns the KKT system in costates and times. `longest` is the
+    /// longest integration step, as a fraction of the duration.
     pub(super) fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(SweptArcs, KktSystem)> {
         let (mut lengths, mut nodes, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for (arc, (node, start, end, signs)) in self.arcs().into_iter().enumerate() {
@@ -170,8 +171,8 @@ impl Arcs {
         let sequence = Sequence { m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, longest };
         let (swept, of_times) = (sequence.swept(extremal)?, self.of_times(extremal));
         let mut kkt = swept.kkt.tied(&of_times);
-        // Switching functions vanish with the steps of the Hamiltonian, and Newton comes there from
-        // farther away.
+        // The condition on a switch is the jump of the Hamiltonian, which vanishes with the
+        // switching function. Newton converges from farther away with the switching function.
         for (j, switch) in self.switches.iter().enumerate() {
             let slope = extremal.switching_slope(switch.input, &switch.node.e);
             let value = extremal.switching(switch.input, &switch.node.e);
@@ -184,8 +185,8 @@ impl Arcs {
         Some((swept, kkt))
     }
 
-    /// How the lengths of arcs go with the times of the switches and, where it is sought, the
-    /// duration.
+    /// Returns the derivatives of the arc lengths with respect to the switching times and, if the
+    /// duration is free, to the duration.
     fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
         let arcs = self.switches.len() + 1;
         let times = arcs - usize::from(extremal.given_duration.is_some());
@@ -195,8 +196,8 @@ impl Arcs {
         DMatrix::from_fn(arcs, times, of)
     }
 
-    /// Newton, and again without the pulses that have vanished; `None` where it does not converge
-    /// or the switches vanish.
+    /// Solves for the switching times by Newton, again after removing pulses that have vanished.
+    /// Returns `None` if Newton does not converge or too few switches remain.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let mut found = self.solved(extremal)?;
         while found.drop_pulses(SAME * found.duration) {
@@ -205,7 +206,7 @@ impl Arcs {
         Some(found)
     }
 
-    /// Takes away pulses that are no longer than this; whether there are any.
+    /// Removes pulses that are no longer than `longest`; returns whether any were removed.
     fn drop_pulses(&mut self, longest: f64) -> bool {
         let count = self.switches.len();
         let short = |this: &Self| {
@@ -246,7 +247,8 @@ impl Arcs {
         None
     }
 
-    /// A limited Newton step of costates and times, after which switches stand in order again.
+    /// Applies a limited Newton step to costates and times, then restores the order of the
+    /// switches.
     fn take(&mut self, step: &DVector<f64>, swept: &SweptArcs, extremal: &Extremal) -> Option<()> {
         let count = self.switches.len();
         let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
@@ -256,7 +258,7 @@ impl Arcs {
         if !factor.is_finite() {
             return None;
         }
-        // Neighbouring switches of one input change places.
+        // Whether neighbouring switches of one input would exchange their order.
         let crosses = |factor: f64| {
             let after = |j: usize| self.switches[j].time + factor * step[6 + j];
             self.pairs().any(|(a, b)| after(a) >= after(b))
@@ -278,7 +280,7 @@ impl Arcs {
         Some(())
     }
 
-    /// Neighbouring switches of the same input.
+    /// Returns the pairs of consecutive switches of one input.
     fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..self.switches.len()).filter_map(|a| {
             let input = self.switches[a].input;
@@ -286,7 +288,8 @@ impl Arcs {
         })
     }
 
-    /// Takes away pulses that have vanished and switches beyond the ends, and sorts the rest.
+    /// Removes pulses that have vanished and switches outside of the duration, and sorts the
+    /// others.
     fn order(&mut self) {
         self.drop_pulses(0.0);
         let duration = self.duration;
@@ -298,10 +301,11 @@ impl Arcs {
     }
 }
 
-/// Pulses, by their begin and end, of an input that is on to the part `on` at the nodes of a path.
+/// Returns the begin and end times of the pulses of an input with the levels `on`, from 0 to 1, at
+/// the nodes of a path.
 fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
     let n = path.intervals();
-    // Of the trapezoidal rule: a run of nodes spends what lies half way to its neighbours too.
+    // By the trapezoidal rule each node of a run represents half of both adjacent intervals.
     let part = |node: usize| 0.5 * (path.parts[(node + 1).min(n)] - path.parts[node.saturating_sub(1)]);
     let idle = |node: &usize| on[*node] <= IDLE;
     let mut pulses: Vec<(f64, f64)> = Vec::new();
@@ -333,7 +337,7 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
                     (middle - 0.5 * own, middle + 0.5 * own)
                 };
                 match pulses.last_mut() {
-                    // Cells that are full have nothing between them.
+                    // Pulses of adjacent cells at full level have no pause between them.
                     Some(last) if cut > first && pulse.0 <= last.1 + SHORTEST_PULSE * path.duration => {
                         last.1 += own;
                     }
@@ -347,7 +351,7 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
     pulses
 }
 
-/// A node on the way from one to another.
+/// Interpolates between two nodes; `part` runs from 0 to 1.
 pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
     a.plus(&b.minus(a), part)
 }

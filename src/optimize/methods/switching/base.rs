@@ -1,31 +1,33 @@
-//! Smoothed extremals to start from, one for a turn.
+//! Initial smoothed extremals: the start of a continuation in ε, for one turn.
 //!
-//! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that
-//! the largest input is a part of its limit, and the costates are those which the smoothed law
-//! wants for these inputs. A body of any inertia is approached from the isotropic one,
-//! `J(s) = V diag(J_i^s) Vᵀ`, because a sphere's smoothed extremal is always found.
+//! The initial path has angles that are cubic in time and meets the attitude and both rates. Its
+//! duration is chosen so that the largest input is a given fraction of its limit, and its costates
+//! are those for which the smoothed law produces these inputs. A body of any inertia is approached
+//! from the isotropic one by the homotopy `J(s) = V diag(J_i^s) Vᵀ`, because the smoothed extremal
+//! of a sphere is always found.
 //!
-//! # How does minimum fuel share the way of minimum time?
+//! # How does minimum fuel use the methods of minimum time?
 //!
 //! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With
 //! `f = ½ (1 + v)`, `v ∈ [−1, 1]`, the switching function of minimum time gains a constant,
-//! `s = a·e + c`, and nothing else changes: the same smoothed law (the root law is also the best of
-//! three for fuel), the same Newton, certificate and grid. A torque of both signs is two such
-//! inputs in opposite directions. Where the duration is given it takes the place of the condition
-//! on the Hamiltonian, and on the grid the means of the discrete Hamiltonians of all arcs are equal
-//! instead of zero. Two things differ. Between pulses every switching function is positive, so a
-//! short pulse may leave no crossing in the smoothed law: pulses are read off by area and centroid.
-//! And a turn about one axis has two switches, which do not determine the costates of the other
-//! axes: the Newton step is then the shortest one. Where thrusters push unequally and there is none
-//! in any time, sought or given, that of inputs which give no torque in the middle of their limits
-//! is brought to them.
+//! `s = a·e + c`. Nothing else changes: the smoothed law (with the square root, which is also the
+//! best of three for fuel), Newton, the certificate and the grid are shared. A two-sided torque is
+//! two such inputs in opposite directions. If the duration is given, this equation replaces the
+//! condition on the Hamiltonian, and on the grid the mean discrete Hamiltonians of all arcs are
+//! equal instead of zero. Two things differ. First, between pulses every switching function is
+//! positive, so a short pulse may leave no zero crossing in the smoothed law; pulses are therefore
+//! identified by area and centroid. Second, a turn about one axis has two switches, which do not
+//! determine the costates of the other axes; the Newton step is then the shortest one. If thrusters
+//! of unequal strength have no extremal for any given or free duration, the extremal of inputs
+//! whose mid-range torque is zero is continued to them.
 //!
-//! Under a limit of the norm alone fuel is `∫ c|τ| dt`, as of one motor that points anywhere. The
-//! size of the torque is then one more one-sided input with `s = ½U(c − |e|)`, and its direction
-//! follows the costate, so that an arc on which it burns has a law and not a torque (`ArcLaw`).
-//! `|e|` can stay within a thousandth of the price for half of the maneuver
-//! (`problems/minimum_fuel_norm_moving.toml`): the smoothed law is followed further down, and arcs
-//! are read by crossings first, because pulses with hardly a gap between them run into one.
+//! If only the norm of the torque is limited, fuel is `∫ c|τ| dt`, as for one motor that can point
+//! anywhere. The magnitude of the torque is then one more one-sided input with `s = ½U(c − |e|)`,
+//! where `U` is the norm limit. Its direction follows the costate, so on a burn arc the torque is
+//! given by a law and is not constant (`ArcLaw`). `|e|` can stay within a thousandth of the price
+//! for half of the maneuver (`problems/minimum_fuel_norm_moving.toml`). The smoothed law is
+//! therefore continued to smaller ε, and arcs are identified by zero crossings first, because
+//! pulses that are separated by short pauses merge.
 
 use super::extremal::{Bias, Extremal, TorqueLimit};
 use super::flow::Node;
@@ -39,24 +41,24 @@ use crate::numerics::hermite::hermite;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
 
-/// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is
-/// cubic in time, and by whole turns about an axis `n` of the reference frame beside, with `q` from
-/// 0 to 1 and no rate at the ends.
+/// Initial path `R = exp(q 2πn) exp(φ)` to the terminal attitude: a rotation vector `φ` that is
+/// cubic in time, and whole turns about an axis `n` of the reference frame, with `q` from 0 to 1
+/// and zero rate of `q` at both ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub phi: Vector3,
-    /// `2πn`, times how many turns; zero without any.
+    /// Whole turns as a rotation vector, `2πn` times their number; zero if there are none.
     pub whole: Vector3,
 }
 
 impl Turn {
-    /// Without whole turns.
+    /// Creates a path without whole turns.
     pub fn straight(phi: Vector3) -> Self {
         Self { phi, whole: Vector3::zeros() }
     }
 
-    /// Attitude, rate and acceleration in body axes at the part `u` of the duration; what a turn of
-    /// one about the other adds to the acceleration is left out, like the gyroscopic torque.
+    /// Returns attitude, rate and acceleration in body axes at the fraction `u` of the duration.
+    /// The acceleration omits the coupling of the two rotations and the gyroscopic torque.
     fn at(&self, ends: [&Vector3; 2], duration: f64, u: f64) -> (Matrix3, Vector3, Vector3) {
         let (a, b) = cubic(&self.phi, ends[0], ends[1], duration);
         let t = u * duration;
@@ -70,7 +72,7 @@ impl Turn {
     }
 }
 
-/// Accelerations `a + b t/T` of angles that are cubic in time.
+/// Returns `a` and `b` of the acceleration `a + b t/T` of angles that are cubic in time.
 fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vector3, Vector3) {
     let t = duration;
     let a = 6.0 / (t * t) * phi - (4.0 * start + 2.0 * end) / t;
@@ -78,8 +80,8 @@ fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vecto
     (a, b)
 }
 
-/// Inputs of least norm for a torque, and the largest; under a limit of the norm the torque over
-/// the limit.
+/// Returns the largest of the minimum-norm inputs that produce a torque, as a fraction of its
+/// limit; under a norm limit, the torque over the limit.
 fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     match &extremal.law {
         TorqueLimit::Inputs(axes) => {
@@ -90,7 +92,7 @@ fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     }
 }
 
-/// The costate over ε at which the smoothed law gives a torque, as nearly as it can.
+/// Returns the costate over ε for which the smoothed law produces a torque, as nearly as possible.
 fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f64) -> Vector3 {
     let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
     match &extremal.law {
@@ -115,7 +117,8 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
     }
 }
 
-/// How long a cubic path takes whose largest input is the part `level` of its limit.
+/// Returns the duration of the cubic path whose largest input is the fraction `level` of its limit;
+/// `None` if no duration has so small an input.
 fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) -> Option<f64> {
     let ends = [&extremal.start_rate, &extremal.end_rate];
     let loads = |duration: f64| {
@@ -125,14 +128,14 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
             .into_iter()
             .fold(0.0, f64::max)
     };
-    // Thrusters that push unequally work even where nothing is to turn.
+    // Unequal one-sided thrusters need inputs even for zero torque.
     let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
     let duration = least(1e-3, 1e9, |duration| loads(duration) <= level);
     (loads(duration) <= level).then_some(duration)
 }
 
-/// The least number from which on something holds, doubled from a first one up to about the largest
-/// and then by halves.
+/// Returns the smallest number from which on `holds` is true: `first` is doubled up to about
+/// `largest`, then the bracket is bisected.
 fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, first);
     while !holds(high) && high < largest {
@@ -145,7 +148,8 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// A path for a turn, of the given duration or by one of the levels.
+/// Creates the initial path of a turn, of the given duration or of the duration that the level
+/// `try_index` determines.
 fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -> Option<Smoothed> {
     let inverse = extremal.authority().try_inverse()?;
     let start = extremal.start_rate;
@@ -164,7 +168,7 @@ fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -
     let e_rate = (nodes[intervals].e - nodes[0].e) / duration;
     let m = -(extremal.j * e_rate);
     if extremal.given_duration.is_none() {
-        // H(0) = p + ε (…) = 0 gives ε.
+        // The condition H(0) = p + ε (…) = 0 determines ε.
         let (first, w) = (nodes[0], start);
         let minimum = extremal.smooth(&first.e, 1.0, &Vector3::zeros()).minimum;
         let slope = m.dot(&w) + first.e.dot(&first.pi.cross(&w)) + minimum;
@@ -176,18 +180,18 @@ fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -
     Some(Smoothed { path: Path::equal(epsilon * m, duration, nodes), epsilon })
 }
 
-/// Where first paths of a sought duration begin.
+/// Returns the input levels of the initial paths for a free duration.
 fn levels(extremal: &Extremal) -> &'static [f64] {
     if extremal.counts_fuel() { &LEVELS_FUEL } else { &LEVELS }
 }
 
-/// A smoothed extremal at its own ε, from a path near it.
+/// Solves for a smoothed extremal at the ε of `from`, a path near it.
 fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
-/// A smoothed extremal of the problem at 0, `from`, to that at 1, by way of those between;
-/// `carried` takes a path from one to another.
+/// Continues the smoothed extremal `from` of the problem at homotopy parameter 0 to the problem at
+/// 1. `carried` converts a path of one intermediate problem into an initial guess for the next.
 fn by_way_of(
     problems: impl Fn(f64) -> Option<Extremal>,
     from: Smoothed,
@@ -211,12 +215,13 @@ fn by_way_of(
     reached.ok().map(|(solved, _)| solved)
 }
 
-/// Whether rates can be scaled at all.
+/// Returns whether a boundary rate is nonzero, so that rates can be scaled.
 fn moves(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0
 }
 
-/// The body at the part `s` of the way from the isotropic one, with its rates scaled by `rates`.
+/// Returns the problem at homotopy parameter `s` between the isotropic body (0) and the actual one
+/// (1), with the boundary rates multiplied by `rates`.
 fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
     let eigen = extremal.j.symmetric_eigen();
     let powers = eigen.eigenvalues.map(|value| value.powf(s));
@@ -224,7 +229,8 @@ fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
     extremal.with_inertia(v * Matrix3::from_diagonal(&powers) * v.transpose(), rates)
 }
 
-/// From the isotropic body, or one at rest, to the body itself.
+/// Continues an extremal of the isotropic body, optionally from zero boundary rates, to the body
+/// itself.
 fn through_bodies(
     extremal: &Extremal,
     turn: &Turn,
@@ -236,7 +242,7 @@ fn through_bodies(
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
     let at = relaxed(&sphere, &guess(&sphere, turn, intervals, try_index)?, work)?;
-    // The momenta go with the inertia; rates and attitudes stay.
+    // The momenta scale with the inertia; rates and attitudes do not change.
     let carried = |path: &mut Path, there: &Extremal, part: f64| {
         let Some(here) = body(part) else { return };
         let change = there.j * here.j_inverse;
@@ -248,12 +254,12 @@ fn through_bodies(
     by_way_of(body, at, carried, work)
 }
 
-/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one,
-/// with the rates of the ends all along or scaled up to them: where the levels lead nowhere, as for
-/// fast bodies whose gyroscopic torques are of the size of the limits.
+/// Finds minimum-time smoothed extremals for a turn by way of given durations, which are fractions
+/// of the usual one. The boundary rates are kept throughout or scaled up from zero. This is used if
+/// the input levels fail, as for fast bodies whose gyroscopic torques are comparable to the limits.
 ///
-/// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which
-/// cubic angles are near; a longer one leads to other paths.
+/// For a given duration and large ε, a smoothed extremal is nearly a minimum-effort one, which
+/// cubic angles approximate; a longer duration leads to other paths.
 pub(super) fn by_durations(extremal: &Extremal, turn: &Turn, intervals: usize, work: &Work) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
@@ -269,11 +275,12 @@ pub(super) fn by_durations(extremal: &Extremal, turn: &Turn, intervals: usize, w
     found.collect()
 }
 
-/// A smoothed extremal of minimum time from one of a given duration.
+/// Continues a smoothed extremal of a given duration to one of minimum time.
 ///
-/// Times a factor for its costates and ε it stays one of that duration, as no input costs anything
-/// but by smoothing. So the factor is taken at which the Hamiltonian vanishes; where more time
-/// would need more effort there is none, and the duration is cut.
+/// If costates and ε are multiplied by a common factor, the extremal remains one of that duration,
+/// because inputs cost nothing except by smoothing. The factor is chosen for which the Hamiltonian
+/// vanishes. If no such factor exists, because a longer duration would need more effort, the
+/// duration is reduced.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
     let shortest = NOTHING * from.path.duration;
     let mut found = scaled(extremal, &from, work);
@@ -291,7 +298,8 @@ fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> 
     found
 }
 
-/// The same without another duration.
+/// Scales a smoothed extremal to minimum time without changing its duration first; `None` if no
+/// positive factor exists or Newton fails.
 fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     let end = at.path.nodes[at.path.intervals()];
     let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
@@ -309,9 +317,14 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, or one for each
-/// first path that leads to it where fuel counts and the duration is sought, where thrusters push
-/// unequally, which have extremals that no single path is near, and where `all` are asked for.
+/// Finds smoothed extremals for a turn at the ε where branches are distinguished.
+///
+/// The result has at most one extremal, or one for each successful initial path in three cases:
+///
+/// - Fuel counts and the duration is free.
+/// - Thrusters have unequal strengths; some of their extremals are not near any single initial
+///   path.
+/// - `all` is true.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
@@ -324,14 +337,15 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
             break;
         }
     }
-    // Where there is none, all durations are tried in the end.
+    // If none has been found, the caller tries all durations.
     if all && extremal.seeks_time() && !found.is_empty() {
         found.extend(by_durations(extremal, turn, intervals, work));
     }
     found
 }
 
-/// The same from one first path.
+/// Finds the smoothed extremal that one initial path leads to, at the ε where branches are
+/// distinguished.
 fn base(
     extremal: &Extremal,
     turn: &Turn,
@@ -349,8 +363,8 @@ fn base(
     at_branching(extremal, found, work)
 }
 
-/// A first extremal on the intervals of those that are continued, at the ε where branches are told
-/// apart.
+/// Refines an initial extremal to the usual number of intervals and continues it to the ε where
+/// branches are distinguished.
 fn at_branching(extremal: &Extremal, mut found: Smoothed, work: &Work) -> Option<Smoothed> {
     while found.path.intervals() < INTERVALS {
         found.path = Smooth::of(extremal, found.epsilon).doubled(&found.path);

@@ -1,39 +1,53 @@
-//! Branches of smoothed extremals: from each base down to a small ε, unbiased and tipped by biases
-//! of the law.
+//! Branches of smoothed extremals: continuation of each base to a small ε, without and with
+//! symmetry-breaking perturbations of the control law. A base is an initial smoothed extremal
+//! (`base`).
 //!
-//! A symmetric maneuver's unbiased path stays on its symmetric branch, a saddle; a bias of the
-//! switching functions tips it off where branches part, and vanishes with ε.
+//! The unperturbed path of a symmetric maneuver stays on its symmetric branch, which is a saddle. A
+//! perturbation of the switching functions leads off this branch where branches part, and vanishes
+//! with ε.
 //!
 //! # How is the shortest maneuver found?
 //!
-//! In four layers, each of which takes away a way to fail (`optimize/methods/switching`). Smoothed
-//! extremals, by a Newton that has every node for unknown, so that nothing grows along the
-//! maneuver. Branches: from a polynomial path for either way round, by way of the isotropic body,
-//! with the law tipped to each side where branches part; an unbiased path of a symmetric maneuver
-//! would stay on its saddle, the turn about the axis. What tips it lies askew to the axes of the
-//! body, since along them it would have the symmetry as well, and tips each input alike, whatever
-//! its limit and the axes of the body; where inputs or moments differ more, and larger, sets of it
-//! are tried. The other way round may be far quicker about an axis of its own than about that of
-//! the short one: first paths lie beside whole turns about the two fastest axes of the inputs too,
-//! and of so many bases the first and the cheapest are tipped.
-//! `cargo run --release -p evidence -- dearer thorough` counts: for eight of 300 random maneuvers
-//! the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may part
-//! below the ε at which they are compared: where the best is no quicker than the turn about a fixed
-//! axis, which is known in closed form, the search becomes a thorough one.
-//! `cargo run --release -p evidence -- minimum_time plain` counts. To let tipped starts go down on
-//! half of the intervals, since most lead to an extremal that is known, is quicker and lost a
-//! branch of one public case and of a box. Their bias is left before the last level of ε, when
-//! branches have parted, and unless a body is fast levels are further apart on the way: fewer
-//! iterations in all. How far apart decides a branch now and then, to either side; so far, none of
-//! the public set was lost. Where nothing comes to a small ε, as with fast bodies whose gyroscopic
-//! torques are of the size of the limits, first paths come by way of given durations: there the
-//! smoothed extremal is one of nearly least effort, which a cubic path is near, and times a factor
-//! for its costates and ε it is an extremal of a sought duration. Newton on the switching times,
-//! which does not need a switch to exist to converge to it. And the grid: arcs of equal steps each,
-//! whose lengths are unknowns; stationarity in the length of an arc (the mean of its discrete
-//! Hamiltonians is zero) replaces the switching functions, so that the plan is the exact optimum of
-//! its own grid and its error series is even in the step. Where two inputs switch together the arc
-//! between them stays in the equations without length: five lengths could not meet six conditions.
+//! In four layers, each of which removes one cause of failure (`optimize/methods/switching`).
+//!
+//! 1. Smoothed extremals. The unknowns of Newton's method are all nodes, so that no error grows
+//!    along the maneuver.
+//! 2. Branches. The initial guess is a polynomial path for either homotopy class, by way of the
+//!    isotropic body. Symmetry-breaking perturbations of both signs are applied where branches
+//!    part. Without them, the path of a symmetric maneuver would stay on its saddle, the turn about
+//!    the fixed axis.
+//! 3. Newton on the switching times, which converges without an existing switch.
+//! 4. The grid: arcs with equal steps each, whose lengths are unknowns. Stationarity in the length
+//!    of an arc (the mean of its discrete Hamiltonians is zero) replaces the switching functions,
+//!    so that the plan is the exact optimum of its own grid and its error series is even in the
+//!    step. If two inputs switch together, the arc between them stays in the equations with zero
+//!    length, because five lengths could not meet six conditions.
+//!
+//! A perturbation is oblique to the body axes, since along them it would have the symmetry too. It
+//! acts equally on each input, whatever its limit and the body axes. If inputs or moments of
+//! inertia differ more, several and larger sets of perturbations are tried.
+//!
+//! The other homotopy class may be far quicker about an axis of its own than about the axis of the
+//! short way. Initial paths therefore also include whole turns about the two fastest axes of the
+//! inputs. Of so many bases only the first and the cheapest are perturbed. For eight of 300 random
+//! maneuvers the thorough search formerly knew shorter plans, by up to a fifth; now for one
+//! (`cargo run --release -p evidence -- dearer thorough`).
+//!
+//! Branches may part below the ε at which they are compared. If the best plan is no quicker than
+//! the turn about a fixed axis, which is known in closed form, the search becomes a thorough one.
+//!
+//! To continue perturbed starts on half of the intervals is quicker, since most lead to a known
+//! extremal, but lost a branch of one public case and of a box
+//! (`cargo run --release -p evidence -- minimum_time plain`). Their perturbation is removed before
+//! the last level of ε, when branches have parted. Unless a body is fast, the intermediate levels
+//! are further apart, which takes fewer iterations in total. The distance between levels
+//! occasionally decides which branch is found, in either direction; so far no case of the public
+//! set was lost.
+//!
+//! If nothing converges to a small ε, as with fast bodies whose gyroscopic torques are comparable
+//! to the limits, initial paths come by way of given durations. There the smoothed extremal is
+//! nearly a minimum-effort one, which a cubic path approximates. With costates and ε multiplied by
+//! a factor it is an extremal of a free duration.
 
 use super::base::{Turn, bases, by_durations};
 use super::eigenaxis::other_way_may_be_shorter;
@@ -53,25 +67,26 @@ use crate::{Vector3, lie};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is searched for.
+/// What a search of extremals looks for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchRequest {
     pub path: Way,
     pub thoroughness: Thoroughness,
-    /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
+    /// True if bang-bang arcs are required; false if smoothed extremals are the result.
     pub arcs: bool,
 }
 
-/// Distinct extremals at a small ε.
+/// The distinct extremals at a small ε.
 pub(super) struct Branches {
-    /// The best first.
+    /// Extremals of the maneuver, the best first.
     pub found: Vec<Smoothed>,
-    /// Those of the maneuver backwards that few intervals hold from its own start alone.
+    /// Extremals of the time-reversed maneuver from which Newton does not converge in the forward
+    /// direction.
     pub one_way: Vec<Smoothed>,
 }
 
-/// What branches are tried with: nothing, and where more than the quickest answer is wanted,
-/// biases.
+/// Returns the perturbations with which branches are tried: zero, and further ones except in a
+/// quick search.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     let along_axes = Vector3::zeros();
     let sets: &[(f64, Vector3)] = match thoroughness {
@@ -99,8 +114,8 @@ fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     std::iter::once(Bias::default()).chain(sets.iter().flat_map(of_set)).collect()
 }
 
-/// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike
-/// whatever its limit.
+/// Returns ten perturbations: constant ones of both signs along each of three axes, and mixed ones.
+/// Their size acts equally on each input, whatever its limit.
 pub(super) fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
@@ -121,14 +136,15 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Turns to the target: those that are asked for; of the best the short way, and where it may be
-/// shorter in time the other, which about an axis of its own can take a fifth less than about that
-/// of the short one. Thrusters may be far stronger about one axis, and to one side of it, than
-/// another: theirs begin about all of them, and so does a thorough search.
+/// Returns the turns to the target that the search starts from. A requested path determines them.
+/// For the best path they are the short way and, if it may be quicker, the long way, which about an
+/// axis of its own can take a fifth less time than about the axis of the short way. One-sided
+/// thrusters may be far stronger about one axis, or in one direction of rotation; they, and a
+/// thorough search, start with whole turns about all axes.
 fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
-    // No turn at all has no axis: any other way round is about the first.
+    // A zero turn has no axis: the long way is then about the first axis.
     let axis = if angle > 0.0 { phi / angle } else { Vector3::x() };
     let other = axis * (angle - TAU);
     let fast = is_fast(extremal);
@@ -149,12 +165,13 @@ fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
             }
             let mut ways: Vec<Turn> = straight(&[phi, other]);
             if all || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
-                // About the slowest axis nothing is short.
+                // No short plan turns about the slowest axis.
                 ways.extend(rounded(extremal, &phi, 1.0).take(if all { 6 } else { 4 }));
             }
             ways
         }
-        // Against the motion without inputs; where that turns far, either may be it.
+        // The short way is counted from the motion without inputs; if that turns far, either may be
+        // the short one.
         Way::Shortest if !fast => straight(&[phi]),
         Way::Long if !fast => {
             let mut ways: Vec<Turn> = straight(&[other]);
@@ -165,9 +182,9 @@ fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
     }
 }
 
-/// The rotation vector `phi` beside whole turns about other axes than its own, to either side:
-/// first those about which the inputs turn the body the fastest, then those across. All are of one
-/// class, and a turn that is nearly whole anyway is one about any axis.
+/// Adds whole turns about other axes to the rotation vector `phi`, in both directions: first about
+/// the axis about which the inputs turn the body fastest. All are in one homotopy class, and a
+/// nearly whole turn is one about any axis.
 fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
     let eigen = (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen();
     let mut order = [0, 1, 2];
@@ -179,20 +196,21 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
     })
 }
 
-/// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of
-/// the same backwards: what a search of one misses, that of the other finds as a rule. What Newton
-/// does not find of these from here is brought to its limit there.
+/// Finds the distinct extremals at a small ε of the maneuver and, except in a quick search, of the
+/// time-reversed one: each search usually finds what the other misses. Reversed extremals from
+/// which Newton does not converge in the forward direction are returned separately.
 pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
         return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
     }
     let way_back = match ask.path {
-        // About one axis in body and space: the same vector at both ends.
+        // A given rotation vector is the same in body and reference axes, so its negative is the
+        // way back.
         Way::AsGiven(vector) => Way::AsGiven(-vector),
         way => way,
     };
     let (reversed, back) = (extremal.reversed(), SearchRequest { path: way_back, ..*ask });
-    // Only this thread may ask whether to stop: once before the other one begins.
+    // Only this thread may poll the interrupt; it does so once before the other thread starts.
     let stopped = AtomicBool::new(work.stopped());
     let asks = || {
         let stops = work.stopped();
@@ -222,9 +240,10 @@ pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) ->
     Branches { found: cheapest_first(extremal, distinct(extremal, found)), one_way }
 }
 
-/// Distinct extremals at a small ε of the maneuver alone, the best first.
+/// Finds the distinct extremals at a small ε of the maneuver in the forward direction, the best
+/// first.
 fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Vec<Smoothed> {
-    // A turn that is asked for may be far, and has many extremals.
+    // A requested rotation may be large and has many extremals.
     let all = ask.thoroughness == Thoroughness::Thorough
         || extremal.seeks_time() && !matches!(ask.path, Way::Best | Way::Shortest);
     let ways = ways(extremal, ask);
@@ -242,27 +261,28 @@ fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Ve
     descended(extremal, ask, &more, work)
 }
 
-/// Distinct extremals at a small ε that bases lead to, unbiased and tipped.
+/// Continues bases to a small ε, without and with perturbations, and returns the distinct
+/// extremals, the best first.
 fn descended(extremal: &Extremal, ask: &SearchRequest, from: &[Smoothed], work: &Work) -> Vec<Smoothed> {
     let angle = lie::log(&extremal.end_attitude).norm();
-    // Switching functions of minimum time grow with the angle; those of fuel are of the size of its
-    // price.
+    // Switching functions of minimum time grow with the angle; those of minimum fuel have the size
+    // of the price.
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let target = target.min(BRANCHING);
     let mut found = Vec::new();
     let least = least(extremal, from);
     for (index, from) in from.iter().enumerate() {
-        // Of many bases the first and the cheapest are tipped: that tells nearly all branches
-        // apart, and takes the most time.
+        // Of many bases only the first and the cheapest are perturbed: that separates nearly all
+        // branches, and takes most of the time.
         let one_of_few = index == 0 || from.cost(extremal) <= least;
         let tips = one_of_few || !extremal.seeks_time() || ask.thoroughness == Thoroughness::Thorough;
         for bias in biases(extremal, ask.thoroughness).into_iter().take_while(|bias| tips || !bias.tips()) {
             if work.stopped() {
                 break;
             }
-            // Fast bodies have many branches, and small turns branches that hardly differ: steep
-            // descents lose some of them.
+            // Fast bodies have many branches, and the branches of small turns hardly differ:
+            // continuations with large steps in ε lose some of them.
             let close = is_fast(extremal) || angle < SMALL;
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
                 descend(extremal, from, target, &bias, work)
@@ -278,15 +298,15 @@ fn descended(extremal: &Extremal, ask: &SearchRequest, from: &[Smoothed], work: 
     cheapest_first(extremal, distinct(extremal, found))
 }
 
-/// An extremal without the bias that led to it.
+/// Solves for the extremal without the perturbation that led to it.
 fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    // Fuel tells branches apart less sharply than time.
+    // Fuel separates branches less sharply than time.
     let tolerance = Smooth::of(extremal, from.epsilon).tolerance();
     let tolerance = if extremal.counts_fuel() { NOTHING } else { tolerance };
     from.solved(extremal, tolerance, FAR_ITERATIONS, work)
 }
 
-/// Each extremal once.
+/// Removes duplicates of extremals.
 fn distinct(extremal: &Extremal, all: impl IntoIterator<Item = Smoothed>) -> Vec<Smoothed> {
     let mut known: Vec<Smoothed> = Vec::new();
     for one in all {
@@ -306,12 +326,12 @@ fn least(extremal: &Extremal, all: &[Smoothed]) -> f64 {
     all.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether two paths are one extremal.
+/// Returns whether two paths are the same extremal.
 fn same(extremal: &Extremal, a: &Smoothed, b: &Smoothed) -> bool {
     let (cost_a, cost_b) = (a.cost(extremal), b.cost(extremal));
     let costate = |one: &Smoothed| (one.path.m, one.path.nodes[0].e);
     let ((am, ae), (bm, be)) = (costate(a), costate(b));
-    // A sum of fuel is known less well than a duration.
+    // A sum of fuel is known less accurately than a duration.
     let (costs, costates) = if extremal.counts_fuel() { ALIKE_FUEL } else { ALIKE };
     (cost_a - cost_b).abs() < costs * cost_a.abs()
         && (am - bm).norm() + (ae - be).norm() < costates * (am.norm() + ae.norm())

@@ -1,21 +1,23 @@
-//! Whether arcs satisfy the maximum principle, and by how much they fail it.
+//! Certificate of arcs: whether they satisfy the maximum principle, and how much cost is lost where
+//! they do not.
 //!
-//! Every input must be `−sign(s_j)` all along. The cost still to be gained, a duration where only
-//! time counts, is to first order
+//! Every input must be `−sign(s_j)` at all times. To first order, the cost that could still be
+//! saved (a duration if only time counts) is
 //!
 //! ```text
 //! gap = ∫ Σ_j (|s_j| + s_j v_j) dt
 //! ```
 //!
-//! # When is a plan of minimum time called an extremal?
+//! # When is a minimum-time plan called an extremal?
 //!
-//! The maximum principle is tested along every arc: an input must be at the limit opposite to its
-//! switching function. Where it is not, the integral of what is missing is the time still to be
-//! gained, to first order; it is the `gap`. With equal moments of inertia a quarter of all
-//! maneuvers has a singular arc, at whose ends inputs chatter: no finite list of switches is exact.
-//! They end as arcs with a small gap, or as a smoothed law with its ε, and the plan says which. A
-//! certificate says nothing of other branches: how often the answer is the best known is counted
-//! (`cargo run --release -p evidence -- minimum_time`).
+//! The maximum principle is tested along every arc: an input must be at the limit opposite to the
+//! sign of its switching function. Where it is not, the integral of the violation is, to first
+//! order, the time that could still be saved; this is the `gap`. With equal moments of inertia a
+//! quarter of all maneuvers has a singular arc, at whose ends inputs chatter: no finite switching
+//! structure is exact. Such maneuvers end as arcs with a small gap, or as a smoothed law with its
+//! ε, and the plan states which. A certificate does not compare with other branches: the frequency
+//! with which the plan is the best known one is measured by
+//! `cargo run --release -p evidence -- minimum_time`.
 
 use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
@@ -27,27 +29,28 @@ use super::tuning::{FINE, POINTS, ZERO};
 use crate::numerics::widest::widest;
 use std::f64::consts::PI;
 
-/// A maneuver of arcs, and what is found along it.
+/// Bang-bang arcs with their certificate.
 #[derive(Clone, Debug)]
 pub(crate) struct Certified {
     pub arcs: Arcs,
-    /// Cost still to be gained, to first order.
+    /// Cost that could still be saved, to first order.
     pub gap: f64,
-    /// Where an input has the wrong sign.
+    /// Runs in which an input has the wrong sign.
     pub wrong: Vec<Wrong>,
-    /// The same maneuver with the costates of the least gap, and where inputs have the wrong sign
-    /// by those.
+    /// The arcs with the costates of the smallest gap, and the runs with a wrong sign according to
+    /// these costates; `None` if the arcs' own costates have the smallest gap.
     pub least: Option<(Arcs, Vec<Wrong>)>,
 }
 
-/// An input has the wrong sign from one time to another.
+/// A run: one input has the wrong sign from one time to another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wrong {
     pub input: usize,
     pub from: (f64, Node),
     pub to: (f64, Node),
-    /// Where it is most wrong, and by how much.
+    /// Time and node of the largest violation.
     pub peak: (f64, Node),
+    /// Absolute value of the switching function at the largest violation.
     pub largest: f64,
     pub at_start: bool,
     pub at_end: bool,
@@ -55,7 +58,7 @@ pub(crate) struct Wrong {
 }
 
 impl Certified {
-    /// Tests the signs of the inputs by the costates of the arcs.
+    /// Tests the signs of the inputs along the arcs, with the arcs' own costates.
     pub fn of(extremal: &Extremal, arcs: Arcs) -> Self {
         let inputs = extremal.switching_count();
         let mut open: Vec<Option<Wrong>> = vec![None; inputs];
@@ -93,7 +96,7 @@ impl Certified {
                     }
                 }
             }
-            // A switch ends a run of the input that switches.
+            // A switch ends the run of the input that switches.
             if let Some(switch) = arcs.switches.get(index)
                 && let Some(run) = open[switch.input].take()
             {
@@ -101,22 +104,22 @@ impl Certified {
             }
         }
         wrong.extend(open.into_iter().flatten());
-        // A sum of nothing would be −0.
+        // An empty sum of floats would be −0.
         let gap = wrong.iter().fold(0.0, |sum, run| sum + run.gap);
         Self { arcs, gap, wrong, least: None }
     }
 
-    /// Returns whether every input is where the maximum principle wants it.
+    /// Returns whether every input satisfies the maximum principle.
     pub fn is_exact(&self, extremal: &Extremal) -> bool {
         self.gap <= NO_GAP * self.arcs.cost(extremal)
     }
 
-    /// Returns whether the gap can stay.
+    /// Returns whether the gap is small enough to accept the arcs.
     pub fn is_small(&self, extremal: &Extremal) -> bool {
         self.gap <= SMALL_GAP * self.arcs.cost(extremal)
     }
 
-    /// Takes the gap of the same maneuver with other costates, where that is smaller.
+    /// Uses the gap of the same arcs with other costates, if it is smaller.
     pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
         let least = Self::of(extremal, moved);
         if least.gap < self.gap {
@@ -125,8 +128,8 @@ impl Certified {
         }
     }
 
-    /// The inputs with a wrong sign somewhere, from 0, by the costates that the gap is measured
-    /// with.
+    /// Returns the indices of the inputs that have a wrong sign somewhere, according to the
+    /// costates of the reported gap.
     pub fn singular(&self) -> Vec<usize> {
         let wrong = self.least.as_ref().map_or(&self.wrong, |(_, wrong)| wrong);
         let mut inputs: Vec<usize> = wrong.iter().map(|wrong| wrong.input).collect();
@@ -135,9 +138,9 @@ impl Certified {
         inputs
     }
 
-    /// Returns the arcs with some of the wrong signs corrected, each on this part of its time about
-    /// where it is most wrong: how long an input should have the other sign is not how long it has
-    /// the wrong one. `None` without a wrong sign.
+    /// Returns the arcs with the signs of some runs corrected, each over the fraction `part` of its
+    /// time about the largest violation. The time for which an input should be changed is not the
+    /// time for which it has the wrong sign. Returns `None` if no sign is wrong.
     pub fn corrected(&self, runs: Runs, part: f64) -> Option<Arcs> {
         let arcs = &self.arcs;
         let (arcs, runs) = match (runs, &self.least) {
@@ -172,29 +175,30 @@ impl Certified {
     }
 }
 
-/// The runs of wrong signs that are corrected at once.
+/// The runs of wrong signs that are corrected together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Runs {
-    /// One, the worst at 0.
+    /// The run of this rank by its gap; 0 is the worst.
     Rank(usize),
-    /// The worst, and all of a fifth of its gap: the pulses of a singular arc lack others on all
-    /// sides.
+    /// The worst run, and all with at least a fifth of its gap: the pulses of a singular arc need
+    /// further pulses on all sides.
     Worst,
-    /// These by the costates of the least gap.
+    /// The runs of `Self::Worst`, according to the costates of the smallest gap.
     OfLeast,
-    /// These by both costates, each run once.
+    /// The runs of `Self::Worst` according to both sets of costates, each run once.
     All,
 }
 
-/// When an arc of this length is looked at, and half of the time for which each look stands: close
-/// together towards its ends, as costates that do not vanish at a switch do so a little beside it.
+/// Returns the times at which an arc is sampled, from its start, and half of the time that each
+/// sample represents. Samples are denser towards the ends, because a switching function that is not
+/// zero at a switch is zero slightly beside it.
 pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, f64)) -> Vec<(f64, f64)> {
     let count = POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
     let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());
     (0..count).map(|k| (0.5 * (edge(k) + edge(k + 1)), 0.5 * (edge(k + 1) - edge(k)))).collect()
 }
 
-/// The nodes of an arc when it is looked at.
+/// Returns the nodes of an arc at its sample times.
 fn seen(course: &Course, from: &Node, law: &ArcLaw, looks: &[(f64, f64)]) -> Vec<Node> {
     widest(
         #[inline(always)]
@@ -216,14 +220,14 @@ fn seen(course: &Course, from: &Node, law: &ArcLaw, looks: &[(f64, f64)]) -> Vec
     )
 }
 
-/// The worst first.
+/// Sorts runs by their gap, the largest first.
 fn by_gap(wrong: &[Wrong]) -> Vec<&Wrong> {
     let mut wrong: Vec<&Wrong> = wrong.iter().collect();
     wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
     wrong
 }
 
-/// The worst, and those whose gap is a fifth of its or more.
+/// Returns the run with the largest gap, and all with at least a fifth of it, the largest first.
 fn with_the_worst(wrong: &[Wrong]) -> Vec<&Wrong> {
     let mut wrong = by_gap(wrong);
     let largest = wrong.first().map_or(0.0, |run| run.gap);

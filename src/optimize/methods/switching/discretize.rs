@@ -1,4 +1,4 @@
-//! From a continuous extremal to the discrete optimum on a grid.
+//! Conversion of a continuous extremal to the discrete optimum on a grid.
 
 use super::arcs::Arcs;
 use super::extremal::{Extremal, TorqueLimit};
@@ -13,14 +13,15 @@ use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{NEAR_ITERATIONS, NOTHING, SMALLER};
 use crate::Vector3;
 
-/// Steps of arcs of these lengths, `steps` in all where that allows every arc its least number.
+/// Distributes `steps` steps over arcs in proportion to their lengths. Every arc gets the minimum
+/// number, even if the total is then larger.
 pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
     let total: f64 = lengths.iter().sum();
     let mut counts: Vec<usize> =
         lengths.iter().map(|length| ((length / total * steps as f64) as usize).max(LEAST_STEPS)).collect();
     loop {
         let sum: usize = counts.iter().sum();
-        // The arc with the longest steps gets one more, that with the shortest gives one.
+        // The arc with the longest steps gets one more; the arc with the shortest steps loses one.
         let longest = |a: &usize, b: &usize| {
             (lengths[*a] / counts[*a] as f64).total_cmp(&(lengths[*b] / counts[*b] as f64))
         };
@@ -39,7 +40,7 @@ pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
     }
 }
 
-/// Arcs on a grid of so many steps for each; one without steps is left out.
+/// Places arcs on a grid with the given number of steps for each; arcs with no steps are omitted.
 pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnGrid {
     let (mut lengths, mut steps, mut nodes) = (Vec::new(), Vec::new(), vec![arcs.first]);
     let (mut all_signs, course) = (Vec::new(), Course::of(extremal, &arcs.m));
@@ -61,17 +62,18 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
     OnGrid::new(arcs.m, lengths, steps, all_signs, nodes)
 }
 
-/// How arcs lie on a grid, as its discrete optima tell it one after the other.
+/// Arrangement of arcs on a grid, revised after each discrete optimum.
 ///
-/// Where two inputs switch together, as rest to rest at the middle, the arc between them stays in
-/// the equations with no length: without it the costates would not be determined. Where it comes
-/// out negative the two switch in the other order; where it does so in both orders, the optimum of
-/// the grid has them at the same node, and the arc is left out.
+/// If two inputs switch together, as at the middle of a rest-to-rest maneuver, the arc between them
+/// stays in the equations with zero length, because without it the costates would not be
+/// determined. If its length is negative in the solution, the two inputs switch in the other order.
+/// If it is negative in both orders, the optimum of the grid has both switches at one node, and the
+/// arc is omitted.
 pub(super) struct Layout {
     lengths: Vec<f64>,
     common: Vec<bool>,
     exchanged: Vec<bool>,
-    /// Left out.
+    /// Arcs that are omitted.
     pub joined: Vec<bool>,
 }
 
@@ -83,7 +85,8 @@ impl Layout {
         Self { lengths, common, exchanged: none.clone(), joined: none }
     }
 
-    /// The steps of every arc; how many they need, where there are fewer.
+    /// Returns the number of steps of every arc; the error is the number of steps that the arcs
+    /// need if `steps` is too small.
     pub fn counts(&self, steps: usize) -> Result<Vec<usize>, usize> {
         let all = 0..self.lengths.len();
         let is_proper = |arc: &usize| !self.common[*arc] && !self.joined[*arc];
@@ -100,18 +103,18 @@ impl Layout {
         Ok(all.filter_map(of_arc).collect())
     }
 
-    /// The arcs that have steps.
+    /// Returns the indices of the arcs that have steps.
     pub fn kept(&self) -> Vec<usize> {
         (0..self.lengths.len()).filter(|arc| !self.joined[*arc]).collect()
     }
 
-    /// Whether an arc is the first or the last.
+    /// Returns whether an arc is the first or the last.
     pub fn is_outer(&self, arc: usize) -> bool {
         arc == 0 || arc + 1 == self.lengths.len()
     }
 
-    /// Has the inputs about an arc of negative length switch in the other order or, the second
-    /// time, together. Whether in the other.
+    /// Exchanges the switches at both ends of an arc with negative length or, the second time,
+    /// joins them. Returns whether they were exchanged.
     pub fn mend(&mut self, arc: usize, arcs: &mut Arcs) -> bool {
         let exchanges = !self.exchanged[arc] && !self.is_outer(arc);
         if exchanges {
@@ -125,7 +128,7 @@ impl Layout {
     }
 }
 
-/// The discrete optimum for arcs, on `steps` steps.
+/// Solves for the discrete optimum of arcs, on `steps` steps.
 pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     let (mut arcs, mut layout) = (arcs.clone(), Layout::of(arcs));
     for _ in 0..MOST_CORRECTIONS {
@@ -138,8 +141,8 @@ pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Op
     None
 }
 
-/// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest
-/// that is found, not below `least`.
+/// Solves for the discrete optimum of the smoothed problem on a uniform grid of `steps` steps. Also
+/// returns its ε: the smallest for which Newton converges, at least `least`.
 pub(crate) fn smooth_on_grid(
     extremal: &Extremal,
     smooth: &Smoothed,
@@ -148,7 +151,7 @@ pub(crate) fn smooth_on_grid(
 ) -> Option<(OnGrid, f64)> {
     let start = of_smooth(extremal, smooth, steps);
     // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that
-    // costs.
+    // has a price.
     let jumps = matches!(extremal.law, TorqueLimit::Inputs(_)) || extremal.counts_fuel();
     let wish = if jumps { smooth.epsilon.max(FOLLOWED / steps as f64) } else { smooth.epsilon };
     let at = |grid: &OnGrid, epsilon: f64, most: usize| {
@@ -166,16 +169,16 @@ pub(crate) fn smooth_on_grid(
         let Some(better) = at(found, next, NEAR_ITERATIONS) else { break };
         known.push((better, next));
     }
-    // To all digits; where the last has none, the one before.
+    // Solves to round-off; if the last ε does not converge, the previous one is used.
     known.into_iter().rev().find_map(|(found, epsilon)| Some((found.solve(extremal)?, epsilon)))
 }
 
-/// A smoothed extremal on equal steps.
+/// Places a smoothed extremal on a uniform grid.
 pub(crate) fn of_smooth(extremal: &Extremal, smooth: &Smoothed, steps: usize) -> OnGrid {
     let path = &smooth.path;
     let course = Course::of(extremal, &path.m);
     let part = 1.0 / steps as f64;
-    // From the nearest node before, so that nothing is integrated far.
+    // Each node is integrated from the nearest earlier node of the path, over a short time.
     let node = |k: usize| -> Node {
         let (index, share) = path.interval_at(k as f64 / steps as f64);
         let length = share * (path.parts[index + 1] - path.parts[index]) * path.duration;

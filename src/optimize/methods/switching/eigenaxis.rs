@@ -1,9 +1,8 @@
-//! The shortest turn about a fixed axis, for comparison, and whether one the other way round may be
-//! as short.
+//! The shortest turn about a fixed axis (eigenaxis), for comparison, and a test whether the long
+//! way may be as short.
 //!
-//! On the way `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the
-//! inputs bound `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while
-//! it is stopped.
+//! On the path `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the
+//! inputs bound `dp/dθ = θ¨`, from above during acceleration and from below during deceleration.
 
 use super::extremal::{Extremal, TorqueLimit};
 use super::tuning::SAME;
@@ -11,9 +10,9 @@ use super::tuning::limits::EIGENAXIS_PARTS;
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::TAU;
 
-/// Duration of the turn about the eigenaxis from rest to rest under the limits, scaled; `None`
-/// where the body does not rest at both ends or where inputs can stand for each other, so that
-/// limits and torque are not one to one.
+/// Returns the duration (scaled) of the rest-to-rest turn about the eigenaxis under the limits.
+/// Returns `None` if the body does not rest at both ends, if there is no turn, or if individual
+/// limits apply to other than three inputs, so that inputs and torque do not determine each other.
 pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -22,7 +21,7 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     }
     let n = phi / angle;
     let (push, turn) = (extremal.j * n, n.cross(&(extremal.j * n)));
-    // Least and largest acceleration at p.
+    // Bounds of the acceleration at p.
     let bounds: Box<dyn Fn(f64) -> Option<(f64, f64)>> = match &extremal.law {
         TorqueLimit::Inputs(axes) if axes.len() == 3 => {
             let inverse = Matrix3::from_columns(&[axes[0], axes[1], axes[2]]).try_inverse()?;
@@ -45,7 +44,7 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
         let mut p = vec![0.0];
         for _ in 0..EIGENAXIS_PARTS {
             let at = p[p.len() - 1];
-            // Where the limits leave no acceleration the speed stays.
+            // Where the limits leave no acceleration, the speed is kept.
             let first = slope(at).unwrap_or(0.0);
             let next = at + step * slope((at + 0.5 * step * first).max(0.0)).unwrap_or(0.0).max(0.0);
             p.push(next);
@@ -57,9 +56,9 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     Some((0..EIGENAXIS_PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
 }
 
-/// Whether the turn by `2π − |phi|` may be as quick as, or cost as little as, that by `phi` about
-/// its axis: both go as the angle over an acceleration, `√` of it or not, and an axis of its own
-/// may give the other one the largest that there is.
+/// Returns whether the turn by `2π − |phi|` may be as quick as the turn by `phi` about its axis, or
+/// cost as little. Both times grow with the angle divided by the acceleration (or its square root),
+/// and the long way may use the axis of the largest acceleration.
 pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bool {
     let angle = phi.norm();
     let Some(axis) = phi.try_normalize(0.0) else { return false };
@@ -67,10 +66,10 @@ pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bo
     (TAU - angle) * along < angle * largest
 }
 
-/// The acceleration that the inputs give about an axis alone, the body at rest, and the largest
-/// about any. Those that symmetric limits allow are a zonotope, whose faces have the normals
-/// `bᵢ × bⱼ`. Of inputs in one plane the first is zero, about its axes too: either way is tried
-/// there.
+/// Returns the acceleration that the inputs can give about `axis` alone, with the body at rest, and
+/// the largest about any axis. Symmetric limits allow a zonotope of accelerations, whose faces have
+/// the normals `bᵢ × bⱼ`. If all inputs are in one plane, the first value is zero, also about axes
+/// in the plane; both homotopy classes are tried then.
 pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     let b: Vec<Vector3> = match &extremal.law {
         TorqueLimit::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),
@@ -81,7 +80,7 @@ pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     };
     let (mut along, mut largest) = (f64::INFINITY, 0.0_f64);
     for (i, j) in (0..b.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        // Inputs along one axis bound no face.
+        // Parallel inputs do not span a face.
         let Some(normal) = b[i].cross(&b[j]).try_normalize(SAME * b[i].norm() * b[j].norm()) else {
             continue;
         };
@@ -96,7 +95,8 @@ pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     (along, largest)
 }
 
-/// The accelerations `x` for which every `|x/c + b| ≤ 1`.
+/// Returns the interval of accelerations `x` for which every `|x/c + b| ≤ 1`; `None` if it is
+/// empty.
 fn within(c: &Vector3, b: &Vector3) -> Option<(f64, f64)> {
     let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
     for (c, b) in c.iter().zip(b) {

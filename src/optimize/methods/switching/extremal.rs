@@ -1,32 +1,33 @@
-//! A maneuver of minimum time or fuel in scaled units, and the inputs that minimise its
+//! A minimum-time or minimum-fuel maneuver in scaled units, and the inputs that minimise its
 //! Hamiltonian.
 //!
-//! Every input has the range `v ∈ [−1, 1]` about the middle of its limits, along an axis that has
-//! its half range for length; what it costs is `c_j v_j` beside a constant, which belongs to the
-//! price of time. The Hamiltonian is least at `v_j = −sign(s_j)` with the switching function
-//! `s_j = a_j·e + c_j`; smoothed,
+//! Every input has the range `v ∈ [−1, 1]` about the middle of its limits. Its axis has half the
+//! range for its length. Its cost is `c_j v_j` plus a constant, which is included in the price of
+//! time. The minimum of the Hamiltonian is at `v_j = −sign(s_j)` with the switching function
+//! `s_j = a_j·e + c_j`. With smoothing it is
 //!
 //! ```text
 //! min over v of  s v + ε (1 − √(1 − v²))  =  ε − √(s² + ε²) ,      v = −s/√(s² + ε²)
 //! ```
 //!
-//! and under a limit U of the norm of the torque `τ = −U e/√(|e|² + ε²)`. Where the norm costs
-//! `c|τ|`, its size is one more such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and
-//! `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and on otherwise it turns with the costate.
-//! What is added to a cost of inputs is not negative, so a smooth extremal is a feasible maneuver,
-//! and dearer than the optimum by no more than `∫ Σ ε (1 − √(1 − v²)) dt`, to first order; of the
-//! norm up to terms of ε².
+//! Under a limit U on the norm of the torque, the smoothed law is `τ = −U e/√(|e|² + ε²)`. If the
+//! norm costs `c|τ|`, it is one more such input, `τ = −½U(1 + v) e/ρ` with `ρ = √(|e|² + ε²)` and
+//! `s = ½U(c − ρ)`: the torque is off where `|e| < c`, and elsewhere it turns with the costate. The
+//! smoothing term is not negative, so a smoothed extremal is a feasible maneuver. To first order it
+//! costs at most `∫ Σ ε (1 − √(1 − v²)) dt` more than the optimum; under a cost of the norm, up to
+//! terms of ε².
 //!
-//! # What if no list of arcs is exact?
+//! # What if no switching structure is exact?
 //!
-//! What smoothing costs is the ε times the length of the singular arcs, and an ε that is small is
-//! worth nothing on intervals that do not see it: inputs jump within them. So the last extremal
-//! stands on intervals that are halved until no input changes by more than a third of its range on
-//! one, and is carried to ε = 2e-5 with a residual of 1e-8 (`switching/smooth`, `settle`). Where
-//! the branch ends before, as one does where two extremals meet, biases tip it to those that go on
-//! (`tipped`). Of the 1500 public cases the gap of singular ones went from 1e-4 to 1e-6 of a unit
-//! of time by it, and those that were longer than published from 15 to 1. The last one went with
-//! larger biases for bodies far from a sphere.
+//! The cost of smoothing is ε times the length of the singular arcs. A small ε is of no use on
+//! intervals that do not resolve it, because inputs then jump within an interval. The last extremal
+//! is therefore computed on intervals that are bisected until no input changes by more than a
+//! fifth of its range on one, and is continued to ε = 2e-5 with a residual of 1e-9
+//! (`switching/smooth`, `settle`). If the branch ends earlier, for example where two extremals
+//! meet, perturbations lead to the branches that continue (`tipped`). In the 1500 public cases this
+//! reduced the gap of singular ones from 1e-4 to 1e-6 of a unit of time, and the number of cases
+//! longer than published from 15 to 1. Larger perturbations for bodies far from a sphere resolved
+//! the last one.
 
 use super::tuning::arcs::DETERMINED;
 use super::tuning::branches::ASIDE;
@@ -35,39 +36,40 @@ use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
 
-/// What limits the torque.
+/// The limit on the torque: of each input, or of the norm.
 #[derive(Clone, Debug)]
 pub(crate) enum TorqueLimit {
-    /// Inputs in `[−1, 1]` along these axes.
+    /// Limits of inputs in `[−1, 1]` along these axes.
     Inputs(Vec<Vector3>),
-    /// The norm of the torque.
+    /// Limit of the norm of the torque.
     Norm(f64),
 }
 
-/// The least Hamiltonian over the torque.
+/// The minimum of the Hamiltonian over the torque, at one costate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LawResponse<T: Number = f64> {
-    /// The torque that makes it least.
+    /// Torque that minimises the Hamiltonian.
     pub torque: Vector<T>,
-    /// `G = −∂τ/∂e`.
+    /// Stiffness `G = −∂τ/∂e` of the control law.
     pub stiffness: Matrix<T>,
-    /// `e·τ + Σ c_j v_j` and what smoothing adds.
+    /// Minimum of `e·τ + Σ c_j v_j`, including the smoothing term.
     pub minimum: T,
-    /// `Σ c_j v_j`, or `c|τ|`.
+    /// Cost of the inputs per unit of time: `Σ c_j v_j`, or `c|τ|`.
     pub running: T,
 }
 
-/// The law on an arc between two switches.
+/// The control law on an arc between two switches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ArcLaw {
-    /// Held torque and running cost; its `minimum` is not known.
+    /// Held torque and its running cost; `minimum` is not a number.
     held: LawResponse,
-    /// Limit and price of the norm, where the torque has its full norm and turns with the costate.
+    /// Limit and price of the torque norm, if the torque has full norm and turns with the costate;
+    /// `None` if the torque is held.
     turning: Option<(f64, f64)>,
 }
 
 impl ArcLaw {
-    /// At the costate `e`.
+    /// Returns the response of the control law at the costate `e`.
     #[inline(always)]
     pub fn at(&self, e: &Vector3) -> LawResponse {
         let Some((limit, cost)) = self.turning else { return self.held };
@@ -81,41 +83,42 @@ impl ArcLaw {
         }
     }
 
-    /// Where the torque does not answer to the costate: what it is.
+    /// Returns the held torque; `None` if the torque depends on the costate.
     pub fn held(&self) -> Option<&LawResponse> {
         self.turning.is_none().then_some(&self.held)
     }
 
-    /// `Σ c_j v_j`, or `c|τ|`.
+    /// Returns the running cost `Σ c_j v_j`, or `c|τ|`.
     pub fn running(&self) -> f64 {
         self.held.running
     }
 }
 
-/// A maneuver of minimum time or fuel, scaled: from the identity.
+/// A minimum-time or minimum-fuel maneuver in scaled units. The initial attitude is the identity.
 #[derive(Clone, Debug)]
 pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
     pub law: TorqueLimit,
-    /// `c_j`, one for each axis of [`TorqueLimit::Inputs`]: 0 where only time counts. Of
-    /// [`TorqueLimit::Norm`] the price of the norm, where it has one.
+    /// Prices `c_j` of the inputs, one for each axis of [`TorqueLimit::Inputs`]; all 0 if only time
+    /// counts. For [`TorqueLimit::Norm`] the price of the norm, or empty if the norm costs nothing.
     pub costs: Vec<f64>,
-    /// What a unit of time costs beside the inputs about the middle of their limits.
+    /// Cost of a unit of time when all inputs are in the middle of their limits.
     pub time_price: f64,
-    /// The duration where it is given: the Hamiltonian is then constant, and need not vanish.
+    /// The duration if it is given; the Hamiltonian is then constant and need not vanish. `None` if
+    /// the duration is free.
     pub given_duration: Option<f64>,
-    /// Torque of all inputs in the middle of their limits.
+    /// Torque when all inputs are in the middle of their limits.
     pub middle: Vector3,
     pub start_rate: Vector3,
     pub end_rate: Vector3,
     pub end_attitude: Matrix3,
-    /// Ends the sweeps over fine grids.
+    /// Request to stop, which the sweeps over fine grids poll.
     pub halt: StopRequest,
 }
 
-/// What is added to the switching functions, in units of ε, to tip a path from one branch to
-/// another: a constant and a linear part for each component of the costate.
+/// Symmetry-breaking perturbation of the costate in the switching functions, in units of ε: a
+/// constant and a part that is linear in time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bias {
     pub constant: Vector3,
@@ -123,7 +126,7 @@ pub(crate) struct Bias {
 }
 
 impl Bias {
-    /// Whether it is one.
+    /// Returns whether the perturbation is nonzero.
     pub fn tips(&self) -> bool {
         self.constant != Vector3::zeros() || self.linear != Vector3::zeros()
     }
@@ -136,7 +139,8 @@ impl Bias {
 }
 
 impl Extremal {
-    /// The same maneuver for another inertia.
+    /// Returns the maneuver with another inertia and with boundary rates multiplied by
+    /// `rate_factor`.
     pub fn with_inertia(&self, j: Matrix3, rate_factor: f64) -> Option<Self> {
         Some(Self {
             j,
@@ -147,17 +151,18 @@ impl Extremal {
         })
     }
 
-    /// The same maneuver in another duration, or in one that is sought.
+    /// Returns the maneuver with another given duration; with a free one for `None`.
     pub fn lasting(&self, given_duration: Option<f64>) -> Self {
         Self { given_duration, ..self.clone() }
     }
 
-    /// The maneuver backwards in time: from its end to its start with rates of the other sign,
-    /// under the same torques.
+    /// Returns the time-reversed maneuver: from the terminal to the initial attitude, with rates of
+    /// opposite sign, under the same torques.
     ///
-    /// With `(R, Π)(t)` and the costates `(M, e)` an extremal, `(R_eᵀ R, −Π)(T − t)` and
-    /// `(−R_eᵀ M, e)` are one of this maneuver ([`Path::reversed`](super::smooth::Path::reversed)):
-    /// the Hamiltonian is even in momentum and `M` together.
+    /// If `(R, Π)(t)` with the costates `(M, e)` is an extremal, then `(R_eᵀ R, −Π)(T − t)` with
+    /// `(−R_eᵀ M, e)` is an extremal of this maneuver
+    /// ([`Path::reversed`](super::smooth::Path::reversed)), because the Hamiltonian is even in
+    /// momentum and `M` together.
     pub fn reversed(&self) -> Self {
         Self {
             start_rate: -self.end_rate,
@@ -167,7 +172,8 @@ impl Extremal {
         }
     }
 
-    /// The smoothed law at the costate `e`, moved by `ε` times `bias`.
+    /// Returns the response of the smoothed law at the costate `e` with a perturbation of `ε` times
+    /// `bias`.
     #[inline(always)]
     pub fn smooth<T: Number>(&self, e: &Vector<T>, epsilon: f64, bias: &Vector<T>) -> LawResponse<T> {
         let epsilon = T::of(epsilon);
@@ -182,7 +188,7 @@ impl Extremal {
                     let (axis, cost) = (splat(axis), T::of(*cost));
                     let s = dot(&axis, e) + cost + epsilon * dot(&axis, bias);
                     let root = (s * s + e2).sqrt();
-                    // One division instead of two: they and the root take longest here.
+                    // One division instead of two: divisions and the square root dominate the time.
                     let inverse = one / root;
                     let v = -s * inverse;
                     torque = sum(&torque, &scaled(v, &axis));
@@ -228,7 +234,7 @@ impl Extremal {
         LawResponse { torque, stiffness, minimum, running }
     }
 
-    /// The law on an arc, on which every input keeps its sign.
+    /// Returns the control law on an arc on which the inputs have these signs.
     pub fn on_arc(&self, signs: &[f64]) -> ArcLaw {
         let turning = match self.law {
             TorqueLimit::Norm(limit) if signs.iter().all(|sign| *sign > 0.0) => {
@@ -246,56 +252,59 @@ impl Extremal {
         ArcLaw { turning, ..Self::holding(&torque, running) }
     }
 
-    /// The law under a torque that is held whatever the costate, and what its inputs cost.
+    /// Returns the control law of a torque that does not depend on the costate; `running` is the
+    /// cost of its inputs per unit of time.
     pub fn holding(torque: &Vector3, running: f64) -> ArcLaw {
         let held = LawResponse { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
         ArcLaw { held, turning: None }
     }
 
-    /// The inputs of the smoothed law, each in `[−1, 1]`; one where the norm costs, none where it
-    /// is limited alone.
+    /// Returns the inputs of the smoothed law, each in `[−1, 1]`. There is one input if the norm of
+    /// the torque has a price, and none if the norm is only limited.
     pub fn inputs(&self, e: &Vector3, epsilon: f64) -> Vec<f64> {
         (0..self.switching_count()).map(|input| self.level(input, e, epsilon)).collect()
     }
 
-    /// One of them.
+    /// Returns one input of the smoothed law, in `[−1, 1]`.
     pub fn level(&self, input: usize, e: &Vector3, epsilon: f64) -> f64 {
         let s = self.switching(input, e);
         -s / (s * s + epsilon * epsilon).sqrt()
     }
 
-    /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of
-    /// one burn.
+    /// Returns the fewest switches that a plan of arcs can have: five, which determine the
+    /// costates, or one (a single burn) if fuel counts.
     pub fn fewest_switches(&self) -> usize {
         if self.counts_fuel() { 1 } else { DETERMINED }
     }
 
-    /// Whether inputs cost something, and not time alone.
+    /// Returns whether any input has a price; otherwise only time counts.
     pub fn counts_fuel(&self) -> bool {
         self.costs.iter().any(|cost| *cost != 0.0)
     }
 
-    /// Whether fuel is counted by inputs that are on for some of the time.
+    /// Returns whether fuel is the sum of the on-times of separate inputs, and not of the torque
+    /// norm.
     pub fn times_pulses(&self) -> bool {
         self.counts_fuel() && matches!(self.law, TorqueLimit::Inputs(_))
     }
 
-    /// What a unit of time costs beside the inputs that are on for it.
+    /// Returns the cost of a unit of time with all inputs off.
     pub fn price_of_time(&self) -> f64 {
         self.time_price - self.price_of_idling()
     }
 
-    /// The same maneuver with another price of time.
+    /// Returns the maneuver with another price of time.
     pub fn priced(&self, price: f64) -> Self {
         Self { time_price: price + self.price_of_idling(), ..self.clone() }
     }
 
-    /// What inputs cost in the middle of their limits; the norm of the torque has no middle.
+    /// Returns the cost of the inputs in the middle of their limits; 0 under a norm limit, which
+    /// has no middle.
     fn price_of_idling(&self) -> f64 {
         if matches!(self.law, TorqueLimit::Inputs(_)) { self.costs.iter().sum() } else { 0.0 }
     }
 
-    /// About what a unit of impulse costs: the mean over the inputs.
+    /// Returns the approximate cost of a unit of impulse: the mean over the inputs.
     pub fn price_of_impulse(&self) -> f64 {
         match &self.law {
             TorqueLimit::Norm(limit) => self.costs.iter().sum::<f64>() / limit,
@@ -306,17 +315,17 @@ impl Extremal {
         }
     }
 
-    /// Whether the shortest time is sought under a limit of each input.
+    /// Returns whether this is a minimum-time problem with a limit on each input.
     pub fn seeks_time(&self) -> bool {
         !self.counts_fuel() && self.given_duration.is_none() && matches!(self.law, TorqueLimit::Inputs(_))
     }
 
-    /// Number of switching functions.
+    /// Returns the number of switching functions.
     pub fn switching_count(&self) -> usize {
         self.costs.len()
     }
 
-    /// The switching function of an input at the costate `e`.
+    /// Returns the switching function of an input at the costate `e`.
     pub fn switching(&self, input: usize, e: &Vector3) -> f64 {
         match &self.law {
             TorqueLimit::Inputs(axes) => axes[input].dot(e) + self.costs[input],
@@ -324,7 +333,7 @@ impl Extremal {
         }
     }
 
-    /// Its derivative with respect to the costate.
+    /// Returns the derivative of the switching function of an input with respect to the costate.
     pub fn switching_slope(&self, input: usize, e: &Vector3) -> Vector3 {
         match &self.law {
             TorqueLimit::Inputs(axes) => axes[input],
@@ -332,9 +341,9 @@ impl Extremal {
         }
     }
 
-    /// `A⁻ᵀ` of the first three axes that span the space, of determinant 1: what is of one size in
-    /// these coordinates switches each of these inputs alike, in whatever axes the body is
-    /// described.
+    /// Returns `A⁻ᵀ`, scaled to determinant 1, where the columns of `A` are the first three input
+    /// axes that span the space. A perturbation of a given size in these coordinates acts equally
+    /// on each of these inputs, whatever the axes that describe the body.
     pub fn alike(&self) -> Matrix3 {
         let mut columns: Vec<Vector3> = Vec::with_capacity(3);
         let mut across: Vec<Vector3> = Vec::with_capacity(3);
@@ -351,19 +360,21 @@ impl Extremal {
         (axes / size).transpose().try_inverse().unwrap_or_else(Matrix3::identity)
     }
 
-    /// How much more the inputs give along one axis than along another: 1 where all are alike.
+    /// Returns the ratio of the largest to the smallest control authority over all directions: 1 if
+    /// all directions are equal.
     pub fn unlikeness(&self) -> f64 {
         let values = self.authority().symmetric_eigenvalues();
         (values.max() / values.min()).sqrt()
     }
 
-    /// The largest principal moment over the smallest: 1 of a sphere.
+    /// Returns the ratio of the largest to the smallest principal moment of inertia: 1 for a
+    /// sphere.
     pub fn roundness(&self) -> f64 {
         let values = self.j.symmetric_eigenvalues();
         values.max() / values.min()
     }
 
-    /// `Σ a aᵀ` of the axes: all are alike under a limit of the norm.
+    /// Returns the control authority `Σ a aᵀ` over the input axes; the identity under a norm limit.
     pub fn authority(&self) -> Matrix3 {
         match &self.law {
             TorqueLimit::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum(),
@@ -371,7 +382,7 @@ impl Extremal {
         }
     }
 
-    /// The axes of the inputs; none under a limit of the norm.
+    /// Returns the axes of the inputs; an empty slice under a norm limit.
     pub fn axes(&self) -> &[Vector3] {
         match &self.law {
             TorqueLimit::Inputs(axes) => axes,
@@ -379,7 +390,7 @@ impl Extremal {
         }
     }
 
-    /// The least `e·τ + Σ c_j v_j` that the limits allow.
+    /// Returns the minimum of `e·τ + Σ c_j v_j` over the inputs within their limits.
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {
             TorqueLimit::Inputs(axes) => (0..axes.len()).map(|input| self.switching(input, e).abs()).sum(),

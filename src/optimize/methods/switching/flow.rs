@@ -1,5 +1,5 @@
-//! Extremals of minimum time and fuel: the motion of a free body and of its costates, and how both
-//! answer to a disturbance.
+//! Minimum-time and minimum-fuel extremals: the flow of a free body and its costates, and the
+//! variational equations of both.
 //!
 //! With the attitude costate fixed in space, `M = R m`, and the momentum costate `e` in body axes,
 //!
@@ -8,8 +8,8 @@
 //! H  = p + Σ c_j v_j + m·Ω + e·(Π×Ω + τ) ,   0 where the duration is sought, p the price of time
 //! ```
 //!
-//! A disturbance is `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, `δΠ`, `δe`, and
-//! `δM`:
+//! A disturbance consists of `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, of `δΠ`,
+//! `δe` and `δM`:
 //!
 //! ```text
 //! η'  = R J⁻¹ δΠ ,      δΠ' = (S(Π) J⁻¹ − S(Ω)) δΠ − G δe ,      G = −∂τ/∂e
@@ -34,7 +34,7 @@ use crate::numerics::three::{
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::Vector6;
 
-/// Attitude, momentum and momentum costate at one instant, scaled; or eight of them.
+/// Attitude, momentum and momentum costate at one instant, scaled; with `Eight`, eight such nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node<T: Number = f64> {
     pub r: Matrix<T>,
@@ -43,18 +43,18 @@ pub(crate) struct Node<T: Number = f64> {
 }
 
 impl Node {
-    /// Where a maneuver begins, with a costate.
+    /// Returns the initial node of a maneuver with the costate `e`.
     pub fn at_start(extremal: &Extremal, e: Vector3) -> Self {
         Self { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e }
     }
 
-    /// A node of the reversed maneuver as one of `extremal`.
+    /// Converts a node of the time-reversed maneuver to one of `extremal`.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
         Self { r: extremal.end_attitude * self.r, pi: -self.pi, e: self.e }
     }
 }
 
-/// Derivatives of a node with respect to L parameters: rows `η`, `δΠ`, `δe`. The first three
+/// Derivatives of a node with respect to L parameters; rows `η`, `δΠ`, `δe`. The first three
 /// parameters are `M`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<const L: usize>(pub [[f64; L]; 9]);
@@ -64,7 +64,7 @@ impl<const L: usize> Lanes<L> {
         Self([[0.0; L]; 9])
     }
 
-    /// Of a first node whose costate `e` is the parameters 3, 4, 5.
+    /// Returns the derivatives of an initial node whose costate `e` is the parameters 3, 4 and 5.
     pub fn of_costate() -> Self {
         let mut lanes = Self::zero();
         for axis in 0..3 {
@@ -73,7 +73,7 @@ impl<const L: usize> Lanes<L> {
         lanes
     }
 
-    /// Block 0, 1, 2 (`η`, `δΠ`, `δe`) of one parameter.
+    /// Returns block 0, 1 or 2 (`η`, `δΠ` or `δe`) of one parameter.
     #[inline(always)]
     pub fn block(&self, block: usize, lane: usize) -> Vector3 {
         let row = |row: usize| self.0[3 * block + row][lane];
@@ -87,7 +87,8 @@ impl<const L: usize> Lanes<L> {
         }
     }
 
-    /// The same, for lanes that are then read as rows.
+    /// Returns the sum as `Self::add` does, without a store to a single lane; for lanes that are
+    /// then read as whole rows.
     #[inline(always)]
     pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &UnitRows<L>) -> Self {
         let mut sum = *self;
@@ -99,7 +100,7 @@ impl<const L: usize> Lanes<L> {
         sum
     }
 
-    /// With a multiple of others.
+    /// Returns the sum of these derivatives and `factor` times others.
     #[inline(always)]
     fn plus(&self, other: &Self, factor: f64) -> Self {
         let mut sum = *self;
@@ -113,7 +114,8 @@ impl<const L: usize> Lanes<L> {
 }
 
 impl Lanes<8> {
-    /// The disturbance that a change of the parameters makes, halves of a row added side by side.
+    /// Returns the disturbance that a change of the parameters causes. Both halves of a row are
+    /// added in parallel.
     #[inline(always)]
     pub fn folded(&self, change: &[f64; 8]) -> [Vector3; 3] {
         let mut sums = [Vector3::zeros(); 3];
@@ -132,11 +134,11 @@ impl Lanes<8> {
     }
 }
 
-/// The rows of the identity: one in a lane, zero in the others.
+/// Rows of the identity: one in a lane, zero in the others.
 ///
-/// What is added to a single lane is added as a product with such a row: a store to one lane, from
-/// which the whole row is then loaded, costs more. The compiler must not know where the zeros are,
-/// or it takes the rows apart.
+/// An addition to a single lane is computed as a product with such a row, because a store to one
+/// lane followed by a load of the whole row is slower. The positions of the zeros are hidden from
+/// the compiler, which would otherwise split the rows.
 pub(crate) struct UnitRows<const L: usize>([[f64; L]; L]);
 
 impl<const L: usize> UnitRows<L> {
@@ -149,7 +151,7 @@ impl<const L: usize> UnitRows<L> {
     }
 }
 
-/// The sum of rows times their factors.
+/// Returns the linear combination of rows.
 #[inline(always)]
 fn combined<const K: usize, const L: usize>(terms: [(f64, &[f64; L]); K]) -> [f64; L] {
     let (factor, row) = terms[0];
@@ -166,7 +168,8 @@ fn combined<const K: usize, const L: usize>(terms: [(f64, &[f64; L]); K]) -> [f6
 }
 
 impl<T: Number> Node<T> {
-    /// `self ⊖ other`, in the blocks of a disturbance; of the attitude `2 tan(θ/2)` along the axis.
+    /// Returns `self ⊖ other` in the blocks of a disturbance; the attitude block is `2 tan(θ/2)`
+    /// along the axis.
     #[inline(always)]
     pub fn minus(&self, other: &Self) -> [Vector<T>; 3] {
         let turn = product_transposed(&self.r, &other.r);
@@ -176,7 +179,7 @@ impl<T: Number> Node<T> {
         [turned, difference(&self.pi, &other.pi), difference(&self.e, &other.e)]
     }
 
-    /// Disturbed: `minus` of what it was gives the disturbance.
+    /// Returns the node with `factor` times the disturbance applied; the inverse of `Self::minus`.
     #[inline(always)]
     pub fn plus(&self, change: &[Vector<T>; 3], factor: T) -> Self {
         let [half, pi, e] =
@@ -188,7 +191,7 @@ impl<T: Number> Node<T> {
         }
     }
 
-    /// After a change of the quaternion from this attitude, the momentum and its costate.
+    /// Returns the node after a change of the relative quaternion, the momentum and its costate.
     #[inline(always)]
     fn displaced(&self, y: &[T; 10]) -> Self {
         Self {
@@ -200,7 +203,7 @@ impl<T: Number> Node<T> {
 }
 
 impl Node<Eight> {
-    /// Eight nodes side by side.
+    /// Packs eight nodes, given by their index, into one.
     #[inline(always)]
     pub fn of<'a>(node: impl Fn(usize) -> &'a Node) -> Self {
         let lanes = |of: &dyn Fn(&Node) -> f64| Eight::from_fn(|lane| of(node(lane)));
@@ -212,11 +215,12 @@ impl Node<Eight> {
     }
 }
 
-/// The linearised flow at one instant.
+/// Coefficients of the variational equations at one instant.
 #[derive(Clone, Copy)]
 struct Linear<T: Number> {
     x: Matrix<T>,
-    /// Of `δΠ` in `δΠ'`; its transpose is minus that of `δe` in `δe'`.
+    /// Derivative of `Π'` with respect to `Π`; minus its transpose is the derivative of `e'` with
+    /// respect to `e`.
     a: Matrix<T>,
     g: Matrix<T>,
     y: Matrix<T>,
@@ -224,8 +228,9 @@ struct Linear<T: Number> {
 }
 
 impl<T: Number> FlowStage<T> {
-    /// Rates of the lanes of one case, which `case` takes out of each number. To the lane
-    /// `stretched` that of the node is added, times a factor.
+    /// Returns the time derivatives of the lanes of one case, which `case` extracts from each
+    /// number. To the lane `stretched.0` the rate of the node is added, times the factor
+    /// `stretched.1`.
     #[inline(always)]
     fn times<const L: usize>(
         &self,
@@ -272,30 +277,31 @@ impl<T: Number> FlowStage<T> {
 }
 
 impl Extremal {
-    /// Time derivative of a node, `[Ω in reference axes, Π', e']`, under the torque `torque`.
+    /// Returns the time derivative of a node, `[Ω in reference axes, Π', e']`, under a torque.
     #[inline(always)]
     pub fn rate(&self, m: &Vector3, node: &Node, torque: &Vector3) -> [Vector3; 3] {
         let (w, pi, e) = Course::of(self, m).body_rate(node, torque);
         [apply(&node.r, &w), pi, e]
     }
 
-    /// The Hamiltonian; `minimum` is the least `e·τ + Σ c_j v_j` plus what smoothing adds.
+    /// Returns the Hamiltonian; `minimum` is the minimum of `e·τ + Σ c_j v_j` plus the smoothing
+    /// term.
     #[inline(always)]
     pub fn hamiltonian(&self, m: &Vector3, node: &Node, minimum: f64) -> f64 {
         let w = apply(&self.j_inverse, &node.pi);
         self.time_price + apply_transposed(&node.r, m).dot(&w) + node.e.dot(&cross(&node.pi, &w)) + minimum
     }
 
-    /// The Hamiltonian at the start, and its derivative with respect to `M` and `e` there.
+    /// Returns the Hamiltonian at the start, and its derivative with respect to `M` and `e_0`.
     pub fn hamiltonian_at_start(&self, m: &Vector3, first: &Node, law: &ArcLaw) -> (f64, Vector6<f64>) {
-        // The derivative of `e·τ` is `τ`: a torque that turns with `e` makes it least.
+        // The derivative of `e·τ` is `τ`, because a torque that turns with `e` minimises it.
         let torque = law.at(&first.e).torque;
         let (rate, push) = (self.start_rate, first.pi.cross(&self.start_rate) + torque);
         let value = self.hamiltonian(m, first, first.e.dot(&torque) + law.running());
         (value, Vector6::new(rate.x, rate.y, rate.z, push.x, push.y, push.z))
     }
 
-    /// How far the end of a motion is from where it has to be: attitude and momentum.
+    /// Returns the terminal error: rotation vector of the attitude error, then the momentum error.
     pub fn miss(&self, end: &Node) -> Vector6<f64> {
         let turn = lie::log(&(end.r * self.end_attitude.transpose()));
         let momentum = end.pi - self.j * self.end_rate;
@@ -303,7 +309,7 @@ impl Extremal {
     }
 }
 
-/// The rotation of a quaternion that need not have norm 1.
+/// Returns the rotation of a quaternion of any norm.
 #[inline(always)]
 fn turn<T: Number>(p: &[T; 4]) -> Matrix<T> {
     let [w, x, y, z] = *p;
@@ -322,7 +328,8 @@ fn turn<T: Number>(p: &[T; 4]) -> Matrix<T> {
     )
 }
 
-/// An extremal on its way: the inverse inertia, and the attitude costate `M` in reference axes.
+/// Constants of the flow of an extremal: the inverse inertia, and the attitude costate `M` in
+/// reference axes.
 #[derive(Clone, Copy)]
 pub(crate) struct Course<T: Number = f64> {
     j_inverse: Matrix<T>,
@@ -335,7 +342,7 @@ impl<T: Number> Course<T> {
         Self { j_inverse: splat_matrix(&extremal.j_inverse), m: splat(m) }
     }
 
-    /// Time derivatives of a node, `[Ω, Π', e']`.
+    /// Returns the time derivatives of a node, `[Ω, Π', e']`, with `Ω` in body axes.
     #[inline(always)]
     fn body_rate(&self, node: &Node<T>, torque: &Vector<T>) -> (Vector<T>, Vector<T>, Vector<T>) {
         let w = apply(&self.j_inverse, &node.pi);
@@ -362,8 +369,9 @@ impl<T: Number> Course<T> {
         }
     }
 
-    /// One step of the flow over `length`, and into `stages` what its lanes need. `respond` gives
-    /// the torque at a fraction of the step and a costate.
+    /// Integrates the flow over one step of the given length and stores in `stages` what the
+    /// derivatives need. `respond` returns the control law's response for a fraction of the step
+    /// and a costate.
     #[inline(always)]
     pub fn step<const S: usize>(
         &self,
@@ -408,18 +416,18 @@ impl<T: Number> Course<T> {
     }
 }
 
-/// What lanes need of one stage.
+/// Values of one stage that the derivatives need.
 #[derive(Clone, Copy)]
 struct FlowStage<T: Number> {
     linear: Linear<T>,
     rate: [Vector<T>; 3],
 }
 
-/// What lanes need of one step.
+/// Values of one step that the derivatives need.
 pub(crate) struct FlowStages<T: Number, const S: usize>([FlowStage<T>; S]);
 
 impl<T: Number, const S: usize> FlowStages<T, S> {
-    /// To be filled by [`Course::step`].
+    /// Creates stages for [`Course::step`] to fill.
     #[inline(always)]
     pub fn empty() -> Self {
         let (matrix, vector) = (splat_matrix(&Matrix3::zeros()), splat(&Vector3::zeros()));
@@ -427,9 +435,9 @@ impl<T: Number, const S: usize> FlowStages<T, S> {
         Self([FlowStage { linear, rate: [vector; 3] }; S])
     }
 
-    /// Carries lanes over the step of the case that `case` takes out of each number. To the lane
-    /// `stretched` the rate of change over the duration is added, for a duration that is a
-    /// parameter.
+    /// Carries derivatives over the step of the case that `case` extracts from each number. If the
+    /// duration is a parameter, `stretched` holds its lane and value, and the rate of change with
+    /// the duration is added to this lane.
     #[inline(always)]
     pub fn carry<const L: usize>(
         &self,
@@ -460,7 +468,8 @@ impl<T: Number, const S: usize> FlowStages<T, S> {
 }
 
 impl<T: Number> FlowStages<T, 4> {
-    /// The same for [`FOURTH`], in which a stage needs the one before alone.
+    /// Carries derivatives over a step of [`FOURTH`], in which each stage depends only on the
+    /// previous one.
     #[inline(always)]
     pub fn carry_on<const L: usize>(
         &self,
@@ -483,7 +492,7 @@ impl<T: Number> FlowStages<T, 4> {
     }
 }
 
-/// Of one case, which `case` takes out of each number.
+/// Extracts the blocks of one case, which `case` selects from each number.
 #[inline(always)]
 pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64) -> [Vector3; 3] {
     let mut taken = [Vector3::zeros(); 3];
@@ -494,13 +503,13 @@ pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64
 }
 
 impl Course {
-    /// One step of the flow by the method of order 8.
+    /// Returns the node after one step of the eighth-order method.
     #[inline(always)]
     pub fn reached(&self, from: &Node, length: f64, respond: impl Fn(f64, &Vector3) -> LawResponse) -> Node {
         self.step(&EIGHTH, from, length, respond, &mut FlowStages::empty())
     }
 
-    /// The same with its lanes.
+    /// Returns the node after one step of the eighth-order method, and carries its derivatives.
     #[inline(always)]
     pub fn carried<const L: usize>(
         &self,

@@ -1,36 +1,39 @@
-//! The end game of minimum fuel: arcs for a branch whose pulses are not plain to read.
+//! Limits of minimum-fuel branches whose pulses cannot be extracted directly.
 //!
-//! Along a singular arc an input is between its limits, and the best that arcs can do is a train of
-//! pulses. Newton on switching times finds the best train of given pulses where it begins near it,
-//! and drops what is added to a train that it does not see the use of. So trains are read from a
-//! smoothed extremal that is known well, of more and more pulses; where that is not enough, pulses
-//! are added where the certificate lacks them and all times are laid out anew for the least fuel,
-//! which keeps what is of use.
+//! Along a singular arc an input is between its limits, and the best approximation by arcs is a
+//! train of pulses. Newton on switching times finds the best train near its initial guess, and
+//! drops pulses that are added to a train and do not satisfy its equations. Trains with more and
+//! more pulses are therefore extracted from an accurate smoothed extremal. If that does not
+//! suffice, pulses are added where the certificate lacks them, and all times are optimised again
+//! for minimum fuel, which keeps the useful pulses.
 //!
-//! # What if no list of arcs is exact?
+//! # What if no switching structure is exact?
 //!
-//! Fuel counted by inputs has more to it (`switching/fuel`). How much its gap is depends on the
-//! costates it is measured with, and those that vanish at the switches are not the best: six
-//! switches hardly apart determine them badly, and between the pulses of a singular arc they are a
-//! little off everywhere. Weak duality allows any: the least gap over all costates at the start is
-//! a convex problem in six numbers, the dual of the linear program over all inputs along the way,
-//! and no looser a bound (`switching/least_gap`). A duration that is sought is one more variable of
-//! that program, without a sign, and its reduced cost is the Hamiltonian: costates count that make
-//! it vanish, five numbers. Then the arcs. Newton on the switching functions drops most pulses that
-//! are added to a train: it looks for where they vanish, not for less fuel. So trains of one to
-//! eight pulses for each singular arc are read from a smoothed extremal on intervals that follow
-//! its inputs; and where their gap is not small, pulses are added where the certificate lacks them,
-//! by the own costates and by those of the least gap, and all times are laid out anew by the
-//! quadratic programming that pulses with a shortest length have, which burns less at every step.
-//! Equal intervals are no place to look from: at ε = 1e-4 the pulses are shorter than they, and the
-//! fuel that is read there is off by per cents.
+//! For fuel that is a sum over inputs (`switching/fuel`), the gap depends on the costates that
+//! measure it. The costates that vanish at the switches are not the best: six switches close
+//! together determine them badly, and between the pulses of a singular arc they are slightly wrong
+//! everywhere. Weak duality allows any costates. The smallest gap over all costates at the start is
+//! a convex problem in six numbers, the dual of the linear program over all inputs along the path,
+//! and no looser bound (`switching/least_gap`). A free duration is one more variable of this
+//! program, without a sign, whose reduced cost is the Hamiltonian; only costates that make it
+//! vanish are allowed, which leaves five numbers.
 //!
-//! On few steps there may be no discrete optimum with the pulses of the equations of motion: a
-//! short one has no place in it, or comes in another order. The plan is then what pulses of a
-//! shortest length get, with a shortest length of nothing: times at the bounds that act and, where
-//! Newton finds no stationary times either, those that meet the end next to the continuous ones.
-//! The stationarity that is left is told, and that it is no discrete optimum (`beside_optimum` in
-//! the plan file). The smoothed law, which took that place before, burns per cents more.
+//! Next, the arcs. Newton on the switching functions drops most pulses that are added to a train,
+//! because it solves for zeros and does not minimise fuel. Trains of one to eight pulses for each
+//! singular arc are therefore extracted from a smoothed extremal on intervals that resolve its
+//! inputs. If their gap is not small, pulses are added where the certificate lacks them, by the
+//! arcs' own costates and by the costates of the smallest gap. All times are then optimised by the
+//! sequential quadratic programming of pulses with a minimum pulse width, which burns less at every
+//! step. A uniform grid is not accurate enough for extraction: at ε = 1e-4 the pulses are shorter
+//! than its intervals, and the extracted fuel is wrong by per cents.
+//!
+//! On few steps no discrete optimum may exist with the pulses of the continuous motion: a short
+//! pulse does not fit, or the order differs. The plan is then computed like pulses with a minimum
+//! pulse width of zero: times at their active bounds and, if Newton finds no stationary times
+//! either, the times nearest to the continuous ones that meet the terminal conditions. The
+//! remaining stationarity residual is reported, and that the plan is no discrete optimum
+//! (`beside_optimum` in the plan file). The smoothed law, which was used before, burns per cents
+//! more.
 
 use super::arcs::Arcs;
 use super::branches::SearchRequest;
@@ -43,8 +46,8 @@ use super::tuning::limits::*;
 use super::tuning::smooth::RATIO;
 use super::work::Work;
 
-/// A branch to its limit from what Newton on switching times has found of it on the way to a
-/// smaller ε.
+/// Continues a branch to its limit, given the best arcs that Newton on switching times found at
+/// larger ε.
 pub(super) fn fuel_limit(
     extremal: &Extremal,
     rival: &Smoothed,
@@ -64,13 +67,13 @@ pub(super) fn fuel_limit(
         let all = near.cloned().into_iter().collect();
         return BranchEnd::of(rival, at, all, taken);
     }
-    // At the smallest ε that it is found for, on intervals that follow its inputs.
+    // The smallest ε that converges, on intervals that resolve the inputs.
     let settled = match descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work) {
         Ok(end) => end,
         Err(end) => tipped(extremal, rival, work).unwrap_or(end),
     };
     let settled = settle(extremal, settled, SMALLEST, work);
-    // Newton may have gone to arcs of a dearer branch, however small their gap.
+    // Newton may have converged to arcs of a costlier branch, however small their gap.
     let of_branch =
         |found: &Certified| [&at, &settled].iter().any(|smooth| bounded(extremal, &found.arcs, smooth));
     let mut all = Vec::from_iter(train(extremal, &settled, best.filter(of_branch), &of_branch, work));
@@ -82,8 +85,8 @@ pub(super) fn fuel_limit(
     BranchEnd::of(rival, settled, all, taken)
 }
 
-/// The arcs of the smallest gap among those known and those with trains of pulses, no more of them
-/// than make it small, and none of another branch.
+/// Returns the arcs with the smallest gap among `known` and trains of pulses. The number of pulses
+/// grows until the gap is small. Arcs of other branches are excluded.
 fn train(
     extremal: &Extremal,
     settled: &Smoothed,

@@ -1,5 +1,5 @@
-//! One step of Lie–Verlet under a torque that is held over it, of its costates, and its discrete
-//! Hamiltonian.
+//! One step of Lie–Verlet under a torque that is held over the step: the motion, its costates and
+//! the discrete Hamiltonian.
 //!
 //! ```text
 //! Π̃ = Π + (h/2) τ ,   h S(Π̃) = F J_d − J_d Fᵀ ,   R⁺ = R F ,   Π⁺ = FᵀΠ̃ + (h/2) τ
@@ -8,19 +8,19 @@
 //! ```
 //!
 //! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the
-//! price of time, and `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of
-//! the costates at both ends, which makes the step implicit in the torque.
+//! price of time, and `ℓ` the cost of the inputs and of smoothing. The smoothed law is evaluated at
+//! the mean of the costates at both ends, so that the step is implicit in the torque.
 //!
-//! Over the drift, which is that of all other methods (`step/drift`), the discrete Hamiltonian is
-//! `D = m⁺·ξ + e⁺·(Π'×ξ)` with `Π' = FᵀΠ̃` and `ξ = FᵀE⁻¹Π̃`, and `𝓗 = p + ℓ + D + ½(e + e⁺)·τ`.
-//! The drift is symplectic, so that by what it makes of a change
+//! Over the drift, which is shared with all other methods (`step/drift`), the discrete Hamiltonian
+//! is `D = m⁺·ξ + e⁺·(Π'×ξ)` with `Π' = FᵀΠ̃` and `ξ = FᵀE⁻¹Π̃`, and `𝓗 = p + ℓ + D + ½(e + e⁺)·τ`.
+//! The drift is symplectic; therefore a change has the effect
 //!
 //! ```text
 //! δD = ξ·δm⁺ + (Π'×ξ)·δe⁺ − ∂e⁺/∂h·δΠ'
 //! ```
 //!
-//! and what depends on `h` follows from the scales: `F` and `e⁺` stay, and `D` is `s⁻²` times as
-//! large, where `h` is `s` times as long, and `m` and `Π̃` are `s⁻¹` times as large.
+//! and the derivative with respect to `h` follows from scaling: if `h` is multiplied by `s`, and
+//! `m` and `Π̃` are divided by `s`, then `F` and `e⁺` do not change and `D` is divided by `s²`.
 
 use super::extremal::{ArcLaw, Extremal, LawResponse};
 use super::tuning::SAME;
@@ -32,24 +32,24 @@ use crate::optimize::discrete::step::drift::{Drift, LinearDrift};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::SMatrix;
 
-/// Parameters of a step: `m`, `Π`, `e`, `h`.
+/// Number of parameters of a step: `m`, `Π`, `e`, `h`.
 const PARAMETERS: usize = 10;
-/// The same and the torque, where it answers to them.
+/// Number of parameters of a step with the torque included: `m`, `Π`, `e`, `h`, `τ`.
 const WITH_TORQUE: usize = PARAMETERS + 3;
 
-/// The length of a step that has none: what is proportional to it is divided by it.
+/// Length that replaces a zero step length, because some terms are divided by the length.
 const NO_STEP: f64 = 1e-150;
 
-/// How the torque of a step comes about.
+/// The rule that determines the torque of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Torque {
-    /// By the law of an arc: held, or of full norm and turning with the costate.
+    /// The law of an arc: a held torque, or one of full norm that turns with the costate.
     Arc(ArcLaw),
-    /// By the smoothed law at this ε.
+    /// The smoothed law with this ε.
     Smooth(f64),
 }
 
-/// What one step does, and its derivative with respect to `m`, `Π`, `e`, `h`.
+/// The map of one step, and its derivative with respect to `m`, `Π`, `e`, `h`.
 #[derive(Clone, Debug)]
 pub(crate) struct StepMap {
     pub f: Matrix3,
@@ -57,27 +57,27 @@ pub(crate) struct StepMap {
     pub e: Vector3,
     pub hamiltonian: f64,
     pub torque: Vector3,
-    /// Rows: the turn `F⁻ᵀδFᵀ` before the step's rotation, `δΠ⁺`, `δe⁺`, `δ𝓗`.
+    /// Rows: the rotation `F⁻ᵀδFᵀ` before the step's rotation, `δΠ⁺`, `δe⁺`, `δ𝓗`.
     pub jacobian: [[f64; PARAMETERS]; 10],
 }
 
-/// A drift from a momentum, with the costates.
+/// A drift from a kicked momentum, with its costates and linearisation.
 struct CostateDrift {
     drift: Drift,
     linear: LinearDrift,
     after: Costate,
-    /// `∂e⁺/∂Π̃`.
+    /// Derivative `∂e⁺/∂Π̃` of the costate after the drift with respect to the momentum before it.
     e_of_momentum: Matrix3,
 }
 
-/// A step under a held torque.
+/// The map of a step under a held torque, with derivatives that include the torque.
 struct HeldStep {
     f: Matrix3,
     pi: Vector3,
     e: Vector3,
-    /// Without what the inputs cost.
+    /// Discrete Hamiltonian without the cost of the inputs.
     hamiltonian: f64,
-    /// Of the turn, `Π⁺`, `e⁺`, `𝓗`.
+    /// Derivatives of the rotation, `Π⁺`, `e⁺` and `𝓗`.
     jacobian: SMatrix<f64, 10, WITH_TORQUE>,
 }
 
@@ -102,14 +102,14 @@ impl Extremal {
         let (half, kicked) = (0.5 * torque, pi + 0.5 * h * torque);
         let CostateDrift { drift, linear, after, e_of_momentum } = self.lifted(m, &kicked, e, h)?;
         let LinearDrift { b, c, c_inverse_t, .. } = &linear;
-        // By the length of the drift.
+        // Derivatives with respect to the length of the drift.
         let xi = b * kicked / h;
         let pi_rate = drift.momentum_after.cross(&xi);
         let e_rate = (e_of_momentum * kicked - b * m) / h;
         let value = after.zeta.dot(&xi) + after.pi.dot(&pi_rate);
         let by_m = drift.f * xi - b.tr_mul(&pi_rate);
         let by_pi = b.tr_mul(&xi.cross(&after.zeta)) + e_of_momentum.tr_mul(&pi_rate) - c.tr_mul(&e_rate);
-        // The scheme is symmetric: of a step so short it is less than the round-off of this.
+        // The scheme is symmetric, so for so short a step this derivative is below its round-off.
         let by_h =
             if h * h > f64::EPSILON { (kicked.dot(&by_pi) + m.dot(&by_m) - 2.0 * value) / h } else { 0.0 };
         let mut jacobian = SMatrix::<f64, 10, WITH_TORQUE>::zeros();
@@ -140,7 +140,7 @@ impl Extremal {
         Some(HeldStep { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
     }
 
-    /// A law at a costate.
+    /// Returns the response of the rule `torque` at a costate.
     #[inline(always)]
     fn answer(&self, torque: &Torque, e: &Vector3) -> LawResponse {
         match torque {
@@ -149,9 +149,9 @@ impl Extremal {
         }
     }
 
-    /// The torque of a step by a law, by Newton on `τ = law(½(e + e⁺(τ)))`, and
-    /// `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`; from the costate after the step as it is expected, or else from that
-    /// before.
+    /// Solves `τ = law(½(e + e⁺(τ)))` for the torque by Newton; also returns
+    /// `(1 + ½ G ∂e⁺/∂τ)⁻¹ G`. The initial guess uses the costate expected after the step, or the
+    /// costate before it if that fails.
     #[inline(always)]
     fn implicit_torque(
         &self,
@@ -178,8 +178,8 @@ impl Extremal {
         })
     }
 
-    /// One step of length `h`; `None` where it is too long. A law is solved for from the costate
-    /// that is expected after it.
+    /// Computes one step of length `h`; `None` if the step is too long. For an implicit law the
+    /// expected costate after the step is the initial guess.
     pub fn grid_step(
         &self,
         m: &Vector3,
@@ -202,7 +202,7 @@ impl Extremal {
                 let mut held = self.held(m, pi, e, h, &value)?;
                 let mean = 0.5 * (e + held.e);
                 let law = self.answer(&torque, &mean);
-                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
+                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law minimises the sum.
                 let running = law.minimum - mean.dot(&law.torque);
                 for axis in 0..3 {
                     held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
@@ -220,8 +220,8 @@ impl Extremal {
 }
 
 impl HeldStep {
-    /// The step, under the torque `torque`, with what its inputs cost and its derivatives with
-    /// respect to the parameters.
+    /// Returns the step map, with the cost of the inputs and the derivatives with respect to the
+    /// parameters.
     fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> StepMap {
         StepMap {
             f: self.f,

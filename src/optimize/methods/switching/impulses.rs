@@ -1,12 +1,13 @@
-//! Least fuel in a long duration between rates, from its impulsive limit.
+//! Minimum fuel for a long duration with nonzero boundary rates, from its impulsive limit.
 //!
-//! As `T → ∞` burns become impulses, between which the body is free. Of two impulses three numbers
-//! are open, the momentum of the coast: with it the free motion has to come to the attitude at the
-//! end. The longer the duration the more such coasts there are, as the body may turn any number of
-//! times on the way; a smoothed law, whose inputs never rest, comes near none of them. Newton finds
-//! one from each of many momenta. The cheapest are given burns as long as limits ask for, all times
-//! are laid out for the least fuel, and burns are added where the certificate lacks them. It is
-//! asked too where a smoothed law has led to a spin that burns far more than two impulses.
+//! As `T → ∞` burns become impulses, between which the body moves freely. Two impulses leave three
+//! unknowns, the momentum of the coast, with which the free motion must reach the terminal
+//! attitude. The longer the duration, the more such coasts exist, because the body may make any
+//! number of turns in between. A smoothed law, whose inputs never rest, is near none of them.
+//! Newton finds one coast from each of many initial momenta. The cheapest transfers are given burns
+//! of the lengths that the limits require, all times are optimised for minimum fuel, and burns are
+//! added where the certificate lacks them. The method is also used if a smoothed law has led to a
+//! spin that burns far more than two impulses.
 
 use super::arcs::Arcs;
 use super::certificate::Certified;
@@ -27,7 +28,8 @@ use crate::{Matrix3, Vector3, lie};
 use nalgebra::Vector6;
 use std::f64::consts::{PI, TAU};
 
-/// Two impulses, at the start and at the end: the levels that are on for each, and for how long.
+/// A transfer by two impulses, at the start and at the end: for each, the levels that are on and
+/// their on-times.
 pub(super) struct Transfer {
     momentum: Vector3,
     burns: [Vec<(usize, f64)>; 2],
@@ -35,7 +37,7 @@ pub(super) struct Transfer {
 }
 
 impl Transfer {
-    /// Its burns.
+    /// Returns the burns of the transfer as pulses.
     pub fn pulses(&self, duration: f64) -> Vec<Pulse> {
         let [first, last] = &self.burns;
         let begin = first.iter().map(|(level, length)| Pulse { level: *level, on: 0.0, off: *length });
@@ -45,17 +47,18 @@ impl Transfer {
     }
 }
 
-/// Whether the body moves at an end and has a duration that is long beside the time that a turn
-/// takes and what moves takes to stop.
+/// Returns whether the body moves at an end and the given duration is long compared with the time
+/// of a turn and of stopping the body.
 fn is_long(extremal: &Extremal) -> bool {
     let moves = (extremal.j * extremal.start_rate).norm() + (extremal.j * extremal.end_rate).norm();
     let quick = 2.0 * lie::log(&extremal.end_attitude).norm().sqrt() + moves;
     extremal.given_duration.is_some_and(|given| moves > 0.0 && given > LONG * quick)
 }
 
-/// Whether impulses may lead to what is cheaper than the best that is known: where the body moves
-/// for long, or where two of them cost less than half of it. About one axis burns of any length
-/// cost at most twice as much as impulses in the same duration, `2 √(J θ u)` in the shortest one.
+/// Returns whether impulses may lead to a cheaper plan than the best known one: if the body moves
+/// and the duration is long, or if two impulses cost less than half of the best plan. About one
+/// axis, burns of any length cost at most twice as much as impulses in the same duration. They do
+/// so in the shortest duration, where they cost `2 √(J θ u)`.
 pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &Work) -> bool {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else { return false };
     if is_long(extremal) {
@@ -66,7 +69,7 @@ pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &W
     least.is_finite() && best.is_none_or(|best| best.cost(extremal) > 2.0 * least)
 }
 
-/// What two impulses and those that are added to them come to.
+/// Finds the limits that start from transfers by two impulses, with further pulses added.
 pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<BranchEnd> {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else {
         return Vec::new();
@@ -96,21 +99,21 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<BranchEnd> {
     burns.into_iter().take_while(|_| !work.stopped()).filter_map(limit).collect()
 }
 
-/// The momenta of a slow turn to the end, either way round.
+/// Returns the momenta of slow turns to the end, in both homotopy classes.
 fn slow_momenta(extremal: &Extremal, duration: f64) -> [Vector3; 2] {
     let phi = lie::log(&extremal.end_attitude);
     let back = phi - TAU * phi.try_normalize(SAME).unwrap_or_else(Vector3::x);
     [phi, back].map(|turn| extremal.j * turn / duration)
 }
 
-/// Two impulses that turn the body slowly to the end, either way round.
+/// Finds transfers by two impulses that turn the body slowly to the end, in both homotopy classes.
 pub(super) fn slow_turns(extremal: &Extremal, duration: f64, work: &Work) -> impl Iterator<Item = Transfer> {
     let slow = slow_momenta(extremal, duration).into_iter();
     slow.filter_map(move |momentum| transfer(extremal, momentum, duration, work))
 }
 
-/// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at
-/// random, about it and about none.
+/// Returns the initial momenta of the search: of slow turns in both homotopy classes, of the motion
+/// at the start, and random ones about the initial momentum and about zero.
 fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
     let ends =
@@ -126,12 +129,12 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     momenta
 }
 
-/// The transfer to which Newton leads from a momentum.
+/// Solves by Newton for the transfer near a momentum; `None` if it does not converge.
 fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Work) -> Option<Transfer> {
     count(&work.newtons);
     let coast = extremal.on_arc(&vec![-1.0; extremal.switching_count()]);
-    // A step turns the end by about a radian at most: beyond that the coast says nothing of
-    // another.
+    // A step changes the terminal attitude by about a radian at most; farther away the
+    // linearisation is not valid.
     let longest = extremal.j.trace() / (3.0 * duration);
     for _ in 0..FAR_ITERATIONS {
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
@@ -152,8 +155,8 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
     None
 }
 
-/// The levels that together push along `push`, at least cost, and for how long each is on a unit of
-/// time.
+/// Returns the levels that together produce the impulse `push` at minimum cost, and the on-time of
+/// each; `None` if no three of them can.
 fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     let axes = extremal.axes();
     let count = axes.len().min(MOST_COMBINED);
@@ -180,7 +183,7 @@ fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     best.map(|(_, used)| used)
 }
 
-/// The nodes of arcs for a path.
+/// Returns the nodes at the switches as a path.
 fn path_of(extremal: &Extremal, arcs: &Arcs) -> Option<Path> {
     let (swept, _) = arcs.swept(extremal, FINE)?;
     let times = arcs.switches.iter().map(|switch| switch.time / arcs.duration);

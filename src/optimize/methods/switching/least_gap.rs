@@ -1,22 +1,21 @@
-//! Of all costates along a maneuver of arcs, those that leave the smallest gap.
+//! The costates along a maneuver of arcs that give the smallest gap.
 //!
-//! Costates that follow their equations bound what is still to be gained whatever they are at the
-//! start: to first order no inputs within their limits that keep the ends cost less than the
-//! maneuver does by more than the gap. Where the inputs are held, a change `δ` of the costates at
-//! the start changes every switching function by `g_j(t)·δ`, and
+//! Costates that satisfy their equations bound the cost that could still be saved, whatever their
+//! initial values: to first order, inputs within their limits that keep the boundary conditions
+//! cost at most the gap less than the maneuver. If the inputs are held, a change `δ` of the initial
+//! costates changes every switching function by `g_j(t)·δ`, and
 //!
 //! ```text
 //! gap(δ) = ∫ Σ_j (|s_j + g_j·δ| + (s_j + g_j·δ) v_j) dt
 //! ```
 //!
-//! is convex: the dual of the linear program over all inputs along the way, whose optimum is the
-//! gap without slack. Costates that vanish where the inputs switch need not be those: of a few
-//! switches hardly apart they are determined badly, and between the pulses that stand for a
-//! singular arc they are all a little off. The least gap is found by Newton on `√(s² + μ²)`.
+//! is convex. It is the dual of the linear program over all inputs along the path, whose optimum is
+//! the gap without slack. The costates that vanish where the inputs switch need not give the
+//! minimum: a few switches close together determine them badly, and between the pulses that replace
+//! a singular arc they are all slightly wrong. The smallest gap is found by Newton on `√(s² + μ²)`.
 //!
-//! Where the duration is sought the program has it for one more variable, with the Hamiltonian for
-//! its reduced cost: that must vanish, at the start as along all of the way, which leaves five
-//! numbers.
+//! A free duration is one more variable of the linear program, and the Hamiltonian is its reduced
+//! cost. It must vanish at the start, as along the whole path, which leaves five numbers.
 
 use super::arcs::Arcs;
 use super::certificate::looks;
@@ -26,20 +25,21 @@ use super::tuning::arcs::*;
 use super::tuning::{FAR_ITERATIONS, NOTHING};
 use nalgebra::{SMatrix, SVector};
 
-/// A change of `M` and of the costate at the start.
+/// Change of `M` and of the costate `e` at the start.
 type CostateChange = SVector<f64, 6>;
 
 /// A switching function on a short piece of its arc.
 struct Piece {
     length: f64,
-    /// Sign of the input, the function, and how it answers to the costates at the start.
+    /// Sign of the input, value of the switching function, and its derivative with respect to the
+    /// costates at the start.
     sign: f64,
     value: f64,
     slope: CostateChange,
 }
 
-/// The same maneuver with the costates of the least gap and, in a given duration, with those that
-/// are smaller by what an input lacks of being off. None where its inputs are not held.
+/// Returns the maneuver with the costates of the smallest gap. For a given duration also with these
+/// costates reduced until no input that is off should be on. Empty if the inputs are not held.
 pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     if !extremal.times_pulses() {
         return Vec::new();
@@ -62,7 +62,8 @@ pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     [change].into_iter().chain(slower).map(moved).collect()
 }
 
-/// All switching functions along the way, and how the nodes answer at the end of each arc.
+/// Samples all switching functions along the path; also returns the derivatives of the node at the
+/// end of each arc.
 fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     let (mut pieces, mut at_ends) = (Vec::new(), Vec::new());
     let mut lanes = Lanes::<8>::of_costate();
@@ -88,12 +89,13 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     (pieces, at_ends)
 }
 
-/// The change of the costates that makes the gap least, where a number that is linear in it, given
-/// by its value and slope, vanishes.
+/// Returns the change of the costates that minimises the gap. With `vanishing`, a linear function
+/// of the change, given by its value and slope, is held at zero.
 fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateChange {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
     let along = vanishing.map(|(_, slope)| slope);
-    // The smallest change with which it does; none where it does not depend on the change.
+    // The smallest change for which the function vanishes; none if it does not depend on the
+    // change.
     let nearest = |(value, slope): (f64, CostateChange)| -value / slope.norm_squared() * slope;
     let dependent = vanishing.filter(|(_, slope)| slope.norm_squared() > 0.0);
     let first = dependent.map_or_else(CostateChange::zeros, nearest);
@@ -110,12 +112,12 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateCh
     best
 }
 
-/// Changes after which all costates are smaller by one factor, by which no input that is off should
-/// be on; `own` are those without a change.
+/// Returns the change after which all costates are reduced by a common factor, so that no input
+/// that is off should be on. `own` are the costates without a change.
 ///
-/// In a long duration nearly all is coast, and an input that should be on for all of it, by however
-/// little, is worth more than the plan costs. What smaller costates add along the burns is as
-/// little of their cost.
+/// In a long duration nearly all is coast, and an input that should be on for all of the coast, by
+/// however little, is worth more than the cost of the plan. Reduced costates add an equally small
+/// fraction of the burns' cost.
 fn without_excess(pieces: &[Piece], own: &CostateChange, change: &CostateChange) -> CostateChange {
     let excess = |piece: &Piece| {
         let price = piece.value - piece.slope.dot(own);
@@ -126,7 +128,7 @@ fn without_excess(pieces: &[Piece], own: &CostateChange, change: &CostateChange)
     change - largest * (own + change)
 }
 
-/// The gap, with the absolute values smoothed.
+/// Returns the gap, with the absolute values smoothed by `mu`.
 fn gap(pieces: &[Piece], change: &CostateChange, mu: f64) -> f64 {
     let of = |piece: &Piece| {
         let s = piece.value + piece.slope.dot(change);
@@ -135,7 +137,8 @@ fn gap(pieces: &[Piece], change: &CostateChange, mu: f64) -> f64 {
     pieces.iter().map(of).sum()
 }
 
-/// Newton on the smoothed gap, from a change of the costates and across a direction.
+/// Minimises the smoothed gap by Newton from a change of the costates, orthogonal to the direction
+/// `across`.
 fn newton(pieces: &[Piece], from: CostateChange, across: Option<&CostateChange>, mu: f64) -> CostateChange {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
@@ -153,7 +156,7 @@ fn newton(pieces: &[Piece], from: CostateChange, across: Option<&CostateChange>,
             let flat = SMatrix::<f64, 6, 6>::identity() - along;
             (gradient, hessian) = (flat * gradient, flat * hessian * flat + hessian.trace() * along);
         }
-        // A maneuver of few inputs leaves costates open.
+        // A maneuver with few inputs does not determine all costates.
         hessian += SMatrix::from_diagonal(&(OPEN * hessian.diagonal()));
         let Some(step) = hessian.lu().solve(&-gradient) else { break };
         let halved = std::iter::successors(Some(1.0), |factor| Some(0.5 * factor));

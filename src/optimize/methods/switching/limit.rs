@@ -1,17 +1,17 @@
-//! What a branch of extremals comes to: arcs at the limits of the inputs, corrected until their
-//! signs are right, or a smoothed extremal.
+//! The limit of a branch of extremals as ε → 0: bang-bang arcs, corrected until their signs are
+//! right, or a smoothed extremal.
 //!
-//! # What if no list of arcs is exact?
+//! # What if no switching structure is exact?
 //!
-//! A singular arc is a dozen pulses and more before hardly anything is to be gained. The
-//! certificate tells where an input has the wrong sign; how long it should have the other is not
-//! how long it has the wrong one, so the worst three runs are put right for all of their time and
-//! for smaller parts of it about where they are most wrong, and what leaves less of the gap is kept
-//! (`switching/limit`, `refined`). All arcs on that path are kept too: those with the fewest gaps
-//! may have no room on the grid, whose optimum needs two steps for every arc, and fewer pulses cost
-//! far less than what is smoothed. Where no arcs are good, the cheaper of both is the plan. The
-//! smoothed law comes to the grid from its smallest ε, or, where its Newton fails there, from the ε
-//! at which branches were compared.
+//! A singular arc takes a dozen pulses or more before hardly any cost can be saved. The certificate
+//! reports where an input has the wrong sign. The time for which the input should be changed is not
+//! the time for which it has the wrong sign. Therefore the worst three runs are corrected over
+//! their full time and over smaller parts about the worst instant, and a correction that reduces
+//! the gap is kept (`switching/limit`, `refined`). All intermediate arcs are kept too: the arcs
+//! with the smallest gap may not fit the grid, whose optimum needs two steps for every arc, and
+//! fewer pulses cost far less than the smoothed extremal. If no arcs are acceptable, the cheaper of
+//! both is the plan. The smoothed law is placed on the grid from its smallest ε or, if Newton fails
+//! there, from the ε at which branches were compared.
 
 use super::arcs::Arcs;
 use super::branches::directions;
@@ -28,27 +28,31 @@ use super::tuning::{FAR_ITERATIONS, SAME};
 use super::work::{Work, count};
 use crate::Vector3;
 
-/// What a branch becomes.
+/// The limit of a branch as ε → 0: arcs, or a smoothed extremal at the smallest ε.
 #[derive(Clone, Debug)]
 pub(crate) struct BranchEnd {
-    /// The smoothed extremal that it comes from, and the same at the smallest ε.
+    /// The smoothed extremal of the branch at the ε of the comparison; the limit is continued from
+    /// it.
     pub branch: Smoothed,
+    /// The smoothed extremal at the smallest ε that was reached.
     pub smooth: Smoothed,
-    /// Arcs at the limits, where there are any; their certificate tells whether they are exact.
+    /// Bang-bang arcs, `None` if there are none; their certificate states whether they are exact.
     pub arcs: Option<Certified>,
-    /// Arcs of larger gaps, as a rule with fewer switches, the last the best: for grids on which
-    /// those have no room, or none are good enough and what is smoothed is dearer.
+    /// Arcs with larger gaps and usually fewer switches, the best last. They serve for grids that
+    /// the best arcs do not fit, or if no arcs are accepted and the smoothed extremal costs more.
     pub looser: Vec<Certified>,
 }
 
 impl BranchEnd {
-    /// Of arcs whose gaps fall, the last where these are `taken` for the limit.
+    /// Creates the limit from arcs in order of decreasing gap. The last is the limit's arcs if
+    /// `taken`.
     pub(super) fn of(branch: &Smoothed, smooth: Smoothed, mut all: Vec<Certified>, taken: bool) -> Self {
         let arcs = if taken { all.pop() } else { None };
         Self { branch: branch.clone(), smooth, arcs, looser: all }
     }
 
-    /// Exact arcs of the reversed maneuver as those of `extremal`.
+    /// Converts exact arcs of the time-reversed maneuver to those of `extremal`; `None` if the
+    /// result is not exact.
     pub(super) fn reversed(self, extremal: &Extremal, work: &Work) -> Option<Self> {
         let arcs = polish(extremal, self.arcs?.arcs.reversed(extremal), work)?;
         let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
@@ -56,8 +60,8 @@ impl BranchEnd {
         limit.is_exact(extremal).then_some(limit)
     }
 
-    /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such
-    /// plan.
+    /// Returns the limit for a maneuver with a nearby terminal state; `None` if Newton does not
+    /// converge to such a plan.
     pub fn led(&self, extremal: &Extremal, work: &Work) -> Option<Self> {
         if let Some(found) = &self.arcs {
             let arcs = polish(extremal, found.arcs.clone(), work).filter(|arcs| arcs.is_small(extremal))?;
@@ -68,7 +72,7 @@ impl BranchEnd {
         Some(Self { smooth, ..self.clone() })
     }
 
-    /// Returns the costate of the attitude in body axes and that of the momentum, at the end.
+    /// Returns the attitude costate in body axes and the momentum costate, both at the end.
     pub fn costates_at_end(&self, extremal: &Extremal) -> [Vector3; 2] {
         let (m, end) = match &self.arcs {
             Some(found) => (found.arcs.m, found.arcs.end(extremal)),
@@ -77,7 +81,7 @@ impl BranchEnd {
         [end.r.tr_mul(&m), end.e]
     }
 
-    /// The same with arcs of larger gaps, the best first.
+    /// Returns this limit with arcs of larger gaps in place of its own, the best first.
     pub fn loosened(&self) -> impl Iterator<Item = Self> {
         let with = |arcs: &Certified| Self { arcs: Some(arcs.clone()), ..self.clone() };
         self.looser.iter().rev().map(with)
@@ -87,12 +91,12 @@ impl BranchEnd {
         self.arcs.as_ref().map_or(self.smooth.path.duration, |found| found.arcs.duration)
     }
 
-    /// What it costs: its duration where only time counts.
+    /// Returns the cost; proportional to the duration if only time counts.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |found| found.arcs.cost(extremal))
     }
 
-    /// Whether every input is where the maximum principle wants it.
+    /// Returns whether every input satisfies the maximum principle.
     pub fn is_exact(&self, extremal: &Extremal) -> bool {
         self.arcs.as_ref().is_some_and(|arcs| arcs.is_exact(extremal))
     }
@@ -102,36 +106,39 @@ impl BranchEnd {
     }
 }
 
-/// What was found.
+/// The result of a search of extremals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BranchEnds {
-    /// The best first.
+    /// Limits of the branches, the best first.
     pub limits: Vec<BranchEnd>,
     pub branches: usize,
-    /// Duration of the turn about the eigenaxis, where it was compared.
+    /// Duration of the turn about the eigenaxis (scaled), if it was computed for comparison.
     pub eigenaxis: Option<f64>,
 }
 
 impl BranchEnds {
-    /// Adds limits, and puts the cheapest first.
+    /// Adds limits and sorts all by cost.
     pub(super) fn extend(&mut self, extremal: &Extremal, limits: impl IntoIterator<Item = BranchEnd>) {
         self.limits.extend(limits);
         self.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     }
 }
 
-/// Whether arcs can be the limit of a smoothed extremal: Newton may have gone to a dearer one.
+/// Returns whether arcs can be the limit of a smoothed extremal by their cost; Newton may have
+/// converged to a costlier one.
 pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + DEARER)
 }
 
-/// Whether arcs are the limit of a smoothed extremal. Of time this is never less than its limit.
+/// Returns whether arcs are the limit of a smoothed extremal by their cost. A smoothed duration is
+/// never less than its limit.
 pub(super) fn is_limit(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     let dearer = if extremal.counts_fuel() { DEARER } else { ALIKE.0 };
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
 }
 
-/// The best extremal at the last ε that biases lead to, for a branch that ends before.
+/// Returns the best extremal at the last ε that perturbations lead to, for a branch that ends at a
+/// larger ε.
 pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Option<Smoothed> {
     let reached = directions(extremal, &ASKEW).take_while(|_| !work.stopped()).filter_map(|bias| {
         let reached = descend(extremal, rival, LAST, &bias, work).ok()?;
@@ -140,7 +147,8 @@ pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Opti
     reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
 }
 
-/// Arcs to their switching times, corrected until every sign is right or no correction helps.
+/// Solves for the switching times and corrects the arcs until every sign is right or no correction
+/// helps. Returns the arcs with the smallest gap.
 pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, work: &Work) -> Option<Certified> {
     let mut best: Option<Certified> = None;
     let mut last = f64::NAN;
@@ -160,7 +168,7 @@ pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, work: &Work) -> Option
     best
 }
 
-/// Arcs by Newton on their switching times.
+/// Solves for the switching times by Newton and certifies the arcs.
 fn certified(extremal: &Extremal, arcs: Arcs, work: &Work) -> Option<Certified> {
     if work.stopped() {
         return None;
@@ -169,7 +177,8 @@ fn certified(extremal: &Extremal, arcs: Arcs, work: &Work) -> Option<Certified> 
     Some(by_least_gap(extremal, arcs.solve(extremal)?))
 }
 
-/// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
+/// Optimises the times of the pulses of arcs, then polishes by Newton if that keeps all pulses;
+/// `None` if fuel is not a sum of pulses.
 pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<Certified> {
     if !extremal.times_pulses() || work.stopped() {
         return None;
@@ -181,9 +190,9 @@ pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<Cert
     Some(by_least_gap(extremal, solved.unwrap_or(laid)))
 }
 
-/// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs,
-/// or the next ones, for all of their time or a part of it. Of fuel pulses are added where they
-/// lack, and all times are laid out anew for the least of it. Returns all of them, the best last.
+/// Corrects arcs repeatedly, each time by a correction that reduces their gap: wrong signs of one
+/// rank or another, over all or a part of their time. For minimum fuel, pulses are added where the
+/// certificate lacks them, and all times are optimised again. Returns all arcs, the best last.
 pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec<Certified> {
     let (by_times, [_, long, short, _]) = (extremal.times_pulses(), PARTS);
     let by_rank = (0..WORST).flat_map(|rank| PARTS.map(|part| (Runs::Rank(rank), part)));
@@ -215,8 +224,8 @@ pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec
     path
 }
 
-/// Returns arcs with their certificate, by the costates of the least gap where their own leave
-/// more.
+/// Certifies arcs, with the costates of the smallest gap if the arcs' own costates give a larger
+/// one.
 fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Certified {
     let mut found = Certified::of(extremal, arcs);
     if !found.is_exact(extremal) {

@@ -1,13 +1,13 @@
-//! Least fuel from rest to rest in a long duration, from a shorter one.
+//! Minimum fuel from rest to rest for a long duration, continued from a shorter one.
 //!
-//! As `T → ∞` the optimum becomes impulsive: it coasts nearly all of the time, at rates and with
-//! pulses that fall as `1/T`, along one and the same path. A smoothed law, whose inputs never rest,
-//! has nothing to do with that. So the maneuver is solved in a moderate duration, and its arcs are
-//! followed from there as the duration grows: coasts are stretched, pulses shortened, Newton on
-//! costates and switching times does the rest. Fuel never grows with the duration, since a slower
-//! motion along the same path is always one: what grows has left its branch. Where a second has a
-//! small price the duration grows as one over its square root, and the arcs are followed as the
-//! price falls.
+//! As `T → ∞` the optimum becomes impulsive: it coasts for nearly all of the time, with rates and
+//! pulse lengths that decrease as `1/T`, along one fixed path. A smoothed law, whose inputs never
+//! rest, does not approximate it. The maneuver is therefore solved for a moderate duration, and its
+//! arcs are followed as the duration grows: coasts are stretched and pulses shortened, and Newton
+//! corrects costates and switching times. Fuel never grows with the duration, since a slower motion
+//! along the same path is always feasible; a solution with more fuel has left the branch. If the
+//! price of time is small, the duration grows as the inverse of its square root, and the arcs are
+//! followed as the price decreases.
 
 use super::arcs::Arcs;
 use super::extremal::Extremal;
@@ -18,8 +18,9 @@ use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Vector3, lie};
 
-/// The same maneuver in a moderate duration, where its own is long; or at a price of time that
-/// makes it so.
+/// Returns the maneuver with a moderate duration if its own is long, or with a price of time that
+/// makes the duration moderate; `None` if the duration is not long or the maneuver is not
+/// rest-to-rest with fuel.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let angle = lie::log(&extremal.end_attitude).norm();
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
@@ -29,7 +30,8 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let quick = 2.0 * angle.sqrt();
     match extremal.given_duration {
         Some(given) => (given > LONG * quick).then(|| extremal.lasting(Some(LONG * quick))),
-        // Two impulses about the axis cost `2 θ c/T`, and with `p T` the least at `T² = 2 θ c/p`.
+        // Two impulses about the axis cost `2 θ c/T`; with `p T` added, the cost is minimal at
+        // `T² = 2 θ c/p`.
         None => {
             let price = 2.0 * angle * extremal.price_of_impulse() / (LONG * quick).powi(2);
             (extremal.price_of_time() < price).then(|| extremal.priced(price))
@@ -37,8 +39,8 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     }
 }
 
-/// The same maneuver in shorter durations, and what parts of its own they are, where fuel that
-/// one-sided thrusters spend from rest to rest may be less along a plan of these, slowed down.
+/// Returns the maneuver with shorter durations, each with its fraction of the given one, for
+/// rest-to-rest maneuvers by one-sided thrusters. Their plans, slowed down, may burn less fuel.
 pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f64)> {
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
     let asked = extremal.counts_fuel() && rests && extremal.middle != Vector3::zeros();
@@ -46,11 +48,12 @@ pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f6
     given.into_iter().flat_map(|given| QUICKER.map(|part| (extremal.lasting(Some(part * given)), part)))
 }
 
-/// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it
-/// cannot be followed so far.
+/// Follows a limit of the shorter maneuver to the duration of `extremal`; `None` if a step of the
+/// continuation fails before.
 pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> Option<BranchEnd> {
     let first = limit.arcs.clone()?;
-    // By what factor the duration grows, or the square root of the price of time falls.
+    // Factor by which the duration grows, or by which the square root of the price of time
+    // decreases.
     let (least, total) = match extremal.given_duration {
         Some(given) => (f64::NAN, given / first.arcs.duration),
         None => {
@@ -79,8 +82,8 @@ pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> O
     Some(BranchEnd::of(&slower(&limit.branch), slower(&limit.smooth), vec![arcs], true))
 }
 
-/// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that
-/// leaves.
+/// Returns the arcs at rates smaller by a factor: burns are shorter by this factor, and coasts fill
+/// the rest.
 fn stretched(arcs: &Arcs, extremal: &Extremal, factor: f64) -> Arcs {
     let burns =
         |signs: &[f64]| extremal.on_arc(signs).held().is_none() || signs.iter().any(|sign| *sign > 0.0);

@@ -1,23 +1,25 @@
-//! Minimum time and fuel: extremals whose inputs switch from one limit to the other, or off and on.
+//! Minimum time and minimum fuel: extremals with bang-bang inputs, or inputs that are off or on.
 //!
-//! The answer is found in four layers, each of which takes away a way to fail:
+//! A solution is found in four layers, each of which removes one cause of failure:
 //!
-//! 1. **Smoothed extremals** ([`extremal`], [`flow`], [`smooth`]). The inputs cost a little near
-//!    their limits, so that the law is smooth; ε goes to zero. Newton has all nodes of the path for
-//!    unknowns and condenses them to seven.
-//! 2. **Branches** ([`base`], [`branches`]). From a polynomial path for either way round, through
-//!    the isotropic body, with the law tipped to one side and to the other where branches part.
-//! 3. **Switching times** ([`arcs`], `sequence`, [`certificate`]). Newton on costates, duration and
-//!    switching times; a certificate tells where an input has the wrong sign, and how much that
-//!    could cost; what is wrong is put right, by short pulses too.
-//! 4. **The grid** ([`grid_step`], [`on_grid`], [`discretize`]). The discrete optimum of Lie–Verlet
+//! 1. **Smoothed extremals** ([`extremal`], [`flow`], [`smooth`]). A small cost of inputs near
+//!    their limits makes the control law smooth; its weight ε goes to zero. The unknowns of
+//!    Newton's method are all nodes of the path; they are condensed to seven.
+//! 2. **Branches** ([`base`], [`branches`]). The initial guess is a polynomial path in either
+//!    homotopy class. A homotopy leads from an isotropic body to the actual one, and
+//!    symmetry-breaking perturbations of the control law, of both signs, separate branches where
+//!    they part.
+//! 3. **Switching times** ([`arcs`], `sequence`, [`certificate`]). Newton solves for costates,
+//!    duration and switching times. A certificate reports where an input has the wrong sign and
+//!    bounds the cost of this; wrong signs are corrected, also by adding short pulses.
+//! 4. **The grid** ([`grid_step`], [`on_grid`], [`discretize`]). The discrete Lie–Verlet optimum,
 //!    on steps that end where the inputs switch.
 //!
-//! What the theory leaves open stands in [`tuning`].
+//! The numbers that the theory does not determine are in [`tuning`].
 //!
-//! Singular arcs are common (an axis of inertia along an axis of torque makes them of second order,
-//! and inputs chatter at their ends): no finite list of switches is exact then. Such a branch ends
-//! as arcs with a small gap, or as a smoothed law.
+//! Singular arcs are common: where a principal axis of inertia is parallel to a torque axis they
+//! are of second order, and inputs chatter at their ends. No finite switching structure is exact
+//! then. Such a branch ends as arcs with a small gap, or as a smoothed extremal.
 //!
 //! Bilimoria and Wie, *Time-Optimal Three-Axis Reorientation of a Rigid Spacecraft*, 1993; Zhu,
 //! Trélat and Cerf, *Planar tilting maneuver of a spacecraft: singular arcs in the minimum time

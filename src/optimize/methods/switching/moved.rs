@@ -1,28 +1,28 @@
-//! How the lengths of arcs under held inputs answer to a start beside that of the maneuver.
+//! Sensitivity of the arc lengths under held inputs to a displacement of the start.
 //!
-//! With lengths `d`, the end `e(d, z)` from a start moved by `z`, prices `c` of the arcs and the
-//! costates `(M, e_0)` of the maneuver, an extremal has
+//! With lengths `d`, the end `e(d, z)` from a start displaced by `z`, prices `c` of the arcs and
+//! the costates `(M, e_0)` of the maneuver, an extremal satisfies
 //!
 //! ```text
 //! G_a = c_a + H_a(d, M, e_0, z) = 0  on every arc ,     e(d, z) = e(d*, 0)        (Σ d as given: G_a + κ = 0, Σ δd = 0)
 //! ```
 //!
-//! with `H_a` the Hamiltonian under the torque of the arc, constant along it. Differentiated, these
-//! are the equations of Karush, Kuhn and Tucker of `min c·d` with `ν` carried back to the start:
+//! with the Hamiltonian `H_a` under the torque of the arc, which is constant along the arc.
+//! Differentiation gives the KKT equations of `min c·d`, with `ν` carried back to the start:
 //!
 //! ```text
 //! [ ∇²_dd L  (∂e/∂d)ᵀ ; ∂e/∂d  0 ] [δd; δν] = −[ ∇²_dz L ; ∂e/∂z ] z
 //! ```
 //!
-//! Where there are as many arcs as conditions, the last rows alone decide:
-//! `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates are those that make all `G_a` zero, or least where the
-//! arcs are those of a grid and not quite an extremal's; `δd` leads to the end to first order
-//! whatever they are.
+//! If there are as many arcs as conditions, the last rows alone determine the result:
+//! `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates make all `G_a` zero, or minimise them if the arcs are
+//! those of a grid and not exactly an extremal; `δd` leads to the end to first order with any
+//! costates.
 //!
-//! The same matrix tells a minimum from a saddle: on the lengths that leave the end where it is,
-//! `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, as the costates at the start move `G` by `∂e/∂d` carried back.
-//! Where that falls along some `v`, other lengths of the same arcs cost less (Agrachev, Stefani and
-//! Zezza 2002; Maurer and Osmolovskii 2004).
+//! The matrix also distinguishes a minimum from a saddle. For length changes `v` that keep the end,
+//! `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, because the costates at the start change `G` by `∂e/∂d` carried
+//! back. If this is negative for some `v`, other lengths of the same arcs cost less (Agrachev,
+//! Stefani and Zezza 2002; Maurer and Osmolovskii 2004).
 
 use super::arcs::Arcs;
 use super::extremal::{Extremal, TorqueLimit};
@@ -34,16 +34,17 @@ use crate::Vector3;
 use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
 
-/// An arc under a torque that is held, scaled.
+/// An arc under a held torque, scaled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeldArc {
     pub length: f64,
     pub torque: Vector3,
-    /// What a unit of time costs on it; the unit is of no matter.
+    /// Cost per unit of time on the arc, in any unit.
     pub price: f64,
 }
 
-/// `δd = K z`, a row for each arc, `z = [ζ; δΠ]` scaled; `None` where the arcs do not determine it.
+/// Returns `K` in `δd = K z`, one row for each arc, with `z = [ζ; δΠ]` scaled; `None` if the arcs
+/// do not determine it.
 pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: bool) -> Option<DMatrix<f64>> {
     let free = free_lengths(arcs.len(), given);
     let lengths: Vec<f64> = arcs.iter().map(|arc| arc.length).collect();
@@ -58,9 +59,9 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
         let sequence = Sequence { m: &m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, longest };
         Some(sequence.swept(extremal)?.kkt.tied(&free))
     };
-    // Linear in the costates: what they are none of is a price.
+    // The residual is linear in the costates: at zero costates it is the prices.
     let none = at(&DVector::zeros(6), Sequence::AT_THE_NODE)?;
-    // Where they are not determined, the matrix is singular too.
+    // If the costates are not determined, the matrix is singular too.
     let costates = shortest(&none.by_multipliers().into_owned(), &-none.slope(), UNDETERMINED)?;
     let kkt = at(&costates, Sequence::AT_THE_NODE)?;
     let mut right = DMatrix::zeros(kkt.residual.len(), 6);
@@ -74,12 +75,12 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
     Some(free * moved.rows_range(6..))
 }
 
-/// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same
-/// end: then it is no minimum. Not told of arcs whose torque turns with the costate.
+/// Returns whether some change of the arc lengths keeps the end of an extremal and lowers its cost,
+/// so that it is a saddle and not a minimum. False for arcs whose torque turns with the costate,
+/// which are not tested.
 pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
     let lengths = arcs.lengths();
-    // Of inputs that switch together the arc between them can grow alone, which its certificate
-    // tells of.
+    // If inputs switch together, the arc between them can only grow; the certificate tests that.
     let free: Vec<usize> = (0..lengths.len()).filter(|arc| lengths[*arc] > NOTHING * arcs.duration).collect();
     let given = extremal.given_duration.is_some();
     if free.len() <= 6 + usize::from(given) || !matches!(extremal.law, TorqueLimit::Inputs(_)) {
@@ -90,7 +91,7 @@ pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
     arcs.swept(extremal, FINE).is_some_and(|(swept, _)| swept.kkt.tied(&of_free).falls(UNDETERMINED))
 }
 
-/// The solution of as many equations as unknowns, each of its own size, where there is one.
+/// Solves a square system with rows scaled to equal size; `None` if the matrix is singular.
 fn solved(mut matrix: DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let mut right = right.clone();
     for (mut row, mut right) in matrix.row_iter_mut().zip(right.row_iter_mut()) {

@@ -1,11 +1,11 @@
 //! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
 //! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits
-//! over every step. Unknown are the costates before the first step and the lengths `d_a`; the
-//! equations are the six terminal conditions and that the means of the discrete Hamiltonians of all
-//! arcs are one, and vanish where the duration is sought: the discrete action is stationary in the
-//! length of every arc. Under a smoothed law all steps share one length. Every step starts from its
-//! own node, as in the smoothed problem, and the nodes go with the unknowns (`sequence`).
+//! over every step. The unknowns are the costates before the first step and the lengths `d_a`. The
+//! equations are the six terminal conditions, and that the mean discrete Hamiltonians of all arcs
+//! are equal (zero if the duration is free): the discrete action is stationary in the length of
+//! every arc. Under a smoothed law all steps have one common length. Every step starts from its own
+//! node, as in the smoothed problem, and the nodes are updated with the unknowns (`sequence`).
 
 use super::extremal::Extremal;
 use super::flow::Node;
@@ -23,27 +23,27 @@ use nalgebra::{DMatrix, DVector, Vector6};
 #[derive(Clone, Debug)]
 pub(crate) struct OnGrid {
     pub m: Vector3,
-    /// Duration of every arc.
+    /// Duration of each arc.
     pub lengths: Vec<f64>,
     pub steps: Vec<Step>,
-    /// Signs of the inputs of every arc; none under a smoothed law.
+    /// Signs of the inputs on each arc; empty under a smoothed law.
     pub signs: Vec<Vec<f64>>,
-    /// One more than steps.
+    /// Nodes, one more than steps.
     pub nodes: Vec<Node>,
-    /// Torques held over the steps.
+    /// Torque held over each step.
     pub torques: Vec<Vector3>,
-    /// Of the last sweep: terminal conditions and stationarity.
+    /// Residual of the last sweep: terminal conditions and stationarity.
     pub residual: f64,
     pub iterations: usize,
-    /// Whether the terminal conditions alone are met.
+    /// True if only the terminal conditions are met, and not stationarity.
     pub beside_optimum: bool,
-    /// Of pulses whose times are at bounds: how the lengths of the arcs go with the times that are
-    /// free.
+    /// Derivatives of the arc lengths with respect to the free times, for pulses whose other times
+    /// are at bounds; `None` if all lengths are free.
     pub of_free_times: Option<DMatrix<f64>>,
 }
 
 impl OnGrid {
-    /// Steps of given counts for arcs, from nodes of a continuous extremal.
+    /// Creates a grid for arcs with the given steps, from nodes of a continuous extremal.
     pub fn new(
         m: Vector3,
         lengths: Vec<f64>,
@@ -69,18 +69,18 @@ impl OnGrid {
         self.lengths.iter().sum()
     }
 
-    /// Length of a step.
+    /// Returns the length of a step.
     pub fn step_length(&self, step: &Step) -> f64 {
         self.lengths[step.arc] * step.part
     }
 
-    /// How lengths go with those that are free, or with the times that are.
+    /// Returns the derivatives of the arc lengths with respect to the free lengths or times.
     fn free(&self, extremal: &Extremal) -> DMatrix<f64> {
         let all = || free_lengths(self.lengths.len(), extremal.given_duration.is_some());
         self.of_free_times.clone().unwrap_or_else(all)
     }
 
-    /// One sweep, and its conditions in costates and free lengths.
+    /// Sweeps once, and returns the KKT system in costates and free lengths.
     fn swept(&self, extremal: &Extremal) -> Option<(SweptArcs, KktSystem)> {
         let Self { m, lengths, steps, nodes, .. } = self;
         let beside = Sequence::AT_THE_NODE;
@@ -90,7 +90,8 @@ impl OnGrid {
         Some((swept, kkt))
     }
 
-    /// How Newton steps: a smoothed law determines all costates, and so do enough switches.
+    /// Returns the type of Newton step: costates are determined by a smoothed law, or by enough
+    /// switches.
     fn steps_of_newton(&self) -> NewtonSteps {
         match &self.of_free_times {
             Some(_) if self.beside_optimum => NewtonSteps::Feasible,
@@ -99,12 +100,12 @@ impl OnGrid {
         }
     }
 
-    /// Newton to round-off; `None` where it does not get there. An arc may come out with no length,
-    /// or a negative one.
+    /// Solves by Newton to round-off; `None` if it does not converge. An arc may have zero or
+    /// negative length in the solution.
     ///
-    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead
-    /// nowhere, shortened ones may not. Of pulses whose times are at bounds the solution has to be
-    /// near.
+    /// Full steps are quickest, and pass regions where damped steps stall; if full steps fail,
+    /// damped ones may converge. For pulses whose times are at bounds, the solution must be near
+    /// the initial guess.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let whole = self.clone().newton(1, 0.0, MOST_ITERATIONS, extremal);
         if self.of_free_times.is_some() {
@@ -117,14 +118,14 @@ impl OnGrid {
         whole.or_else(|| self.newton(MOST_TRIALS, 0.0, MOST_ITERATIONS, extremal))
     }
 
-    /// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does
-    /// not get there, or an arc would have less than no length.
+    /// Solves the grid for a maneuver with a slightly different terminal state, from a warm start;
+    /// `None` if Newton does not converge or an arc would have negative length.
     pub fn again(&self, extremal: &Extremal) -> Option<Self> {
         self.clone().solve(extremal).filter(|found| found.shorter_than_nothing().is_none())
     }
 
-    /// Newton until the residual is below `enough`, or to round-off, in `most` steps: whole ones
-    /// or, where there are several trials of each, such as make the residual smaller.
+    /// Iterates Newton until the residual is below `enough` or at round-off, in at most `most`
+    /// steps. With one trial, steps are full; with several, a line search reduces the residual.
     pub(super) fn newton(
         mut self,
         trials: usize,
@@ -161,7 +162,7 @@ impl OnGrid {
                 let least = (1.0 - DECREASE * factor) * last;
                 factor *= SHORTENED;
                 let next = trial.swept(extremal)?;
-                // Round-off falls no further.
+                // At round-off the residual does not decrease further.
                 let good = trials == 1 || merit(&next) < least || trial.is_solved(merit(&next), last);
                 good.then_some((trial, next))
             })?;
@@ -169,15 +170,15 @@ impl OnGrid {
         None
     }
 
-    /// Whether a residual after the last one is that of a solution: it falls no further, and what a
-    /// sweep rounds off at every step adds up.
+    /// Returns whether a residual is at round-off: small, with rounding errors of every step added,
+    /// and not much below the previous one.
     fn is_solved(&self, residual: f64, last: f64) -> bool {
         let enough = CONVERGED.max(f64::EPSILON * self.steps.len() as f64);
         residual < enough && residual >= FALLING * last
     }
 
-    /// With costates and lengths by which the end is no longer missed by so much: the miss is known
-    /// better than a sweep, whose products of rotations are rounded, tells it.
+    /// Corrects costates and lengths so that the given terminal miss vanishes. The miss is known
+    /// more accurately than from a sweep, whose products of rotations are rounded.
     pub fn nearer(self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
         let (swept, mut kkt) = self.swept(extremal)?;
         kkt.carried.fill(0.0);
@@ -188,7 +189,8 @@ impl OnGrid {
         Some(Self { torques, residual: kkt.residual.norm().hypot(gaps.sqrt()), ..moved })
     }
 
-    /// After a part of a step of costates and free lengths, and the nodes with it.
+    /// Returns the grid after a fraction of a step of costates and free lengths, with the nodes
+    /// updated.
     fn moved(&self, step: &DVector<f64>, swept: &SweptArcs, factor: f64, extremal: &Extremal) -> Self {
         let step = untied(&self.free(extremal), step);
         let lengths = self.lengths.iter().zip(step.iter().skip(6));
@@ -201,7 +203,7 @@ impl OnGrid {
         }
     }
 
-    /// Whether no arc has less than no length.
+    /// Returns the index of an arc with negative length; `None` if all lengths are at least zero.
     pub(super) fn shorter_than_nothing(&self) -> Option<usize> {
         let least = -NO_LENGTH * self.duration();
         self.lengths.iter().position(|length| *length < least)

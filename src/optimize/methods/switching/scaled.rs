@@ -1,4 +1,4 @@
-//! From a maneuver to an extremal in scaled units, and back.
+//! Conversion of a maneuver to an extremal problem in scaled units, and of its inputs back.
 
 use super::extremal::{Extremal, TorqueLimit};
 use super::work::StopRequest;
@@ -6,37 +6,39 @@ use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 
-/// Units of a maneuver of minimum time or fuel: `det J = 1` and `det B Bᵀ = 1`, so that durations
-/// are of the order of the square root of the angle; and half of what the dearest input costs at
-/// its limit, all of what the norm does, or 1 where only time counts.
+/// Units of a scaled minimum-time or minimum-fuel maneuver. They make `det J = 1` and
+/// `det B Bᵀ = 1`, so that durations are of the order of the square root of the angle. The unit of
+/// cost per time is half of the cost of the most expensive input at its limit, the full cost under
+/// a norm limit, or 1 if only time counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExtremalUnits {
     pub time: f64,
     pub torque: f64,
-    /// Of what a unit of time costs.
+    /// Unit of the price of time: cost per unit of time.
     pub rate: f64,
 }
 
 impl ExtremalUnits {
-    /// Unit of momentum [N·m·s].
+    /// Returns the unit of momentum [N·m·s].
     pub fn momentum(&self) -> f64 {
         self.torque * self.time
     }
 
-    /// Unit of the cost.
+    /// Returns the unit of cost.
     pub fn cost(&self) -> f64 {
         self.rate * self.time
     }
 }
 
-/// How the inputs of a maneuver come from those of its extremal, which lie in `[−1, 1]`.
+/// Relation of an input of the maneuver to the inputs of its extremal, which lie in `[−1, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
-    /// One from −limit to limit each: only time counts.
+    /// One extremal input for each input from −limit to limit: only time counts.
     Both,
-    /// One from 0 to the limit each: a thruster.
+    /// One extremal input for each input from 0 to the limit: a thruster.
     One,
-    /// Two from 0 to the limit each, in opposite directions: either side costs fuel.
+    /// Two extremal inputs of opposite directions for each input, from 0 to the limit: both signs
+    /// cost fuel.
     Pair,
 }
 
@@ -50,7 +52,8 @@ impl Sides {
     }
 }
 
-/// The scaled maneuver; `None` where the torques do not span the space or a number is out of range.
+/// Converts a maneuver to scaled units; `None` if the torques do not span the space or a number is
+/// out of range.
 pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, ExtremalUnits)> {
     let j = *problem.body.inertia.j();
     let inertia = j.determinant().cbrt();
@@ -92,7 +95,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, ExtremalUnits)> {
     for cost in &mut costs {
         *cost /= rate;
     }
-    // What inputs cost in the middle of their limits; the norm of the torque has no middle.
+    // Cost of the inputs in the middle of their limits; the norm of the torque has no middle.
     let idle = if matches!(law, TorqueLimit::Inputs(_)) { costs.iter().sum() } else { 0.0 };
     let time = (inertia / torque).sqrt();
     let extremal = Extremal {
@@ -115,7 +118,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, ExtremalUnits)> {
     usable.then_some((extremal, ExtremalUnits { time, torque, rate }))
 }
 
-/// The inputs of a maneuver from those of its extremal.
+/// Converts the inputs of the extremal to the inputs of the maneuver.
 pub(crate) fn inputs(problem: &Problem, levels: &[f64]) -> Vec<f64> {
     let sizes = problem.actuation.torque.limits().size.iter().flatten().enumerate();
     match Sides::of(problem) {
@@ -127,12 +130,13 @@ pub(crate) fn inputs(problem: &Problem, levels: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Which input of a maneuver one of its extremal belongs to.
+/// Returns the index of the maneuver's input to which the extremal input `level` belongs.
 pub(crate) fn input_of(problem: &Problem, level: usize) -> usize {
     if Sides::of(problem) == Sides::Pair { level / 2 } else { level }
 }
 
-/// The inputs that give a scaled torque with the least effort: those of a limit of the norm.
+/// Returns the minimum-effort inputs that produce a scaled torque, under a norm limit; `None` if
+/// the inputs do not span the space.
 pub(crate) fn shared(problem: &Problem, units: &ExtremalUnits, torque: &Vector3) -> Option<Vec<f64>> {
     let weighted = problem.objective.weights().torque(&problem.actuation);
     let shared = weighted.authority.try_inverse()? * (units.torque * torque);

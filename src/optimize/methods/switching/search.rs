@@ -1,5 +1,5 @@
-//! From branches to the answer: each rival branch is brought to its limit, and the shortest is
-//! taken.
+//! From branches to the result: each rival branch is continued to its limit, and the limits are
+//! sorted by cost.
 
 use super::arcs::Arcs;
 use super::branches::{Branches, SearchRequest, branches};
@@ -20,9 +20,9 @@ use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
-/// Searches the best extremals; what is found before somebody ends the work is kept. Where the best
-/// is a saddle, or no quicker than the turn about a fixed axis, which is one as a rule, the search
-/// becomes a thorough one.
+/// Searches for the best extremals, and keeps what was found if the search is stopped. If the best
+/// is a saddle, or is no quicker than the turn about a fixed axis, which is usually a saddle, the
+/// search is repeated as a thorough one.
 pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchEnds {
     let mut found = search_once(extremal, ask, work);
     if ask.thoroughness != Thoroughness::Default || work.stopped() {
@@ -55,22 +55,23 @@ fn search_once(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
-/// Adds what plans of shorter durations become in that of `extremal` where they are cheaper, slowed
-/// down, than what is known: first paths of thrusters that push unequally may lead nowhere in a
-/// long duration.
+/// Adds plans of shorter durations that are slowed down to the duration of `extremal`, if they are
+/// cheaper than the known ones. The initial paths of unequal thrusters may fail for a long
+/// duration.
 fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, work: &Work) {
     for (quicker, part) in long::quicker(extremal).take_while(|_| !work.stopped()) {
         let best = found.limits.first().map_or(f64::INFINITY, |best| best.cost(extremal));
         let of_quicker = search_here(&quicker, ask, work);
         found.branches += of_quicker.branches;
-        // A motion that is slower by a factor takes inputs that are smaller by its square.
+        // A motion that is slower by a factor needs inputs that are smaller by its square.
         let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - NOTHING);
         let slowed = of_quicker.limits.iter().filter(cheaper);
         found.extend(extremal, slowed.filter_map(|limit| long::followed(extremal, limit, work)));
     }
 }
 
-/// The same without plans of shorter durations beside that of a long one.
+/// Searches the given maneuver, without `add_slowed`. For a long duration, plans of a moderate one
+/// are followed first.
 fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchEnds {
     let mut found = BranchEnds::default();
     if let Some(shorter) = long::shorter(extremal).filter(|_| ask.arcs) {
@@ -85,8 +86,8 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
             Some(limit)
         });
         found.extend(extremal, limits);
-        // From rest to rest one path is the best in all long durations, and what is smoothed there
-        // of no use.
+        // From rest to rest, one path is optimal for all long durations, and smoothed extremals are
+        // not needed.
         if !found.limits.is_empty() {
             return found;
         }
@@ -98,7 +99,7 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     let one_sided = extremal.middle != Vector3::zeros();
     let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
     let near = |rival: &&Smoothed| rival.cost(extremal) <= dearest;
-    // Their arcs are exact, and turned round as such.
+    // Arcs of the reversed maneuver must be exact to be converted.
     let mut limits = Vec::new();
     for rival in one_way.iter().filter(near).take_while(|_| !work.stopped()) {
         let limit = end_game(&extremal.reversed(), rival, ask, work);
@@ -115,11 +116,11 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
-/// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
+/// Continues a branch to its limit: arcs, at once or from a smaller ε, or a smoothed extremal.
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
-    // Newton may go to arcs of a dearer branch; they are better than none.
+    // Newton may converge to arcs of a costlier branch; they are kept if no others are found.
     let (mut best, mut of_another): (Option<Certified>, Option<Certified>) = (None, None);
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
@@ -131,8 +132,9 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
         if work.stopped() {
             break;
         }
-        // By the crossings of the switching functions; where fuel counts by pulses too, of which
-        // some only graze zero, while others have hardly a gap between them.
+        // Arcs are extracted by zero crossings of the switching functions. For minimum fuel, pulses
+        // are also extracted by area: some switching functions only graze zero, while other pulses
+        // are separated by very short pauses.
         for by_pulses in if fuel { &[true, false][..] } else { &[false] } {
             let (path, epsilon) = (&at.path, at.epsilon);
             let first = if *by_pulses {
@@ -178,7 +180,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
         TorqueLimit::Norm(_) => turning(extremal, smooth, work),
         TorqueLimit::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
     };
-    // Short arcs show late.
+    // Short arcs appear only at small ε.
     let late =
         (attempts > 0).then(|| polish(extremal, Arcs::of_path(extremal, &smooth.path), work)).flatten();
     let late = late.filter(|late| late.is_exact(extremal) && is_limit(extremal, &late.arcs, &smooth));
@@ -187,8 +189,8 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     BranchEnd::of(rival, smooth, all, taken)
 }
 
-/// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal
-/// without smoothing, where Newton finds it.
+/// Solves for the extremal without smoothing under a norm limit, where the law is smooth as long as
+/// the costate does not vanish. Returns `from` if Newton does not converge.
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();

@@ -1,18 +1,18 @@
-//! Arcs one after the other, over the flow or over the steps of a grid: how the end and the
-//! Hamiltonians answer to costates and lengths.
+//! A sequence of arcs, over the continuous flow or over the steps of a grid: derivatives of the
+//! terminal error and of the Hamiltonians with respect to costates and arc lengths.
 //!
 //! ```text
 //! c(d, λ) = e(d) ,      ∂L/∂d_a = H_a      with the lengths d, the costates λ = (M, e_0) at the start
 //! ```
 //!
-//! are the conditions of least cost ([`KktSystem`]): `H_a` is the Hamiltonian on arc a of the flow,
-//! or the mean of the discrete Hamiltonians of its steps. It is linear in `λ` where torques are
-//! held, and there `∂c/∂λ` vanishes.
+//! These are the KKT conditions of minimum cost ([`KktSystem`]). `H_a` is the Hamiltonian on arc a
+//! of the flow, or the mean of the discrete Hamiltonians of its steps. It is linear in `λ` where
+//! torques are held, and `∂c/∂λ` vanishes there.
 //!
-//! Every step may start from its own stored node. Of a path that Newton goes on from, lanes carry
-//! from node to node how the motion answers to costates, lengths and the gaps between the steps;
-//! with them the nodes drop out of the Newton step, and follow it afterwards: nothing grows along
-//! the maneuver but derivatives (Bock's condensing of multiple shooting).
+//! Every step may start from its own stored node. If Newton continues from a path, lanes carry from
+//! node to node the derivatives with respect to costates, lengths and the gaps between steps. With
+//! them the nodes are eliminated from the Newton step and updated afterwards, so that only
+//! derivatives grow along the maneuver (Bock's condensing of multiple shooting).
 
 #![expect(
     clippy::needless_range_loop,
@@ -30,47 +30,49 @@ use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use std::f64::consts::TAU;
 
-/// A part of an arc.
+/// A step, which is a part of an arc.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub arc: usize,
-    /// Its length over that of the arc.
+    /// Length of the step, as a fraction of the arc's length.
     pub part: f64,
     pub torque: Torque,
 }
 
-/// Arcs in order.
+/// Arcs in order, and the steps that cover them.
 #[derive(Clone, Copy)]
 pub(super) struct Sequence<'a> {
     pub m: &'a Vector3,
-    /// Of the arcs.
+    /// Lengths of the arcs.
     pub lengths: &'a [f64],
     pub steps: &'a [Step],
-    /// Where steps start and the last one ends. Where there are no more of them, each starts where
-    /// the one before ends.
+    /// Initial nodes of the steps, and the end of the last step. A step without a stored node
+    /// starts where the previous one ends.
     pub nodes: &'a [Node],
-    /// By how much the start is beside the first node.
+    /// Displacement of the start from the first node, in the blocks of a disturbance.
     pub beside: [Vector3; 3],
-    /// Over the flow the longest step of its integration, as a part of the duration; none over the
-    /// steps of a grid.
+    /// Longest integration step of the continuous flow, as a fraction of the duration; `None` over
+    /// the steps of a grid.
     pub longest: Option<f64>,
 }
 
-/// What a sweep over arcs finds.
+/// Result of a sweep over arcs.
 pub(super) struct SweptArcs {
-    /// In costates and lengths.
+    /// KKT system in costates and arc lengths.
     pub kkt: KktSystem,
-    /// Sum of the squares of the gaps.
+    /// Sum of the squares of the gaps between steps.
     pub gaps: f64,
-    /// Torques held over the steps.
+    /// Torque held over each step.
     pub torques: Vec<Vector3>,
-    /// One more than steps.
+    /// Nodes, one more than steps.
     pub nodes: Vec<Node>,
-    /// How the nodes answer to costates, lengths, and to 1.
+    /// Derivatives of the nodes with respect to costates and lengths, and the displacement that
+    /// closes the gaps.
     answers: Vec<DMatrix<f64>>,
 }
 
-/// How lengths go with those that are free: all or, in a given duration, all but the first.
+/// Returns the derivatives of all arc lengths with respect to the free ones: all or, for a given
+/// duration, all but the first.
 pub(super) fn free_lengths(arcs: usize, given: bool) -> DMatrix<f64> {
     let mut all = DMatrix::identity(arcs, arcs);
     if given {
@@ -81,11 +83,11 @@ pub(super) fn free_lengths(arcs: usize, given: bool) -> DMatrix<f64> {
 }
 
 impl Sequence<'_> {
-    /// The start is the first node.
+    /// Displacement of zero: the sequence starts at the first node.
     pub const AT_THE_NODE: [Vector3; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];
 
-    /// Sweeps with lanes enough; `None` where a step has no solution or a number is not finite, for
-    /// more arcs than there are lanes, or where somebody asks to stop.
+    /// Sweeps with the smallest sufficient number of lanes. Returns `None` if a step has no
+    /// solution, a number is not finite, there are more arcs than lanes, or a stop is requested.
     pub fn swept(&self, extremal: &Extremal) -> Option<SweptArcs> {
         match 7 + self.lengths.len() {
             ..=8 => self.sweep::<8>(extremal),
@@ -154,13 +156,14 @@ impl Sequence<'_> {
 }
 
 impl SweptArcs {
-    /// How the costate `e` at a node answers to costates, lengths, and to 1.
+    /// Returns the derivatives of the costate `e` at a node with respect to costates and lengths;
+    /// the last column is the displacement that closes the gaps.
     pub fn costate(&self, node: usize) -> DMatrixView<'_, f64> {
         let answer = &self.answers[node];
         answer.view((6, 0), (3, answer.ncols()))
     }
 
-    /// The disturbances of the nodes that go with a step of costates and lengths.
+    /// Returns the disturbances of the nodes for a step of costates and lengths.
     pub fn disturbances<'s>(&'s self, step: &DVector<f64>) -> impl Iterator<Item = [Vector3; 3]> + use<'s> {
         let change = step.clone().insert_row(step.len(), 1.0);
         self.answers.iter().map(move |answer| {
@@ -171,7 +174,7 @@ impl SweptArcs {
 }
 
 impl Extremal {
-    /// An arc of the flow as one step, in axes of the body at its start.
+    /// Integrates an arc of the flow as one step, with attitudes relative to its start.
     pub(super) fn flow_step(
         &self,
         m: &Vector3,
@@ -181,7 +184,7 @@ impl Extremal {
         longest: f64,
     ) -> StepMap {
         let first = Node { r: Matrix3::identity(), ..*from };
-        // m, Π, e and the length.
+        // Parameters m, Π, e and the length.
         let mut lanes = Lanes::<12>::zero();
         for lane in 3..9 {
             lanes.0[lane][lane] = 1.0;
@@ -194,7 +197,7 @@ impl Extremal {
             over_arc(self, m, &first, law, (length, duration), longest, &mut lanes)
         };
         lanes.add(9, &self.rate(m, &end, &law.at(&end.e).torque), 1.0);
-        // Constant along the arc: H' by m, Π, e is Ω, −e', Π'.
+        // The Hamiltonian is constant along the arc: its derivatives by m, Π, e are Ω, −e', Π'.
         let of_hamiltonian =
             [turn.x, turn.y, turn.z, -e_rate.x, -e_rate.y, -e_rate.z, pi_rate.x, pi_rate.y, pi_rate.z, 0.0];
         StepMap {
@@ -211,7 +214,7 @@ impl Extremal {
     }
 }
 
-/// Carries the lanes over a step and gives those of its Hamiltonian.
+/// Carries the lanes over a step and returns the derivatives of its Hamiltonian.
 #[inline(always)]
 fn carried<const L: usize>(
     done: &StepMap,
@@ -250,15 +253,15 @@ fn carried<const L: usize>(
     out[9]
 }
 
-/// How many steps of at most a part of the duration, and of a revolution at the rate of a node,
-/// cover a length.
+/// Returns the number of integration steps for an arc: each covers at most the fraction `longest`
+/// of the duration, and of a revolution at the rate of the node `from`.
 pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
     let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
     ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
 }
 
-/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a
-/// revolution at the rate with which it begins.
+/// Integrates one arc and carries its derivatives, in steps of at most the fraction `longest` of
+/// the duration and of a revolution at the initial rate.
 pub(super) fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,

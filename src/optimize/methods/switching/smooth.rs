@@ -1,10 +1,10 @@
-//! Smoothed extremals by a lifted Newton.
+//! Smoothed extremals by a lifted Newton method.
 //!
-//! Unknown are the costates at the start `M`, `e_0`, the duration, and all nodes. A sweep
-//! integrates every interval from its own node and tells the gaps between them. Of a path that
-//! Newton goes on from another one chains the derivatives with respect to the seven parameters and
-//! the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
-//! derivatives.
+//! The unknowns are the costates at the start `M`, `e_0`, the duration, and all nodes. A sweep
+//! integrates every interval from its own node and returns the gaps between intervals. If Newton
+//! continues from a path, a second sweep chains the derivatives with respect to the seven
+//! parameters and the gaps, so that the whole Newton step is a 7×7 system. Along the maneuver only
+//! derivatives grow, not errors of the motion.
 
 use super::extremal::{Bias, Extremal, LawResponse};
 use super::flow::{Course, FlowStages, Lanes, Node, UnitRows, taken};
@@ -23,31 +23,32 @@ use nalgebra::{SMatrix, SVector};
 const TIME: usize = 6;
 const GAP: usize = 7;
 
-/// A path: nodes and the parameters.
+/// A path of the smoothed problem: nodes, duration and the costates at the start.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
-    /// `M`, reference axes.
+    /// Attitude costate `M`, reference axes.
     pub m: Vector3,
     pub duration: f64,
     pub nodes: Vec<Node>,
-    /// The part of the duration at which each node is, from 0 to 1.
+    /// Time of each node as a fraction of the duration, from 0 to 1.
     pub parts: Vec<f64>,
 }
 
-/// How far a path is from an extremal: seven equations, and with the gaps between its intervals.
+/// Errors of a path: the residual of the seven equations, and its norm together with the gaps
+/// between intervals.
 struct Misses {
     residual: SVector<f64, 7>,
     merit: f64,
 }
 
-/// How the seven equations answer to the parameters, and to the gaps.
+/// Derivatives of the seven equations with respect to the parameters and to the gaps.
 struct Answers {
     jacobian: SMatrix<f64, 7, 7>,
     carried: SVector<f64, 7>,
 }
 
-/// What sweeps leave behind, eight intervals at once: what derivatives need of each, and its gap;
-/// and the derivatives of the nodes.
+/// Buffers of a sweep, eight intervals at once: the stages that derivatives need, the gaps, and the
+/// derivatives of the nodes.
 #[derive(Default)]
 struct SweptIntervals {
     stages: Vec<FlowStages<Eight, 4>>,
@@ -55,7 +56,7 @@ struct SweptIntervals {
     lanes: Vec<Lanes<8>>,
 }
 
-/// The smoothed problem at one ε.
+/// The smoothed problem at one ε, with an optional perturbation.
 pub(crate) struct Smooth<'a> {
     pub extremal: &'a Extremal,
     pub epsilon: f64,
@@ -63,7 +64,7 @@ pub(crate) struct Smooth<'a> {
 }
 
 impl Path {
-    /// On equal intervals.
+    /// Creates a path on a uniform grid.
     pub fn equal(m: Vector3, duration: f64, nodes: Vec<Node>) -> Self {
         let intervals = nodes.len() - 1;
         let parts = (0..=intervals).map(|node| node as f64 / intervals as f64).collect();
@@ -74,8 +75,9 @@ impl Path {
         self.nodes.len() - 1
     }
 
-    /// An extremal of the reversed maneuver as one of `extremal`, from its start on: where the
-    /// other one ends is known no better than its residual, and a start is not mended.
+    /// Converts an extremal of the time-reversed maneuver to one of `extremal`. The first node is
+    /// set to the exact start, because the other extremal meets its end only within the residual,
+    /// and Newton does not correct the start.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
         let mut nodes: Vec<Node> = self.nodes.iter().rev().map(|node| node.reversed(extremal)).collect();
         nodes[0] = Node::at_start(extremal, nodes[0].e);
@@ -87,14 +89,15 @@ impl Path {
         }
     }
 
-    /// The path at rates that are smaller by a factor: switching functions are of the size of the
-    /// price whatever the pace.
+    /// Returns the path at rates that are smaller by a factor. The switching functions do not
+    /// change, because their size is that of the price at any rate.
     pub fn slower(&self, factor: f64) -> Self {
         let nodes = self.nodes.iter().map(|node| Node { pi: node.pi / factor, ..*node }).collect();
         Self { m: self.m / factor, duration: factor * self.duration, nodes, parts: self.parts.clone() }
     }
 
-    /// The interval in which a part of the duration is, and how far into it, from 0 to 1.
+    /// Returns the interval that contains the time `part` (fraction of the duration), and the
+    /// position within the interval, from 0 to 1.
     pub fn interval_at(&self, part: f64) -> (usize, f64) {
         let last = self.intervals() - 1;
         let index = self.parts.partition_point(|begin| *begin <= part).saturating_sub(1).min(last);
@@ -104,14 +107,14 @@ impl Path {
 }
 
 impl<'a> Smooth<'a> {
-    /// Without a bias.
+    /// Creates the smoothed problem without a perturbation.
     pub fn of(extremal: &'a Extremal, epsilon: f64) -> Self {
         Self { extremal, epsilon, bias: Bias::default() }
     }
 
-    /// Every interval from its own node, without derivatives: most paths that are tried are not
-    /// gone on from. `None` where the merit is not below `most`, which as a rule the first
-    /// intervals show.
+    /// Integrates every interval from its own node, without derivatives, because most trial paths
+    /// are rejected. Returns `None` if the merit is not below `most`, which the first intervals
+    /// usually show.
     fn sweep(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> Option<Misses> {
         let residual = self.residual(path);
         let at_end = residual.norm_squared();
@@ -123,11 +126,12 @@ impl<'a> Smooth<'a> {
         (merit.is_finite() && merit < most).then_some(Misses { residual, merit })
     }
 
-    /// The seven equations.
+    /// Returns the residual of the seven equations: six terminal conditions and the condition on
+    /// the duration.
     fn residual(&self, path: &Path) -> SVector<f64, 7> {
         let extremal = self.extremal;
         let end = path.nodes[path.intervals()];
-        // What determines the duration: it is given, or the Hamiltonian vanishes.
+        // The duration is determined by its given value, or by a Hamiltonian of zero.
         let last = match extremal.given_duration {
             Some(given) => path.duration - given,
             None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
@@ -135,7 +139,7 @@ impl<'a> Smooth<'a> {
         extremal.miss(&end).push(last)
     }
 
-    /// The derivatives of the path that was swept last.
+    /// Returns the derivatives of the seven equations, for the path of the last sweep.
     fn answers(&self, path: &Path, swept: &mut SweptIntervals) -> Answers {
         widest(
             #[inline(always)]
@@ -148,8 +152,8 @@ impl<'a> Smooth<'a> {
         self.extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0))
     }
 
-    /// The law at a fraction of a stretch, given by the parts of the duration where it begins and
-    /// ends.
+    /// Returns the control law as a function of the position within an interval, from 0 to 1. The
+    /// interval is given by its begin and end as fractions of the duration.
     #[inline(always)]
     fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> LawResponse<T> {
         #[inline(always)]
@@ -159,8 +163,8 @@ impl<'a> Smooth<'a> {
         }
     }
 
-    /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no
-    /// longer below `most`.
+    /// Computes the gaps by the fourth-order method, eight intervals at once, and stops when the
+    /// sum of their squares reaches `most`.
     #[inline(always)]
     fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> f64 {
         let n = path.intervals();
@@ -172,7 +176,7 @@ impl<'a> Smooth<'a> {
         let mut gaps = 0.0;
         for (batch, (stages, gap)) in swept.stages.iter_mut().zip(&mut swept.gaps).enumerate() {
             let first = batch * Eight::LANES;
-            // Where fewer than eight are left, the last one stands for those that are missing.
+            // If fewer than eight intervals are left, the last one fills the remaining lanes.
             let interval = |lane: usize| (first + lane).min(n - 1);
             let from = Node::of(|lane| &path.nodes[interval(lane)]);
             let to = Node::of(|lane| &path.nodes[interval(lane) + 1]);
@@ -190,7 +194,7 @@ impl<'a> Smooth<'a> {
         gaps
     }
 
-    /// The lanes of all nodes, one interval after the other.
+    /// Chains the derivatives of the nodes, one interval after the other.
     #[inline(always)]
     fn carry(&self, path: &Path, swept: &mut SweptIntervals) {
         let n = path.intervals();
@@ -209,7 +213,7 @@ impl<'a> Smooth<'a> {
         }
     }
 
-    /// The answers of a path whose last node answers by `lanes`.
+    /// Returns the derivatives of the seven equations, given those of the last node.
     fn at_the_end(&self, path: &Path, lanes: &Lanes<8>) -> Answers {
         let end = path.nodes[path.intervals()];
         let extremal = self.extremal;
@@ -231,8 +235,8 @@ impl<'a> Smooth<'a> {
         Answers { jacobian: SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]), carried }
     }
 
-    /// Newton until the merit is below `tolerance`; `None` where it does not get there, or is
-    /// stopped.
+    /// Iterates Newton's method until the merit is below `tolerance`; `None` if it does not
+    /// converge within `most` iterations or is stopped.
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, work: &Work) -> Option<Path> {
         if work.stopped() {
             return None;
@@ -266,22 +270,22 @@ impl<'a> Smooth<'a> {
         (misses.merit <= tolerance).then_some(path)
     }
 
-    /// The path on twice as many intervals.
+    /// Returns the path with every interval halved.
     pub fn doubled(&self, path: &Path) -> Path {
         self.divided(path, |_, _, _, depth| depth == 0)
     }
 
-    /// Equal intervals that would do.
+    /// Returns the number of uniform intervals that suffices for this ε.
     fn wanted(&self) -> usize {
         (RESOLVED / self.epsilon) as usize
     }
 
-    /// The residual of an extremal on the way to a smaller ε.
+    /// Returns the tolerance of the residual for an extremal in a continuation to smaller ε.
     pub fn tolerance(&self) -> f64 {
         (ON_THE_WAY * self.epsilon).clamp(ON_THE_WAY_WITHIN.0, ON_THE_WAY_WITHIN.1)
     }
 
-    /// Newton, and again on more intervals of a kind until there are enough.
+    /// Solves by Newton, then refines the intervals and solves again until there are enough.
     fn refined(&self, path: Path, intervals: Intervals, tolerance: f64, work: &Work) -> Option<Path> {
         let mut path = self.solve(path, tolerance, NEAR_ITERATIONS, work)?;
         while let Some(finer) = match intervals {
@@ -294,9 +298,9 @@ impl<'a> Smooth<'a> {
         Some(path)
     }
 
-    /// The path on more intervals, where it has too few: not enough in all, or one on which an
-    /// input changes by more than
-    /// [`RESOLVED`] of its range.
+    /// Returns the path on a finer grid; `None` if its grid is fine enough or would become too
+    /// large. Intervals are halved if there are too few of them, or if an input changes on one by
+    /// more than [`RESOLVED`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
         let fuel = self.extremal.counts_fuel();
         let few = path.intervals() < if fuel { ENOUGH } else { ENOUGH.min(self.wanted()) };
@@ -307,7 +311,7 @@ impl<'a> Smooth<'a> {
             changes.fold(0.0, f64::max)
         };
         let finer = self.divided(path, |from, to, length, depth| {
-            // A pulse of fuel may come and go between two nodes.
+            // A pulse of fuel may begin and end between two nodes.
             let within = || {
                 fuel && self.within(&path.m, from, to, length).any(|e| change(&from.e, &e) > 2.0 * RESOLVED)
             };
@@ -316,7 +320,7 @@ impl<'a> Smooth<'a> {
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
     }
 
-    /// The costate `e` at points between two nodes.
+    /// Returns the costate `e` at interpolated points between two nodes.
     fn within(&self, m: &Vector3, from: &Node, to: &Node, length: f64) -> impl Iterator<Item = Vector3> {
         let law = |e: &Vector3| self.extremal.smooth(e, self.epsilon, &Vector3::zeros());
         let rate = |node: &Node| self.extremal.rate(m, node, &law(&node.e).torque)[2];
@@ -327,13 +331,13 @@ impl<'a> Smooth<'a> {
         })
     }
 
-    /// The path with each interval divided in halves as often as `divide` says, of the nodes at its
-    /// ends and how often it has been divided.
+    /// Returns the path with intervals bisected repeatedly while `divide` is true. Its arguments
+    /// are the nodes at both ends, the length in time and the number of bisections so far.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), FlowStages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
         for k in 0..path.intervals() {
-            // Pieces still to be looked at, the first one last.
+            // Pieces of the interval that remain to be examined, the earliest one last.
             let mut ahead = vec![(path.nodes[k + 1], path.parts[k + 1], 0)];
             while let Some((to, end, depth)) = ahead.pop() {
                 let (from, begin) = (nodes[nodes.len() - 1], parts[parts.len() - 1]);
@@ -352,7 +356,7 @@ impl<'a> Smooth<'a> {
     }
 }
 
-/// How the nodes answer to a step of the parameters and to the gaps.
+/// Returns the changes of the nodes for a step of the parameters that also closes the gaps.
 fn changes(lanes: &[Lanes<8>], step: &SVector<f64, 7>) -> Vec<[Vector3; 3]> {
     let mut change = [0.0; 8];
     change[..7].copy_from_slice(step.as_slice());
@@ -378,7 +382,7 @@ fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: 
     }
 }
 
-/// A path and the ε that it is an extremal for.
+/// A smoothed extremal: a path and its ε.
 #[derive(Clone, Debug)]
 pub(crate) struct Smoothed {
     pub path: Path,
@@ -386,20 +390,22 @@ pub(crate) struct Smoothed {
 }
 
 impl Smoothed {
-    /// An extremal at the same ε near this one.
+    /// Solves for an extremal at the ε of this one, which is the initial guess.
     pub fn solved(&self, extremal: &Extremal, tolerance: f64, most: usize, work: &Work) -> Option<Self> {
         let path = Smooth::of(extremal, self.epsilon).solve(self.path.clone(), tolerance, most, work)?;
         Some(Self { path, ..*self })
     }
 
-    /// `∫ (e·τ + Σ c_j v_j − its least value) dt`: the cost still to be gained, to first order.
+    /// Returns the gap `∫ (e·τ + Σ c_j v_j − its minimum) dt`: to first order, the cost that could
+    /// still be saved.
     pub fn gap(&self, extremal: &Extremal) -> f64 {
         let of =
             |node: &Node, law: &LawResponse| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
         self.integral(extremal, of)
     }
 
-    /// What the maneuver costs, smoothing aside: its duration where only time counts.
+    /// Returns the cost without the smoothing term; proportional to the duration if only time
+    /// counts.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         if !extremal.counts_fuel() {
             return extremal.time_price * self.path.duration;
@@ -407,8 +413,8 @@ impl Smoothed {
         self.integral(extremal, |_, law| extremal.time_price + law.running)
     }
 
-    /// Over the duration, along cubics between the nodes: an input may go from one limit to the
-    /// other between two of them.
+    /// Integrates over the duration with cubic interpolation of the costate between nodes, because
+    /// an input may switch from one limit to the other between two nodes.
     fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &LawResponse) -> f64) -> f64 {
         let (none, path) = (Vector3::zeros(), &self.path);
         let law = |e: &Vector3| extremal.smooth(e, self.epsilon, &none);
@@ -428,8 +434,8 @@ impl Smoothed {
     }
 }
 
-/// An extremal to all its digits, at `target` or as near to it as it comes: on intervals that
-/// follow every change of the inputs.
+/// Solves for an extremal to round-off, at `target` or the nearest ε that converges, on intervals
+/// that resolve every change of the inputs.
 pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Work) -> Smoothed {
     let mut at = from;
     let mut epsilon = at.epsilon;
@@ -444,9 +450,10 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Wo
     }
 }
 
-/// Continues an extremal from its ε down to `target`; where it does not get there, how far it came.
-/// On the way coarse intervals do. Pulses of fuel, some of which only show where their switching
-/// functions graze zero, are read from equal ones.
+/// Continues an extremal from its ε to `target`; the error holds the last extremal that converged.
+/// Coarse intervals suffice for the intermediate ε. Minimum-fuel problems use a uniform grid,
+/// because pulses are extracted from the path and some appear only where their switching function
+/// grazes zero.
 pub(crate) fn descend(
     extremal: &Extremal,
     from: &Smoothed,
@@ -458,19 +465,19 @@ pub(crate) fn descend(
     descend_by(RATIO, intervals, extremal, from, target, bias, work)
 }
 
-/// Intervals of a path that is continued.
+/// Rule for the intervals of a path during a continuation.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Intervals {
-    /// Equal ones.
+    /// Uniform intervals.
     Equal,
-    /// Such as follow the changes of the inputs, as long as there are few.
+    /// Intervals that resolve the changes of the inputs, up to a sufficient total number.
     Following,
-    /// Such as follow every change.
+    /// Intervals that resolve every change of the inputs.
     Close,
 }
 
-/// The same by this ratio of one ε to the one before, on intervals of a kind. In fewer levels of ε
-/// Newton takes more iterations on each, but fewer in all.
+/// Continues as `descend` with this ratio of consecutive ε and this rule for intervals. With fewer
+/// values of ε Newton takes more iterations for each, but fewer in total.
 pub(crate) fn descend_by(
     ratio: f64,
     intervals: Intervals,

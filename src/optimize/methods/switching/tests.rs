@@ -1,5 +1,5 @@
-//! The pieces of minimum time against finite differences, closed forms and another program's
-//! optima.
+//! Tests of the parts of minimum time against finite differences, closed forms and the optima of
+//! another program.
 
 use super::arcs::Arcs;
 use super::branches::{SearchRequest, branches};
@@ -59,7 +59,7 @@ fn laws() -> [TorqueLimit; 3] {
     [cube(), TorqueLimit::Inputs(canted.map(Vector3::from).to_vec()), TorqueLimit::Norm(0.8)]
 }
 
-/// Of each law, and of a norm that costs.
+/// Returns an extremal for each control law, and one with a price of the torque norm.
 fn extremals() -> Vec<Extremal> {
     let still = |law: TorqueLimit| extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
     let costs = Extremal { costs: vec![0.5], ..still(TorqueLimit::Norm(0.8)) };
@@ -82,7 +82,7 @@ fn unstopped() -> Work<'static> {
     Work::of(Watch::NONE)
 }
 
-/// The shortest maneuver of arcs that the search finds.
+/// Returns the shortest bang-bang maneuver that the search finds.
 fn shortest(extremal: &Extremal) -> Certified {
     search(extremal, &best(), &unstopped()).limits.swap_remove(0).arcs.expect("arcs")
 }
@@ -153,7 +153,7 @@ fn eight_steps_at_once_are_eight_steps() {
             assert_eq!(ends.r.map(|value| of(&value)), end.r.map(f64::to_bits));
             assert_eq!(ends.pi.map(|value| of(&value)), end.pi.map(f64::to_bits));
             assert_eq!(ends.e.map(|value| of(&value)), end.e.map(f64::to_bits));
-            // The lanes too, by the method written for FOURTH and by that for any tableau.
+            // The derivatives too, by the method written for FOURTH and by the general one.
             let from = Lanes::<8>::of_costate().with(7, &[Vector3::x(); 3], &units);
             let stretched = Some((6, 2.0));
             let carried = stages.carry_on(length, &from, stretched, &units, |value| value.0[lane]);
@@ -174,7 +174,7 @@ fn nodes_differ_by_what_disturbs_one_into_the_other() {
     for (found, change) in disturbed.minus(&node()).iter().zip(&change) {
         assert!((found - 0.7 * change).norm() < 1e-14);
     }
-    // To first order, the rotation vector in reference axes.
+    // To first order, the disturbance is the rotation vector in reference axes.
     let little = [1e-5 * change[0], Vector3::zeros(), Vector3::zeros()];
     let turned = lie::log(&(node().plus(&little, 1.0).r * node().r.transpose()));
     assert!((turned - little[0]).norm() < 1e-14);
@@ -203,8 +203,8 @@ fn lanes_of_the_flow_are_its_derivatives() {
             };
             let difference = moved(1.0).minus(&moved(-1.0)).map(|part| part / (2.0 * h));
             for (block, difference) in difference.iter().enumerate() {
-                // FOURTH of the variation is not the variation of FOURTH: they differ at the order
-                // of the step.
+                // Linearisation and discretisation by FOURTH do not commute: the results differ by
+                // the order of the step.
                 assert!((lanes.block(block, lane) - difference).norm() < 2e-4, "{block} {lane}");
             }
         }
@@ -247,7 +247,7 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
             && law.held().is_some()
         {
             let column = |row: usize| Vector3::from_fn(|axis, _| found.jacobian[row + axis][9]);
-            // The turn before F, and the costate of the attitude before the step.
+            // The rotation before F, and the attitude costate before the step.
             let m = Vector3::new(x[0], x[1], x[2]);
             let action = 1.0 + m.dot(&column(0)) + found.e.dot(&column(3));
             assert!((action - found.hamiltonian).abs() < 1e-14);
@@ -255,7 +255,7 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
     }
 }
 
-/// What is expected after a step is where the search for its torque begins, and no more.
+/// Claim: the expected costate after a step is only the initial guess for its torque.
 #[test]
 fn the_costate_expected_after_a_step_of_the_grid_does_not_change_it() {
     let (m, pi, e) =
@@ -273,8 +273,8 @@ fn the_costate_expected_after_a_step_of_the_grid_does_not_change_it() {
     }
 }
 
-/// The least `e·τ + c|τ|` with what smoothing adds: its slope is the torque, and `c|τ|` is what is
-/// counted.
+/// Claim: the law minimises `e·τ + c|τ|` with smoothing. The gradient of the minimum is the torque,
+/// and `c|τ|` is the running cost.
 #[test]
 fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
     let given = extremals().pop().unwrap();
@@ -291,14 +291,14 @@ fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
                 assert!((slope + law.stiffness.column(axis)).norm() < 1e-6 * (1.0 + law.stiffness.norm()));
             }
             assert!((law.running - 0.5 * law.torque.norm()).abs() < 1e-15 && law.torque.norm() <= 0.8);
-            // No torque does better without smoothing.
+            // No torque has a lower cost without smoothing.
             assert!(e.dot(&law.torque) + law.running >= given.least(&e) - 1e-15);
         }
     }
 }
 
-/// 3.2430832775 and 28.6304065350 by another program, bang-bang shooting to ten and twelve digits;
-/// published are 3.2431 (Bilimoria and Wie) and 28.630408 (Betts).
+/// The reference values 3.2430832775 and 28.6304065350 are from another program, bang-bang shooting
+/// to ten and twelve digits; published are 3.2431 (Bilimoria and Wie) and 28.630408 (Betts).
 #[test]
 fn reference_optima_are_met_in_continuous_time_and_by_extrapolation_on_aligned_grids() {
     let xte = Matrix3::from_diagonal(&Vector3::new(5621.0, 4547.0, 2364.0));
@@ -363,7 +363,7 @@ fn a_certificate_finds_what_is_wrong_and_mends_it() {
     let mut late = arcs.clone();
     late.switches[2].time += 0.06;
     let found = Certified::of(&given, late);
-    // An input is wrong for 0.06 while its switching function grows from zero.
+    // An input has the wrong sign for 0.06 while its switching function grows from zero.
     let input = arcs.switches[2].input;
     assert!(found.wrong.iter().any(|wrong| wrong.input == input) && found.gap > 1e-6, "{found:?}");
     let mut without = arcs.clone();
@@ -387,9 +387,9 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
     }
 }
 
-/// Three torques of both signs that cost their size, from rest to rest. Two of the bodies whose
-/// gyroscopic torques are of the size of their limits: of the first no cubic path leads to a
-/// smoothed extremal, of the second those that are found turn back before a small ε.
+/// Two bodies whose gyroscopic torques are comparable to their limits. For the first, no cubic path
+/// leads to a smoothed extremal; for the second, the extremals that are found turn back before a
+/// small ε.
 #[test]
 fn fast_bodies_are_solved_by_way_of_given_durations() {
     let along = |limits: [f64; 3]| TorqueLimit::Inputs((0..3).map(|k| Vector3::ith(k, limits[k])).collect());
@@ -413,7 +413,7 @@ fn fast_bodies_are_solved_by_way_of_given_durations() {
             search(&given, &SearchRequest { thoroughness: Thoroughness::Quick, ..best() }, &unstopped());
         let Certified { arcs, gap, .. } = found.limits[0].arcs.clone().expect("arcs");
         assert!(gap <= 1e-7, "{gap}");
-        // The torques of the arcs turn a body from its start to its end.
+        // The torques of the arcs move the body from its start to its end.
         let mut node = Node { pi: j * rates[0], ..arcs.first };
         for (_, start, end, signs) in arcs.arcs() {
             let torque = given.on_arc(&signs).at(&Vector3::zeros());
@@ -440,7 +440,7 @@ fn fuel() -> Extremal {
 #[test]
 fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
     costates_of_the_least_gap(&fuel());
-    // Where the duration is sought at a price too: then the Hamiltonian has to vanish.
+    // With a free duration and a price of time the Hamiltonian must vanish.
     costates_of_the_least_gap(&Extremal { given_duration: None, time_price: 7.0, ..fuel() });
 }
 
@@ -460,7 +460,7 @@ fn costates_of_the_least_gap(given: &Extremal) {
     let moved = with_less_gap(given, &arcs).swap_remove(0);
     let least = Certified::of(given, moved.clone()).gap;
     assert!(own > 1e-2 && least < 1e-4, "{own:e} {least:e}");
-    // What is no less than its own gap is not taken.
+    // Costates whose gap is not smaller than the own one are ignored.
     let bound = |moved: &Arcs| {
         let mut certificate = Certified::of(given, arcs.clone());
         certificate.bound_by(given, moved.clone());
@@ -477,7 +477,7 @@ fn costates_of_the_least_gap(given: &Extremal) {
 #[test]
 fn an_input_between_its_limits_is_read_as_so_many_pulses_of_its_area() {
     let given = fuel();
-    // The first input is on to 0.3 in the middle half, and the others are off.
+    // The first input has the level 0.3 in the middle half; the others are off.
     let node = |k: i32| {
         let s = if (16..=48).contains(&k) { 0.4 / (1.0 - 0.4_f64.powi(2)).sqrt() } else { 20.0 };
         Node { r: Matrix3::identity(), pi: Vector3::zeros(), e: 2.0 * (0.01 * s - 1.0) * Vector3::x() }
@@ -492,13 +492,13 @@ fn an_input_between_its_limits_is_read_as_so_many_pulses_of_its_area() {
     }
 }
 
-/// Bodies of unequal moments under unequal limits turn quickest along paths that no turn about a
-/// fixed axis is near: durations by direct multiple shooting in another program (CasADi and IPOPT,
-/// inputs held on 60 intervals, so these are upper bounds; `tests/exchange/direct.py`).
+/// Claim: for bodies of unequal moments and limits, the search finds the quickest paths, which are
+/// far from turns about a fixed axis. The durations are from direct multiple shooting in another
+/// program (CasADi and IPOPT, inputs held on 60 intervals, so that they are upper bounds;
+/// `tests/exchange/direct.py`).
 #[test]
 fn turns_that_are_far_from_a_fixed_axis_are_found() {
-    // In the units of the search, and its unit of time: those of the mean moment and the mean
-    // limit.
+    // In the units of the search: mean moment of inertia and mean limit.
     let turn = |moments: [f64; 3], limits: [f64; 3], axis: [f64; 3], degrees: f64| {
         let [inertia, torque] = [moments, limits].map(|three| three.iter().product::<f64>().cbrt());
         let axes = (0..3).map(|input| Vector3::ith(input, limits[input] / torque)).collect();
@@ -519,9 +519,8 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
     }
 }
 
-/// Six one-sided thrusters, for a turn from rest to rest in 17.3 s. Of a cube about one of its axes
-/// the torque is 1/√3 of that about the diagonal; of a sphere under a limit of the norm all are
-/// alike.
+/// For a cube, the torque about one of its axes is 1/√3 of that about the diagonal. For a sphere
+/// under a norm limit, all axes are equal.
 #[test]
 fn the_other_way_round_may_be_shorter_from_the_angle_of_its_best_axis_on() {
     let still = |law: &TorqueLimit, turn: Vector3| {
@@ -536,7 +535,7 @@ fn the_other_way_round_may_be_shorter_from_the_angle_of_its_best_axis_on() {
     assert!(!about(cube(), Vector3::repeat(1.0), PI - 1e-9));
     assert!(!about(TorqueLimit::Norm(0.8), Vector3::x(), PI - 1e-9));
     assert!(!about(cube(), Vector3::x(), 0.0));
-    // Two torques give none about the third axis: the other way may be the only one.
+    // Two torques give none about the third axis, so that the long way may be the only one.
     let two = TorqueLimit::Inputs(vec![Vector3::x(), Vector3::y()]);
     assert!(about(two, Vector3::z(), 0.1));
 }
@@ -552,7 +551,7 @@ fn accelerations_are_those_of_the_corners_and_faces_of_what_inputs_reach() {
         };
         let corners = (0..1 << b.len()).map(|signs| corner(signs).norm());
         assert!((largest / corners.fold(0.0, f64::max) - 1.0).abs() < 1e-14);
-        // By its support in many directions.
+        // The value also follows from the support function in many directions.
         let directions = (0..200_000).map(|k| {
             let (z, turn) = (1.0 - (f64::from(k) + 0.5) / 1e5, 2.399_963_229_728_653 * f64::from(k));
             let r = (1.0 - z * z).sqrt();
@@ -584,9 +583,9 @@ fn by_thrusters() -> Extremal {
     scaled(&problem).unwrap().0
 }
 
-/// Claim: an extremal of fuel is called a saddle where other lengths of the same arcs burn less, as
-/// those show that sequential quadratic programming finds from beside it; of the best known one
-/// they burn as much.
+/// Claim: a minimum-fuel extremal is a saddle if other lengths of the same arcs burn less.
+/// Sequential quadratic programming from nearby lengths confirms this; from the best known extremal
+/// it finds no better lengths.
 #[test]
 fn a_saddle_is_told_from_a_minimum() {
     let whole = by_thrusters();
@@ -620,8 +619,8 @@ fn a_saddle_is_told_from_a_minimum() {
     assert!(saddles > 0 && minima > 0, "{saddles} saddles, {minima} minima");
 }
 
-/// Claim: what is asked to stop at its first, or at its hundredth, Newton does no other: first
-/// paths, all durations and branches hear it.
+/// Claim: a stop request at the first or at the hundredth Newton iteration prevents further ones,
+/// in initial paths, in all given durations and in branches.
 #[test]
 fn first_paths_hear_a_stop() {
     let rates = [Vector3::new(0.1, 0.0, -0.2), Vector3::zeros()];
@@ -636,7 +635,7 @@ fn first_paths_hear_a_stop() {
         let work = Work::of(Watch { interrupt: &stop, ..Watch::NONE });
         let found = search(&turning, &thorough, &work);
         assert!(found.limits.is_empty());
-        // A Newton that was begun ends; it takes tens of sweeps at most.
+        // A Newton solution that has begun is completed; it takes tens of sweeps at most.
         let sweeps = work.sweeps.get();
         assert!(sweeps <= 60 * most, "{sweeps} after {most}");
     }

@@ -1,354 +1,481 @@
-//! Every number of the methods of minimum time and fuel that the theory does not give, by what it
-//! decides.
+//! Tuning constants of the minimum-time and minimum-fuel methods: numbers that the theory does not
+//! determine, grouped by what they decide.
 //!
-//! An ε is in units of the switching functions, which are of the size of the price of time or fuel;
-//! a residual is scaled. What the numbers trade is counted by
+//! The smoothing parameter ε is in units of the switching functions, which are of the size of the
+//! price of time or of fuel. Residuals are scaled. The trade-offs are measured by these commands:
 //!
-//! | | command |
+//! | measured | command |
 //! |---|---|
-//! | how often the best known extremal of minimum time is found, and in what time | `cargo run --release -p evidence -- minimum_time plain` |
-//! | the same of fuel | `cargo run --release -p evidence -- best_known` |
-//! | fuel of pulses, and how often there is a plan | `cargo run --release -p evidence -- minimum_fuel` |
-//! | whether plans of images of one maneuver cost the same | `cargo run --release -p evidence -- images` |
+//! | how often the best known minimum-time extremal is found, and how long that takes | `cargo run --release -p evidence -- minimum_time plain` |
+//! | how often the best known minimum-fuel extremal is found | `cargo run --release -p evidence -- best_known` |
+//! | fuel of plans with pulses, and how often a plan exists | `cargo run --release -p evidence -- minimum_fuel` |
+//! | whether plans of symmetric maneuvers cost the same | `cargo run --release -p evidence -- images` |
 
-/// Numbers that differ by this part are one: costs, gaps, times and ε.
+/// Relative difference below which two costs, gaps, times or values of ε are considered equal. A
+/// smaller value is lost in round-off; a larger one merges different solutions.
 pub(super) const SAME: f64 = 1e-9;
 
-/// Less than this part is nothing: of the duration for the grid, though Newton tells such times
-/// apart; of a cost as a gain; of the largest switching function or curvature; and as a residual on
-/// the way.
+/// Relative size below which a quantity is considered zero: an arc's length on the grid, relative
+/// to the duration (Newton resolves shorter times); a gain in cost; a switching function or
+/// curvature relative to the largest one; and a residual in intermediate solutions.
 pub(super) const NOTHING: f64 = 1e-6;
 
-/// Singular values below this part of the largest belong to what is not determined: lower,
-/// round-off moves costates far; higher, what short arcs determine is lost.
+/// Singular values below this fraction of the largest are treated as zero. With a smaller
+/// threshold, round-off changes the costates strongly; with a larger one, components that are
+/// determined only by short arcs are lost.
 pub(super) const UNDETERMINED: f64 = 1e-9;
 
-/// Residual at which the end is met.
+/// Residual of the terminal conditions below which they are met. A smaller value takes more
+/// iterations; a larger one leaves a visible terminal error.
 pub(super) const MET: f64 = 1e-11;
 
-/// A switching function of this size is zero, and Newton on switching times ends: the flow along an
-/// arc is as good as that.
+/// Residual at which Newton's method on switching times stops, and the value below which a
+/// switching function is zero: the accuracy of the flow along an arc.
 pub(super) const ZERO: f64 = 1e-12;
 
-/// Residual of times to all digits, and a part of the duration that is no length: two inputs switch
-/// together.
+/// Residual at round-off level; also the length, relative to the duration, below which an arc has
+/// no length because two inputs switch together.
 pub(crate) const NO_LENGTH: f64 = 1e-14;
 
-/// Iterations of Newton from a near solution of the same kind, and from farther away: what takes
-/// more does not come as a rule.
+/// Most Newton iterations from a nearby solution of the same kind. More of them seldom lead to
+/// convergence.
 pub(super) const NEAR_ITERATIONS: usize = 12;
+/// Most Newton iterations from a distant initial guess. More of them seldom lead to convergence.
 pub(super) const FAR_ITERATIONS: usize = 20;
 
-/// Longest part of the duration that one step of order 8 covers, where its error is round-off; and
-/// how many times that on the way.
+/// Longest step of the eighth-order method, as a fraction of the duration. The error of such a step
+/// is at round-off level; longer steps are faster and less accurate.
 pub(super) const FINE: f64 = 0.03;
+/// Factor on `FINE` for intermediate iterations: a larger one makes them faster and less
+/// accurate.
 pub(super) const COARSER: f64 = 4.0;
 
-/// Points of two such steps, or of the cubic over an interval, at which an integral looks: more see
-/// shorter runs of wrong signs, and take longer.
+/// Sample points of an integral over two fine steps, or over one interval of cubic interpolation.
+/// More points resolve shorter intervals with a wrong sign of an input, and take longer.
 pub(super) const POINTS: usize = 4;
 
-/// ε over the one before where every one of them is of use: larger finds more, in more time.
+/// Factor from one ε to the next in continuations of which every ε is used. A larger factor finds
+/// more plans and takes longer.
 pub(super) const SMALLER: f64 = 0.4;
 
-/// First paths (`base`, `long`): whether there is an extremal at all, and which.
+/// Constants of the initial paths (`base`, `long`). They decide whether any extremal is found, and
+/// which.
 pub(super) mod paths {
     use crate::optimize::methods::continuation::Pace;
 
-    /// Parts of the limits that the largest input of a first path has where the duration is sought:
-    /// one after the other until a path is found or, where fuel counts and more time may cost less,
-    /// all of them.
+    /// Largest input of an initial path, as a fraction of its limit, for a minimum-time problem.
+    /// The levels are tried in this order until a path is found. A higher level gives a shorter
+    /// path, whose inputs are closer to saturation.
     pub const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
+    /// Largest input of an initial path, as a fraction of its limit, for a minimum-fuel problem
+    /// with free duration. All levels are tried, because a longer duration may cost less. A lower
+    /// level gives a longer duration; more levels take longer.
     pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
-    /// The least that a level leaves to the motion, where the inputs work without any.
+    /// Smallest difference between the level of an initial path and the level that the inputs need
+    /// for zero torque, because unequal one-sided thrusters are on even without motion. A larger
+    /// value leaves more torque for the motion and gives a shorter duration.
     pub const ABOVE_IDLE: f64 = 0.25;
 
-    /// ε of a first path where the duration is given: so large that fuel hardly counts.
+    /// ε of the initial paths for a given duration, tried in this order. It is so large that fuel
+    /// hardly affects the smoothed law; a smaller one is harder to start from.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
-    /// Under a limit of the norm the costate over ε that gives a torque is sought up to this size.
+    /// Upper bound of the search for the costate (in units of ε) that produces a torque under a
+    /// norm limit. A larger bound allows torques closer to the limit.
     pub const LARGEST_COSTATE: f64 = 32.0;
 
-    /// How often a bracket is halved.
+    /// Number of bisections of a bracket. Each one halves the error and takes one more evaluation.
     pub const HALVINGS: usize = 40;
 
-    /// Residual of a smoothed extremal that another one starts from.
+    /// Residual at which a smoothed extremal is accurate enough to be the initial guess of another
+    /// one. A smaller value takes more iterations; with a larger one the next solve starts from a
+    /// worse guess.
     pub const RELAXED: f64 = 1e-3;
 
-    /// How far the way from one problem to another, from 0 to 1, goes at once.
+    /// Step sizes of the homotopy from one problem to another, whose parameter runs from 0 to 1.
+    /// Larger steps need fewer solves, and fail or change the branch more often.
     pub const HOMOTOPY: Pace = Pace { first: 0.34, least: 0.02, most: 1.0, longer: 1.5, shorter: 0.4 };
 
-    /// How the logarithm of a duration grows or falls, over that of the factor by which it does at
-    /// most: of smoothed extremals longer or shorter, of arcs longer.
+    /// Step sizes in the logarithm of the duration, in units of `ln STRETCH`, of the continuations
+    /// that shorten smoothed extremals and lengthen arcs. Larger steps need fewer solves and fail
+    /// more often.
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
+    /// Largest factor on the duration in one step of such a continuation.
     pub const STRETCH: f64 = 1.3;
 
-    /// Parts of the duration of the first level that are given on the way to one that is sought.
+    /// Given durations from which a minimum-time extremal is continued, as fractions of the
+    /// duration of the first level. More values find more extremals and take longer.
     pub const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
 
-    /// A duration is long from so many times that of a turn of a sphere with limits about the axis:
-    /// `2 √θ` in the units of an extremal. Higher, smoothed inputs, which never rest, lead nowhere
-    /// for some bodies; lower, a branch of the long duration may be no rival yet.
+    /// A duration is long if it exceeds this multiple of `2 √θ` (scaled), the time that a sphere
+    /// needs for a turn by θ about a limited axis. With a larger factor, smoothed inputs, which
+    /// never rest, fail for some bodies; with a smaller one, a branch of the long duration may not
+    /// yet be a rival.
     pub const LONG: f64 = 4.0;
 
-    /// Parts of a given duration in which one-sided thrusters are planned too, to be slowed down:
-    /// each takes about as long as the plan itself. With fewer a cheaper plan of less time is
-    /// missed now and then (`evidence -- stretches`).
+    /// Fractions of a given duration for which one-sided thrusters are also planned; the plans are
+    /// then slowed down. Each takes about as long as the plan itself. With fewer values a cheaper
+    /// plan of a shorter duration is sometimes missed (`evidence -- stretches`).
     pub const QUICKER: [f64; 2] = [0.85, 0.6];
 }
 
-/// Branches (`branches`): how many extremals are told apart, and followed.
+/// Constants of branches (`branches`). They decide how many extremals are distinguished and
+/// followed.
 pub(super) mod branches {
     use crate::Vector3;
 
-    /// Boundary rates in the unit of time beyond which either way round may be the short one.
+    /// Sum of the boundary rates (scaled) beyond which the body is fast, so that the long way may
+    /// be the quicker one and ε decreases in smaller steps. A smaller value makes more searches
+    /// take longer; a larger one loses branches.
     pub const FAST: f64 = 0.3;
 
-    /// ε at which branches are told apart; at which they are compared, for an angle of a radian and
-    /// more, and where fuel counts; and, over that, at which a bias has done its work: branches
-    /// have parted, and Newton goes on without it.
+    /// ε at which branches are distinguished and perturbed. At a larger value fewer branches exist
+    /// yet; at a smaller one each initial extremal takes longer.
     pub const BRANCHING: f64 = 0.3;
+    /// ε at which minimum-time branches are compared, for turns by 1 rad or more. A smaller value
+    /// separates more branches and takes longer.
     pub const COMPARED: f64 = 0.008;
+    /// ε at which minimum-fuel branches are compared. A smaller value separates more branches and
+    /// takes longer.
     pub const COMPARED_FUEL: f64 = 0.02;
+    /// ε, as a multiple of the comparison value, at which a perturbation is removed, because the
+    /// branches have parted there. A larger multiple saves iterations, and removes the perturbation
+    /// before some branches part.
     pub const PARTED: f64 = 7.0;
 
-    /// Turns below this are small \[rad\]: their branches hardly differ. And the angle below which
-    /// ε falls no further with it.
+    /// Angle \[rad\] below which a turn is small, so that its branches hardly differ and ε
+    /// decreases in smaller steps. A larger angle makes more searches take longer; a smaller one
+    /// loses branches.
     pub const SMALL: f64 = 0.1;
+    /// Angle \[rad\] below which the comparison ε no longer decreases in proportion to the angle. A
+    /// smaller value takes longer for small turns.
     pub const SMALLEST_ANGLE: f64 = 0.03;
 
-    /// A base that costs more than the best by this is no rival.
+    /// Initial extremals that cost more than the best one by this factor are pruned. A larger
+    /// factor keeps more branches and takes longer.
     pub const RIVAL_BASE: f64 = 1.15;
 
-    /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a
-    /// symmetry has that along axes of the body as a rule, and what lies along them as well tips
-    /// nothing.
+    /// Rotation vector from the body axes to the axes of the symmetry-breaking perturbations. A
+    /// symmetric maneuver usually has its symmetry along body axes, and a perturbation along these
+    /// has the symmetry too and breaks nothing.
     pub const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
+    /// Second choice of that rotation vector, for further sets of perturbations.
     pub const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
 
-    /// Inputs that differ by more than this in what they give have branches that one set of biases
-    /// misses; and so far is a body from a sphere that small ones miss some.
+    /// Ratio of the largest to the smallest control authority, or principal moment, above which
+    /// further or larger sets of perturbations are tried. A smaller ratio takes longer; a larger
+    /// one misses branches.
     pub const UNLIKE: f64 = 1.2;
 
-    /// An axis with less of it beside others is no third one.
+    /// Relative component perpendicular to the axes already chosen below which an axis counts as
+    /// linearly dependent. A smaller value accepts three nearly dependent axes.
     pub const ASIDE: f64 = 0.1;
 
-    /// Paths are one extremal whose costs and costates differ by less than these parts: of time,
-    /// and of fuel, which is known less well.
+    /// Relative differences of cost and of costates below which two minimum-time paths are the same
+    /// extremal. Larger values merge different branches; smaller ones keep duplicates.
     pub const ALIKE: (f64, f64) = (1e-4, 1e-2);
+    /// Relative differences of cost and of costates below which two minimum-fuel paths are the same
+    /// extremal. They are larger than for time, because fuel is known less accurately.
     pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
 }
 
-/// Smoothed extremals (`smooth`): how fast and how far ε falls, and on what intervals.
+/// Constants of smoothed extremals (`smooth`). They decide how fast and how far ε decreases, and on
+/// which intervals.
 pub(super) mod smooth {
     use crate::optimize::methods::continuation::Pace;
 
-    /// ε over the one before, and where a bias is only to tell branches apart; how the logarithm of
-    /// ε falls, over that of the ratio.
+    /// Factor from one ε to the next in a continuation. A smaller factor needs fewer solves, and
+    /// fails or changes the branch more often.
     pub const RATIO: f64 = 0.25;
+    /// Factor from one ε to the next where a perturbation only has to separate branches. Smaller
+    /// factors need fewer iterations and lose some branches.
     pub const STEEP: f64 = 0.185;
+    /// Step sizes of the continuation in `ln ε`, in units of the logarithm of the factor. Larger
+    /// steps need fewer solves and fail more often.
     pub const DESCENT: Pace = Pace { first: 1.0, least: 0.037, most: 1.0, longer: 1.4, shorter: 0.4 };
 
-    /// ε over the one before of an extremal that is known to all digits.
+    /// Factor from one ε to the next for an extremal that is solved to round-off at each ε. A
+    /// smaller factor needs fewer solves and fails more often.
     pub const SETTLING: f64 = 0.2;
 
-    /// Residual over ε of an extremal on the way to a smaller ε, and within what bounds.
+    /// Tolerance of the residual in a continuation to smaller ε, as a fraction of ε. A smaller
+    /// fraction takes more iterations; with a larger one the next solve starts from a worse guess.
     pub const ON_THE_WAY: f64 = 0.1;
+    /// Smallest and largest tolerance of the residual in such a continuation.
     pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
 
-    /// Longest step of the duration and of switching times, relative to the duration.
+    /// Largest Newton step of the duration and of the switching times, as a fraction of the
+    /// duration. A larger step converges in fewer iterations, and leaves the region of convergence
+    /// more often.
     pub const TIME_STEP: f64 = 0.4;
 
-    /// A step of Newton leaves out so much of the residual times its length, or is made shorter by
-    /// this factor, so often: what does not come then rarely does with more.
+    /// Relative decrease of the residual, per unit of step length, that the line search requires. A
+    /// larger value rejects more steps; a smaller one accepts steps of little use.
     pub const DECREASE: f64 = 0.1;
+    /// Factor on the step length after a rejected trial of the line search. A smaller factor needs
+    /// fewer trials and gives shorter steps.
     pub const SHORTENED: f64 = 0.4;
+    /// Most trials of one line search. A step that fails this often seldom succeeds with more
+    /// trials.
     pub const MOST_TRIALS: usize = 6;
 
-    /// Intervals of the one first path of a turn, where ε is large: on half of them other extremals
-    /// are found now and then. Where there are several such paths, some of them far, they have as
-    /// many as what is continued.
+    /// Intervals of the initial path where a turn has only one and ε is large. With half as many,
+    /// Newton sometimes converges to other extremals. Where a turn has several initial paths, some
+    /// of them poor guesses, they have `INTERVALS`.
     pub const INTERVALS_NEAR: usize = 16;
 
-    /// Intervals of a path at the start of a continuation, those that are enough where no input
-    /// changes fast, and at most.
+    /// Intervals of a path at the start of a continuation. More intervals take longer; fewer lead
+    /// to other extremals.
     pub const INTERVALS: usize = 32;
+    /// Number of intervals that suffices where no input changes fast. More intervals take longer
+    /// and resolve shorter pulses.
     pub const ENOUGH: usize = 128;
+    /// Most intervals of a path. It bounds the time of one solve; a larger value allows a smaller
+    /// ε.
     pub const MOST_INTERVALS: usize = 3000;
 
-    /// What an input may change by on one interval, as a part of its range: of equal ones this over
-    /// ε are enough; and how often one is halved for it at once.
+    /// Largest change of an input over one interval, as a fraction of its range. On a uniform grid,
+    /// this value divided by ε is a sufficient number of intervals. A smaller value resolves
+    /// switches better and takes more intervals.
     pub const RESOLVED: f64 = 0.2;
+    /// Most bisections of one interval in one refinement. With fewer, more refinements and solves
+    /// are needed.
     pub const DEEPEST: usize = 8;
 }
 
-/// Arcs at the limits (`arcs`, `certificate`, `least_gap`): whether Newton on switching times comes
-/// from a reading of a path to its arcs.
+/// Constants of bang-bang arcs (`arcs`, `certificate`, `least_gap`). They decide whether Newton on
+/// switching times converges from the arcs of a smoothed path.
 pub(super) mod arcs {
-    /// Most steps of one arc: no bound but for durations that are out of all proportion.
+    /// Most integration steps of one arc; it bounds only durations that are far too long.
     pub const MOST_STEPS: f64 = 1e3;
 
-    /// Fewest switches that determine all costates; and most that are looked for, as singular arcs
-    /// of fuel are long.
+    /// Fewest switches that determine all costates; with fewer of them the Newton step is the
+    /// shortest one.
     pub const DETERMINED: usize = 5;
+    /// Most switches of a plan. Singular arcs of minimum-fuel plans are long and need many; more
+    /// switches take longer.
     pub const MOST_SWITCHES: usize = 40;
 
-    /// An input below this part of its limit is off, and a pulse shorter than this part of the
-    /// duration is none.
+    /// Input level, as a fraction of its limit, below which the input is off. A smaller value
+    /// merges pulses that are smoothed into one another; a larger one loses weak pulses.
     pub const IDLE: f64 = 0.02;
+    /// Shortest pulse that is kept, as a fraction of the duration. A smaller value keeps pulses
+    /// that are due to smoothing; a larger one loses real ones.
     pub const SHORTEST_PULSE: f64 = 1e-4;
 
-    /// An input that is on for less than this part of a run is between its limits.
+    /// Mean level of an input over a run below which the run is a singular arc and is replaced by
+    /// several pulses. A larger value divides more pulses; a smaller one misses singular arcs.
     pub const BETWEEN: f64 = 0.7;
 
-    /// Runs of wrong signs whose gap is this part of the largest are put right with it.
+    /// Runs with a wrong sign whose gap is at least this fraction of the largest are corrected
+    /// together with it. A smaller value corrects more runs at once.
     pub const TOGETHER: f64 = 0.2;
 
-    /// Of the least gap: first μ, by what factor it is made smaller, and what it may add to the gap
-    /// in the end, as a part of that.
+    /// First smoothing parameter μ of the smallest-gap problem. A larger value is easier for Newton
+    /// and takes more reductions.
     pub const FIRST: f64 = 0.1;
+    /// Factor from one μ to the next in the smallest-gap problem. A smaller factor needs fewer
+    /// reductions, each with more Newton iterations.
     pub const REDUCED: f64 = 0.2;
+    /// Largest addition of smoothing to the smallest gap, as a fraction of the gap, at which μ is
+    /// small enough. A smaller value gives a tighter gap and takes longer.
     pub const ADDED: f64 = 0.05;
 
-    /// What is added to the diagonal of its matrix, as a part of that: a maneuver of few inputs
-    /// leaves costates open.
+    /// Relative increase of the diagonal of the Hessian in the smallest-gap problem, because a
+    /// maneuver with few inputs does not determine all costates. A larger value slows Newton; a
+    /// smaller one leaves the Hessian singular.
     pub const OPEN: f64 = 1e-13;
 }
 
-/// Limits of branches (`limit`, `search`, `fuel`): how many are brought to arcs, and how hard that
-/// is tried.
+/// Constants of the limits of branches as ε → 0 (`limit`, `search`, `fuel`). They decide how many
+/// branches are converted to arcs, and with how much work.
 pub(crate) mod limits {
-    /// A gap below this part of the cost is none, and one below that can stay.
+    /// Gap, as a fraction of the cost, below which arcs are an exact extremal. A smaller value
+    /// leads to further corrections of arcs that are exact; a larger one calls arcs with short
+    /// wrong signs exact.
     pub const NO_GAP: f64 = 1e-7;
+    /// Gap, as a fraction of the cost, below which arcs are accepted without further correction. A
+    /// smaller value leads to more pulses and takes longer.
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// A branch that costs more than the best by this is no rival: of time; and of fuel, or by
-    /// one-sided thrusters, as the cost of what is smoothed can be far from that of arcs.
+    /// Minimum-time branches that cost more than the best one by this factor are pruned. A larger
+    /// factor follows more branches and takes longer.
     pub const RIVAL: f64 = 1.015;
+    /// Pruning factor for minimum-fuel problems and one-sided thrusters, where the smoothed cost
+    /// can be far from the cost of the arcs.
     pub const FAR_RIVAL: f64 = 1.1;
 
-    /// How often a branch without arcs is followed to a smaller ε: of time, where more of them
-    /// would take a third longer in the slowest tenth of the public set; and of fuel, as short
-    /// pulses show late.
+    /// Most reductions of ε for a minimum-time branch without exact arcs. More of them take a third
+    /// longer in the slowest tenth of the public set.
     pub const MOST_DESCENTS: usize = 3;
+    /// Most reductions of ε for a minimum-fuel branch, whose short pulses appear only at small ε.
+    /// More of them find more pulses and take longer.
     pub const MOST_DESCENTS_FUEL: usize = 12;
 
-    /// ε at which a branch with a singular arc ends on equal intervals, and that to which it is
-    /// then carried.
+    /// ε at which the coarse continuation of a branch with a singular arc ends. A smaller value has
+    /// a smaller gap and takes longer.
     pub const LAST: f64 = 5e-4;
+    /// Smallest ε, to which a branch with a singular arc is then refined on intervals that resolve
+    /// its inputs. A smaller value has a smaller gap and takes more intervals.
     pub const SMALLEST: f64 = 2e-5;
 
-    /// Most corrections of the sequence of switches, of times that are laid out anew, and of arcs
-    /// with a gap that is not small; and on the grid, where pulses are held at another bound and
-    /// switches exchanged or joined.
+    /// Most corrections of a switching sequence in each of these loops: signs of inputs, arcs whose
+    /// gap is not small, and on the grid the bounds of pulses and the order of switches. More
+    /// corrections take longer and seldom help.
     pub const MOST_CORRECTIONS: usize = 12;
 
-    /// The last are of so many of the worst signs, on these parts of their time.
+    /// Number of runs with the largest gaps, each of which is tried alone as a correction. More
+    /// runs take longer.
     pub const WORST: usize = 3;
+    /// Fractions of the duration of such a run on which the input is changed, tried in this order.
+    /// A smaller fraction adds a shorter pulse; more fractions take longer.
     pub const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
 
-    /// Arcs may cost more than their smoothed extremal by this part: what smoothing lets through of
-    /// fuel.
+    /// Relative amount by which arcs may cost more than their smoothed extremal and still be its
+    /// limit, because smoothing changes the fuel. A larger value may accept arcs of a costlier
+    /// branch; a smaller one rejects limits.
     pub const DEARER: f64 = 0.05;
 
-    /// How many pulses stand for a singular arc, one after the other until the gap is small.
+    /// Numbers of pulses that replace a singular arc, tried in this order until the gap is small.
+    /// More pulses leave a smaller gap and need a finer grid.
     pub const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
-    /// Parts into which the angle of a turn about a fixed axis is cut.
+    /// Parts into which the angle of a turn about a fixed axis is divided. More parts give a more
+    /// accurate duration and take longer.
     pub const EIGENAXIS_PARTS: usize = 4000;
 }
 
-/// Long durations between rates (`impulses`): how many coasts are known, and laid out.
+/// Constants for long durations with nonzero boundary rates (`impulses`). They decide how many
+/// coasts are searched for and given burns.
 pub(super) mod impulses {
-    /// Momenta at random that coasts are sought from; how many of the cheapest transfers are given
-    /// burns, and how many of the cheapest of these more of them.
+    /// Number of random initial momenta from which coasts are searched for. More of them find more
+    /// coasts and take longer.
     pub const RANDOM: usize = 48;
+    /// Number of cheapest two-impulse transfers that are converted to burns. More of them take
+    /// longer, and find plans whose order of costs changes with burns.
     pub const TRIED: usize = 24;
+    /// Number of cheapest transfers with burns to which further burns are added. More of them find
+    /// more plans and take longer.
     pub const MENDED: usize = 4;
 }
 
-/// The grid (`discretize`, `on_grid`, `grid_step`): whether arcs have a discrete optimum.
+/// Constants of the grid (`discretize`, `on_grid`, `grid_step`). They decide whether arcs have a
+/// discrete optimum.
 pub(crate) mod grid {
-    /// Fewest steps of an arc.
+    /// Fewest steps of an arc. More of them make the grid more accurate, and leave room for fewer
+    /// arcs.
     pub const LEAST_STEPS: usize = 2;
 
-    /// Residual at which Newton ends if it falls no further, to less than this part; its
-    /// iterations.
+    /// Residual below which Newton on the grid may end, once it stops decreasing. A smaller value
+    /// is below round-off for many plans; a larger one accepts less accurate plans.
     pub const CONVERGED: f64 = 2e-13;
+    /// Ratio of two successive residuals above which the residual no longer decreases. A larger
+    /// ratio takes more iterations for the last digits.
     pub const FALLING: f64 = 0.1;
+    /// Most Newton iterations on the grid. More of them seldom lead to convergence.
     pub const MOST_ITERATIONS: usize = 30;
 
-    /// ε that a step of the grid can follow, times the number of steps.
+    /// First ε on a grid, times its number of steps: about the smallest that the grid resolves.
+    /// With a smaller value Newton fails more often; a larger one needs more reductions of ε.
     pub const FOLLOWED: f64 = 0.3;
 }
 
-/// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are
-/// best.
+/// Constants of pulses with a minimum pulse width (`pulses`). They decide which schedules are
+/// tried, and when their times are optimal.
 pub(super) mod pulses {
-    /// As [`FINE`](super::FINE), with more lanes to carry; and on the way.
+    /// Longest integration step, as [`FINE`](super::FINE) but shorter because more derivatives are
+    /// carried.
     pub const FINE: f64 = 0.01;
+    /// Longest integration step in intermediate iterations, as a fraction of the duration. A longer
+    /// one is faster and less accurate.
     pub const COARSE: f64 = super::COARSER * FINE;
 
-    /// Weight of the terminal conditions against the size of a step that brings a motion back to
-    /// them.
+    /// Weight of the terminal conditions relative to the size of a step that restores them. A
+    /// larger weight leaves a smaller residual, and conditions the program worse.
     pub const STIFF: f64 = 1e8;
 
-    /// Longest change of a time at once, as a part of the duration; the shortest below which
-    /// nothing is gained any more; and that after a step that was of no use, over what it was.
+    /// Largest change of a time in one step (trust region), as a fraction of the duration. A larger
+    /// one needs fewer steps, of which more are rejected.
     pub const TRUST: f64 = 0.2;
+    /// Trust region, as a fraction of the duration, below which the iteration ends. A smaller one
+    /// takes more steps for a gain that hardly counts.
     pub const NO_TRUST: f64 = 1e-8;
+    /// Factor on the trust region after a rejected step. A smaller factor leads to fewer rejections
+    /// and to shorter steps.
     pub const LESS_TRUST: f64 = 0.3;
 
-    /// Iterations of Gauss and Newton after a step; and most that do not leave less than a part of
-    /// the miss.
+    /// Most Gauss–Newton iterations after a step, and most successive iterations with a slow
+    /// decrease of the terminal error. More iterations take longer and seldom converge.
     pub const ITERATIONS: usize = 6;
+    /// Ratio of two successive terminal errors above which the decrease is slow. A smaller ratio
+    /// gives up sooner.
     pub const LESS: f64 = 0.9;
 
-    /// Steps of least fuel; what is still to be gained, as a part of it, when the best times are
-    /// found.
+    /// Most steps of the minimisation of fuel. More steps take longer, for gains that become small.
     pub const MOST_STEPS: usize = 40;
+    /// Predicted gain, as a fraction of the cost, below which the times are optimal. A smaller
+    /// value takes more steps.
     pub const NO_GAIN: f64 = 1e-10;
 
-    /// Part of the predicted gain at which the next step may be longer.
+    /// Ratio of the actual to the predicted gain above which the trust region grows. A smaller
+    /// ratio leads to longer steps, of which more are rejected.
     pub const GOOD: f64 = 0.5;
 
-    /// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
+    /// Slack of a bound, as a fraction of the duration, below which the bound is active. The
+    /// thresholds are tried in this order. A larger one holds times that should be free; a smaller
+    /// one misses active bounds.
     pub const NEAR: [f64; 3] = [super::NOTHING, 1e-8, 1e-10];
 
-    /// Newton stays this near to where it began, as a part of the duration; and on the grid to the
-    /// equations of motion.
+    /// Largest change of the times in the final Newton iteration, as a fraction of the duration. A
+    /// larger one may accept another schedule.
     pub const NEARBY: f64 = 0.02;
+    /// Largest difference between the times on the grid and those in continuous time, as a fraction
+    /// of the duration. A larger one may accept another plan; a smaller one rejects plans on coarse
+    /// grids.
     pub const NEARBY_ON_GRID: f64 = 0.05;
 
-    /// A bound that is violated by less than this part of the duration is kept.
+    /// Largest violation of a bound, as a fraction of the duration, that counts as round-off.
     pub const KEPT: f64 = 1e-13;
 
-    /// Pulses of one input with a gap below this many of the shortest are joined, and those below
-    /// this part of it dropped.
+    /// Two pulses of one input are merged if the pause between them is below this multiple of the
+    /// minimum pulse width. More multiples give more initial schedules.
     pub const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
+    /// Pulses shorter than this multiple of the minimum pulse width are dropped. More multiples
+    /// give more initial schedules.
     pub const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
 
-    /// Extremals that schedules are made of; schedules whose best times are looked for; how many
-    /// times as much a thorough search tries.
+    /// Most extremals from which schedules are made. More of them find more schedules and take
+    /// longer.
     pub const MOST_EXTREMALS: usize = 4;
+    /// Most initial schedules whose times are optimised. More of them find cheaper pulses and take
+    /// longer.
     pub const MOST_STARTS: usize = 24;
+    /// Factor on the number of trials in a thorough search. A larger one finds cheaper pulses and
+    /// takes longer.
     pub const THOROUGH: usize = 4;
 
-    /// Schedules that are changed by a pulse at a time, and changes that are tried in all.
+    /// Number of cheapest schedules that are changed by one pulse at a time. More of them find
+    /// cheaper pulses and take longer.
     pub const CHANGED: usize = 3;
+    /// Most changes of schedules that are tried in all. It bounds the time of the search.
     pub const MOST_CHANGES: usize = 60;
 
-    /// Random schedules, and how many are tried at most where none has met the end.
+    /// Number of random schedules. More of them find cheaper pulses and take longer.
     pub const RANDOM: usize = 12;
+    /// Most random schedules if no schedule meets the terminal conditions. More of them find more
+    /// plans and take longer.
     pub const MOST_RANDOM: usize = 40;
 
-    /// Costs that differ by this part are those of two schedules; schedules whose times differ by
-    /// less than this are one to start from.
+    /// Relative difference of costs below which two schedules are the same. A larger value merges
+    /// different schedules; a smaller one keeps duplicates.
     pub const DISTINCT: f64 = 1e-7;
+    /// Relative difference of times below which two initial schedules are the same. A larger value
+    /// loses schedules; a smaller one repeats work.
     pub const ALIKE: f64 = 1e-3;
 
-    /// Most pulses; pulses of so many levels at most are combined for a burn.
+    /// Most pulses of a schedule. It bounds the size of the quadratic programs.
     pub const MOST_PULSES: usize = 24;
+    /// Number of levels among which the three of a burn are chosen; the time grows with its cube.
     pub const MOST_COMBINED: usize = 12;
 }

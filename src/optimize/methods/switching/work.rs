@@ -1,4 +1,4 @@
-//! What a search of extremals has done, and whether it is to go on.
+//! Work counters of a search of extremals, and requests to stop it.
 
 use crate::optimize::methods::method::Watch;
 use std::cell::Cell;
@@ -6,18 +6,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Counts, and who may end the work early: every Newton asks, so that whatever is made of Newtons
-/// ends soon.
+/// Work counters, and the watch that may stop the search. Every Newton iteration polls it, so that
+/// anything that consists of Newton iterations stops soon.
 pub(crate) struct Work<'a> {
-    /// Sweeps of smoothed problems.
+    /// Number of sweeps over smoothed problems.
     pub sweeps: Cell<usize>,
-    /// Newtons on switching times.
+    /// Number of Newton solutions for switching times.
     pub newtons: Cell<usize>,
     watch: Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// None done yet.
+    /// Creates counters that are zero.
     pub fn of(watch: Watch<'a>) -> Self {
         Self { sweeps: Cell::new(0), newtons: Cell::new(0), watch }
     }
@@ -27,8 +27,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// A request to stop that long loops look at: the flag of the observer, or the end of the time
-/// limit.
+/// A request to stop that long loops poll: the flag of the observer, or the end of the time limit.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StopRequest {
     flag: Option<Arc<AtomicBool>>,
@@ -36,27 +35,28 @@ pub(crate) struct StopRequest {
 }
 
 impl StopRequest {
-    /// Steps of a sweep after which it looks again.
+    /// Number of steps of a sweep between two polls.
     const POLLED: usize = 4096;
 
-    /// Returns the request that a watch hears.
+    /// Creates the request from the flag and the deadline of a watch.
     pub fn of(watch: &Watch) -> Self {
         Self { flag: watch.flag.cloned(), deadline: watch.deadline }
     }
 
-    /// Returns whether somebody asks to stop.
+    /// Returns whether a stop is requested.
     pub fn is_raised(&self) -> bool {
         self.flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Returns the same for a loop over steps, which looks at a few of them only.
+    /// Returns whether a stop is requested, for a loop over steps; polls only at every
+    /// `Self::POLLED`-th step.
     pub fn is_raised_at(&self, step: usize) -> bool {
         step.is_multiple_of(Self::POLLED) && self.is_raised()
     }
 }
 
-/// Counts one more.
+/// Increments a counter.
 pub(super) fn count(of: &Cell<usize>) {
     of.set(of.get() + 1);
 }

@@ -1,22 +1,24 @@
-//! The events of a discrete optimum within limits: the times at which an input switches, or a limit
-//! begins or ceases to act.
+//! Events of a discrete optimum within limits: the times at which an input switches, or a limit
+//! becomes active or inactive.
 //!
-//! A node of the grid stands for the cell about it. Between two arcs an input has cells whose value
-//! lies between those of the arcs. The switch divides these cells so that the impulse is kept:
+//! A node of the grid represents the cell about it. Between two arcs, an input has cells with
+//! values between those of the arcs. The switching time divides these cells so that the impulse is
+//! preserved:
 //!
 //! ```text
 //! t = t_L + Σ κ_k (u_k − u_R)/(u_L − u_R)
 //! ```
 //!
-//! with the values `u_L`, `u_R` of the arcs on either side, `t_L` where the last cell of the left
-//! one ends, and the sum over the cells between. Where a node is at the switch its input is the
-//! mean of both sides, and `t` is the time of that node. An input whose rate is limited has steps
-//! in place of cells, and its rates in place of its values. A cone that is touched within a step
-//! has its event there; one that is touched at a node has it where the parabola through the nodes
-//! about the touch is highest.
+//! with the values `u_L`, `u_R` of the arcs on either side, the end `t_L` of the last cell of the
+//! left arc, and the sum over the cells between. If a node is at the switch, its input is the mean
+//! of both sides, and `t` is the time of that node. An input with a rate limit has steps in place
+//! of cells, and rates in place of values. A cone that is touched within a step has its event
+//! there; if it is touched at a node, the event is at the vertex of the parabola through the
+//! neighbouring nodes.
 //!
-//! A row acts where it has a multiplier: at an optimum of the interior point the product of
-//! multiplier and slack is the barrier term, and the smaller of the two is told as nothing.
+//! A row is active if it has a multiplier: at an optimum of the interior-point method the product
+//! of multiplier and slack is the barrier parameter, and the smaller of the two is recorded as
+//! zero.
 
 use super::settings::ON_EVENTS;
 use crate::lie;
@@ -26,16 +28,16 @@ use crate::optimize::chain::rows::{Cone, What};
 use crate::optimize::chain::{Chain, iterate};
 use crate::optimize::discrete::candidate::Candidate;
 
-/// What an input does at a node.
+/// State of an input at a node relative to its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Level {
-    /// At this part of its limit: 1, −1, or off.
+    /// At this fraction of its limit: 1, −1, or 0 (off).
     At(f64),
-    /// Within its limits.
+    /// Between its limits.
     Within,
 }
 
-/// A cell of an input: from one time to another, as parts of the duration.
+/// A cell of an input, which begins and ends at times that are fractions of the duration.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     from: f64,
@@ -43,47 +45,47 @@ struct Cell {
     at: f64,
     value: f64,
     level: Level,
-    /// By how much the cost presses the input to its limit, for a unit of the input as a part of
-    /// its limit and of time; zero within.
+    /// Multiplier of the input's limit, per unit of time and with the input as a fraction of its
+    /// limit; zero between limits.
     press: f64,
 }
 
-/// A time at which something switches, as a part of the duration, and the inputs that switch then.
+/// Event: a time (fraction of the duration) and the inputs that switch then.
 #[derive(Clone, Debug)]
 pub(super) struct Event {
     pub at: f64,
-    /// Steps of the coarsest grid about it that are equal: none of a switch, one of a touch within
-    /// a step, two of a touch at a node.
+    /// Number of equal steps of the coarsest grid that surround the event: 0 for a switch, 1 for a
+    /// touch within a step, 2 for a touch at a node.
     pub about: usize,
     pub switches: Vec<Switch>,
 }
 
-/// An input that switches.
+/// Switch of one input from one level to another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
     pub input: usize,
-    /// Before and after, as parts of its limit.
+    /// Levels before and after the switch, as fractions of its limit.
     pub levels: [f64; 2],
-    /// Rate of the switching function, for a unit of the input as a part of its limit.
+    /// Rate of the switching function, with the input as a fraction of its limit.
     pub slope: f64,
 }
 
-/// A discrete optimum, read.
+/// A discrete optimum with the data from which events are read.
 pub(super) struct Read<'a> {
     chain: &'a Chain,
     iterate: Iterate,
-    /// Times of the nodes, as parts of the duration.
+    /// Times of the nodes, as fractions of the duration.
     nodes: Vec<f64>,
-    /// Those of rows that do not act are nothing.
+    /// Multipliers of all rows; zero for inactive rows.
     multipliers: &'a [f64],
     /// Limits of the inputs, in the units of the duration found.
     bounds: Vec<f64>,
-    /// Below this part of its limit an input is off.
+    /// Fraction of its limit below which an input is off.
     off: f64,
 }
 
 impl<'a> Read<'a> {
-    /// Reads an optimum that the interior point found at a barrier term of `barrier`.
+    /// Reads an optimum of the interior-point method with the last barrier parameter `barrier`.
     pub fn of(chain: &'a Chain, found: &'a Candidate, bounds: &[f64], barrier: f64) -> Self {
         let iterate = iterate(found);
         let (_, multipliers) = &found.multipliers;
@@ -98,7 +100,7 @@ impl<'a> Read<'a> {
         &self.chain.model
     }
 
-    /// The rows of a stage that act.
+    /// Returns the active rows of a stage: the group and the quantity of each.
     fn acting(&self, stage: usize) -> impl Iterator<Item = (usize, &What)> {
         let range = self.chain.rows.range(stage);
         range
@@ -106,7 +108,7 @@ impl<'a> Read<'a> {
             .map(|row| (self.chain.rows.rows[row].group, &self.chain.rows.rows[row].what))
     }
 
-    /// Whether the rate of an input is limited.
+    /// Returns whether an input has a rate limit.
     fn has_rate(&self, input: usize) -> bool {
         let stage = self.model().first_input();
         self.chain.rows.range(stage).any(
@@ -114,7 +116,7 @@ impl<'a> Read<'a> {
         )
     }
 
-    /// What an input does at a node.
+    /// Returns the state of an input at a node.
     pub fn level(&self, input: usize, node: usize) -> Level {
         let side = self.acting(node).find_map(|(_, what)| match what {
             What::InputSize { input: own, sign, .. } if *own == input => Some(*sign),
@@ -127,8 +129,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// By how much the cost presses an input to its limit at a node, for a unit of the input as a
-    /// part of its limit and of time.
+    /// Returns the multiplier of an input's limit at a node, per unit of time and with the input as
+    /// a fraction of its limit.
     fn press(&self, input: usize, node: usize) -> f64 {
         let kick = self.model().kick_weight(node);
         let own = self.chain.rows.range(node).filter(
@@ -138,7 +140,7 @@ impl<'a> Read<'a> {
         own.map(|row| self.multipliers[row] * grown / kick).sum()
     }
 
-    /// The rate of an input on the step behind a node, as a part of its limit where it is at that.
+    /// Returns the state of an input's rate on the step after a node, relative to the rate limit.
     fn change(&self, input: usize, step: usize) -> Level {
         let side = self.acting(step).find_map(|(_, what)| match what {
             What::InputRate { input: own, sign, .. } if *own == input => Some(*sign),
@@ -151,7 +153,7 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// The levels of an input, or of its rate where that is limited.
+    /// Returns the possible levels of an input on an arc, or of its rate if that is limited.
     fn levels(&self, input: usize) -> Vec<f64> {
         let one_sided = self.chain.rows.range(self.model().first_input()).any(
             |row| matches!(&self.chain.rows.rows[row].what, What::Push { input: own, .. } if *own == input),
@@ -164,7 +166,7 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// The cells of an input, with values as parts of its limit.
+    /// Returns the cells of an input, with values as fractions of its limit.
     fn cells(&self, input: usize) -> Vec<Cell> {
         let (model, nodes) = (self.model(), &self.nodes);
         let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
@@ -173,7 +175,7 @@ impl<'a> Read<'a> {
         }
         let slope = |step: usize| (value(step + 1) - value(step)) / (nodes[step + 1] - nodes[step]);
         let steps = model.first_input()..model.steps;
-        // The steepest of all is the limit of the rate, or within it.
+        // The steepest slope is the rate limit, or within it.
         let most = steps.clone().map(|step| slope(step).abs()).fold(f64::MIN_POSITIVE, f64::max);
         let cell = |step: usize| Cell {
             from: nodes[step],
@@ -186,7 +188,8 @@ impl<'a> Read<'a> {
         steps.map(cell).collect()
     }
 
-    /// The cells about all nodes, with the value, the level and the press that `of` gives.
+    /// Returns the cells about all nodes, with the value, the level and the multiplier that `of`
+    /// gives.
     fn about_nodes(&self, of: impl Fn(usize) -> (f64, Level, f64)) -> Vec<Cell> {
         let nodes = &self.nodes;
         let middle = |step: usize| 0.5 * (nodes[step] + nodes[step + 1]);
@@ -199,13 +202,13 @@ impl<'a> Read<'a> {
         (self.model().first_input()..nodes.len()).map(cell).collect()
     }
 
-    /// Returns all events in order; those that are near to each other are one.
+    /// Returns all events in order; events that are close together are merged.
     pub fn events(&self) -> Vec<Event> {
         let apart = ON_EVENTS.apart;
         let mut events = Vec::new();
         for input in 0..self.model().m {
-            // A pull acts on the value of an input at a node: an input whose rate is limited has
-            // none.
+            // The quadratic pull acts on the value of an input at a node, so an input with a rate
+            // limit has none.
             let drawn = !self.has_rate(input);
             let own = switches(&self.cells(input), &self.levels(input)).into_iter();
             events.extend(own.map(|(at, levels, slope)| {
@@ -225,8 +228,8 @@ impl<'a> Read<'a> {
         merged.collect()
     }
 
-    /// Returns the cones that the motion touches, by their groups, with the times of the touch, and
-    /// whether that is within a step.
+    /// Returns the touches of cones: the group of the cone, the time, and whether the touch is
+    /// within a step.
     pub fn touches(&self) -> Vec<(usize, f64, bool)> {
         let (model, rows) = (self.model(), &self.chain.rows);
         let mut touched = Vec::new();
@@ -260,8 +263,8 @@ impl<'a> Read<'a> {
         touched
     }
 
-    /// The highest point of a cone's row on the step behind a node: the fraction of the step, and
-    /// the value.
+    /// Returns the maximum of a cone's row on the step after a node: the stage, the fraction of the
+    /// step, and the value.
     fn highest(&self, cone: &Cone, stage: usize) -> Option<(usize, f64, f64)> {
         let (model, state) = (self.model(), &self.iterate.states[stage]);
         let turn = lie::log(&step::drift(model, stage, state).ok()?.1);
@@ -269,7 +272,8 @@ impl<'a> Read<'a> {
         Some((stage, at.fraction, at.c))
     }
 
-    /// The time about a node at which the nodes say that a cone's row is highest.
+    /// Returns the time about a node at which a parabola through the node values of a cone's row
+    /// has its maximum.
     fn vertex(&self, cone: &Cone, node: usize) -> f64 {
         let node = node.clamp(1, self.model().steps - 1);
         let value = |node: usize| {
@@ -285,8 +289,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// Returns the groups of the constraints that act at every node from one time to another, and
-    /// of limits that inputs of limited rates keep.
+    /// Returns the groups of the constraints that are active at every node between two times; also
+    /// the limits of inputs with rate limits.
     pub fn held(&self, from: f64, to: f64) -> Vec<usize> {
         let rows = &self.chain.rows;
         let inside: Vec<usize> = (0..self.model().steps)
@@ -303,8 +307,8 @@ impl<'a> Read<'a> {
         (0..rows.groups.len()).filter(all).collect()
     }
 
-    /// Returns the level of an input in the middle of an arc, and that of its rate; zero where its
-    /// rate is not limited.
+    /// Returns the level of an input in the middle of an arc, and the level of its rate; zero
+    /// without a rate limit.
     pub fn middle(&self, input: usize, from: f64, to: f64) -> (Level, Level) {
         let middle = 0.5 * (from + to);
         let after = self.nodes.partition_point(|node| *node <= middle).clamp(1, self.model().steps);
@@ -314,8 +318,8 @@ impl<'a> Read<'a> {
         (self.level(input, nearest.max(self.model().first_input())), change)
     }
 
-    /// Returns the mean of an input from one event to another, as a part of its limit: at its ends
-    /// it is continued from within.
+    /// Returns the mean of an input between two events, as a fraction of its limit. At the ends the
+    /// input is extrapolated from inside.
     pub fn mean(&self, input: usize, from: f64, to: f64) -> f64 {
         let nodes = &self.nodes;
         let near = |at: f64| {
@@ -338,7 +342,7 @@ impl<'a> Read<'a> {
         (first..last).map(piece).sum::<f64>() / (nodes[last] - nodes[first])
     }
 
-    /// Returns an input at a time, as a part of its limit.
+    /// Returns an input at a time, as a fraction of its limit.
     pub fn value(&self, input: usize, at: f64) -> f64 {
         let after = self.nodes.partition_point(|node| *node <= at).clamp(1, self.model().steps);
         let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
@@ -347,7 +351,8 @@ impl<'a> Read<'a> {
     }
 }
 
-/// The time at which a parabola through three points is highest, not beyond these.
+/// Returns the time of the maximum of a parabola through three points, between the first and the
+/// last.
 fn vertex(times: [f64; 3], values: [f64; 3]) -> f64 {
     let slope = |i: usize| (values[i + 1] - values[i]) / (times[i + 1] - times[i]);
     let bend = (slope(1) - slope(0)) / (times[2] - times[0]);
@@ -355,15 +360,15 @@ fn vertex(times: [f64; 3], values: [f64; 3]) -> f64 {
     if bend < 0.0 { at.clamp(times[0], times[2]) } else { times[1] }
 }
 
-/// Cells of one arc: all of them have one level, or are within.
+/// Cells of one arc: all are at the same level, or all are between limits.
 struct Run<'a> {
     cells: &'a [Cell],
-    /// The same without those that belong to a switch.
+    /// Indices of the cells that do not belong to a switch.
     settled: std::ops::Range<usize>,
 }
 
 impl Run<'_> {
-    /// The value of the arc, continued to a time.
+    /// Returns the value of the arc, extrapolated to a time.
     fn value(&self, first: usize, at: f64) -> f64 {
         let inside = &self.cells[self.settled.clone()];
         if let Level::At(level) = inside[0].level {
@@ -380,8 +385,8 @@ impl Run<'_> {
         a.value + (b.value - a.value) * (at - a.at) / (b.at - a.at)
     }
 
-    /// The rate of the switching function beside a switch at `at`, where it is zero: from the
-    /// nearest cell that is at its limit.
+    /// Returns the rate of the switching function at a switch at the time `at`, where the function
+    /// is zero, from the nearest cell at a limit.
     fn slope(&self, first: usize, at: f64) -> f64 {
         let inside = &self.cells[self.settled.clone()];
         let cell = if first == 0 { &inside[0] } else { &inside[inside.len() - 1] };
@@ -389,15 +394,16 @@ impl Run<'_> {
     }
 }
 
-/// The times at which an input switches whose arcs have these levels: each with the levels before
-/// and after, and the rate of the switching function. A pulse that is too short is none.
+/// Returns the switches of an input whose arcs have the given levels: each with its time, the
+/// levels before and after, and the rate of the switching function. Pulses that are too short are
+/// ignored.
 fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
     let mut runs: Vec<(usize, Run)> = Vec::new();
     let mut first = 0;
     for own in cells.chunk_by(|a, b| a.level == b.level) {
         let last = first + own.len();
         let within = own[0].level == Level::Within;
-        // The outermost cells of what is within belong to the switches there.
+        // The outermost cells between limits belong to the switches there.
         let begin = usize::from(within && first > 0);
         let end = own.len() - usize::from(within && last < cells.len());
         if !within || own.len() >= ON_EVENTS.cells {
@@ -410,7 +416,7 @@ fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
         pulse(cells, beside, levels).filter(|(width, ..)| *width > ON_EVENTS.apart)
     };
     let (Some((first, opening)), Some((last, closing))) = (runs.first(), runs.last()) else { return found };
-    // A pulse shorter than its cells, at one of the ends.
+    // A pulse shorter than its cells, at the start or the end.
     let before = &cells[..first + opening.settled.start];
     let after = &cells[last + closing.settled.end..];
     if let Some((width, _, levels)) = pulse(before, opening) {
@@ -450,8 +456,8 @@ fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
     found
 }
 
-/// The width and the middle of a pulse that is shorter than the cells that it lies in, beside an
-/// arc at a level; with that level and its own.
+/// Returns a pulse that is shorter than its cells, next to an arc at a level: its width, its
+/// centre, and the levels of the arc and the pulse.
 fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64; 2])> {
     let Level::At(base) = beside.cells[0].level else { return None };
     let off = |cell: &Cell| (cell.to - cell.from) * (cell.value - base);
@@ -467,7 +473,7 @@ fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64
 mod tests {
     use super::{Cell, Level, switches, vertex};
 
-    /// Cells of a tenth each with such values; those at ±1 and 0 are at levels.
+    /// Returns cells of length 0.1 with the given values; values ±1 and 0 are at levels.
     fn cells(values: &[f64]) -> Vec<Cell> {
         let cell = |(index, value): (usize, &f64)| {
             let from = 0.1 * index as f64;
@@ -490,7 +496,7 @@ mod tests {
     fn a_switch_divides_its_cells_so_that_the_impulse_is_kept() {
         are(&times(&[1.0, 1.0, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.2]);
         are(&times(&[1.0, 1.0, 0.25, -1.0, -1.0], &[-1.0, 1.0]), &[0.2 + 0.1 * 1.25 / 2.0]);
-        // Two cells between, and no impulse in the second one.
+        // Two cells between the arcs, the second without impulse.
         are(&times(&[1.0, 1.0, 0.5, 1e-9, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.25 + 1e-10]);
     }
 
@@ -499,7 +505,7 @@ mod tests {
         are(&times(&[0.0, 0.0, -0.4, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.23, 0.27]);
         are(&times(&[0.6, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.06]);
         are(&times(&[1.0, 1.0, 0.6], &[-1.0, 1.0]), &[0.28]);
-        // One that is shorter than what counts is none.
+        // A pulse shorter than the threshold is ignored.
         are(&times(&[0.0, 0.0, -1e-5, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[]);
     }
 

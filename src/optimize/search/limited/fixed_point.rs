@@ -1,19 +1,19 @@
-//! Fixed points of a map from the times of events to the times that an optimum on their grid tells.
+//! Fixed points of the map from event times to the times that the optimum on their grid indicates.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Anderson's acceleration: the combination of the last moves that would leave nothing if the map
+/// Anderson acceleration: the linear combination of the last changes that would vanish if the map
 /// were linear.
 ///
 /// Anderson, *Iterative procedures for nonlinear integral equations*, 1965.
 #[derive(Default)]
 pub(super) struct Anderson {
-    /// Moves, and what they led to.
+    /// Last changes, each with the values that it led to.
     tried: Vec<[DVector<f64>; 2]>,
 }
 
 impl Anderson {
-    /// Returns what to try next, after `from` has led to `to`.
+    /// Returns the next values, after the map has taken `from` to `to`.
     pub fn next(&mut self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let [from, to] = [from, to].map(DVector::from_column_slice);
         let moved = &to - &from;
@@ -37,7 +37,8 @@ impl Anderson {
 mod tests {
     use super::Anderson;
 
-    /// Of two unknowns a linear map is solved from three values, though it does not contract.
+    /// Claim: a linear map of two unknowns is solved from three values, even if it does not
+    /// contract.
     #[test]
     fn a_linear_map_is_solved_in_as_many_moves_as_it_has_unknowns() {
         let map = |x: &[f64]| vec![1.0 - 1.2 * x[0] + 0.3 * x[1], 2.0 + 0.5 * x[0] - 0.9 * x[1]];

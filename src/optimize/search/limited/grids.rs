@@ -1,17 +1,17 @@
-//! Optima on grids that have a node at every event.
+//! Optima on grids with a node at every event.
 //!
 //! An input that switches has one node between its two levels. At an optimum of the discrete
-//! maneuver that input is at one of its limits or where its switching function vanishes, and of
-//! these there are no more than equations at the end. Where there are more switches than equations
-//! the input is therefore drawn to the mean of both sides: with
+//! maneuver, such an input is at one of its limits or has a switching function of zero; at most as
+//! many inputs have a zero as there are terminal equations. If there are more switches than
+//! equations, a quadratic term therefore pulls the input to the mean of both sides:
 //!
 //! ```text
 //! ½ w (u − ū)² ,     w = |ṡ| κ²/|u_L − u_R|
 //! ```
 //!
-//! for the rate `ṡ` of the switching function and the weight `κ` of the kick, the node has the
-//! value that a switch has which Newton's step moves by `−s/ṡ`. At the fixed point `u = ū`: the
-//! term and its slope are zero, the switching function vanishes at the node, and the plan is a
+//! With the rate `ṡ` of the switching function and the weight `κ` of the kick, the node takes the
+//! value of a switch that Newton's step moves by `−s/ṡ`. At the fixed point `u = ū` the term and
+//! its slope are zero and the switching function vanishes at the node, so that the plan is a
 //! discrete optimum without the term.
 
 use super::events::{Event, Read};
@@ -36,8 +36,8 @@ use crate::optimize::search::strategies::chains::{along, resampled};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// A discrete optimum, and its events: on a grid that has a node at each of them, once it is
-/// settled.
+/// A discrete optimum and its events. After the iteration has converged, the grid has a node at
+/// each event.
 #[derive(Clone)]
 pub(super) struct OnGrid {
     chain: Rc<Chain>,
@@ -46,27 +46,28 @@ pub(super) struct OnGrid {
 }
 
 impl OnGrid {
-    /// Returns the same with other events.
+    /// Returns the optimum with other events.
     pub fn with_events(&self, events: Vec<Event>) -> Self {
         Self { events, ..self.clone() }
     }
 
-    /// Returns its cost in the user's unit.
+    /// Returns the cost in the user's unit.
     pub fn cost(&self) -> f64 {
         self.chain.price(&self.found.candidate)
     }
 
-    /// Returns its duration as a multiple of the stated one.
+    /// Returns the duration as a multiple of the stated one.
     pub fn stretch(&self) -> f64 {
         self.found.candidate.grid.duration()
     }
 
-    /// Returns the times of the events, as parts of the duration.
+    /// Returns the times of the events, as fractions of the duration.
     pub fn times(&self) -> Vec<f64> {
         self.events.iter().map(|event| event.at).collect()
     }
 
-    /// Returns what the cost exceeds the optimum by, relative.
+    /// Returns the relative difference between the cost and the optimum, a bound from the barrier
+    /// parameter.
     pub fn gap(&self) -> Option<f64> {
         self.found.barrier.map(|[_, gap, _]| gap)
     }
@@ -87,24 +88,24 @@ impl OnGrid {
     }
 }
 
-/// The grids of one attempt.
+/// Grids of one attempt to find arcs.
 pub(super) struct Grids<'a, 'c> {
-    /// The maneuver in the duration of its plan.
+    /// The maneuver with the duration of its plan.
     pub stated: &'a Problem,
     goal: &'a Goal,
     context: &'a Context<'c>,
-    /// Steps of the first grid in all.
+    /// Total steps of the first grid.
     steps: usize,
-    /// The chain on equal steps, on which the events are read first.
+    /// Chain on a uniform grid, on which the events are first read.
     equal: Rc<Chain>,
-    /// Limits of the inputs in the stated duration.
+    /// Limits of the inputs for the stated duration.
     bounds: Vec<f64>,
-    /// Iterations times steps that are left.
+    /// Remaining budget of iterations times steps.
     left: &'a Cell<usize>,
 }
 
 impl<'a, 'c> Grids<'a, 'c> {
-    /// Returns the grids of an attempt with so many steps, while some of `left` is left.
+    /// Creates the grids of an attempt with `steps` steps and a budget `left`.
     pub fn of(
         stated: &'a Problem,
         goal: &'a Goal,
@@ -121,7 +122,7 @@ impl<'a, 'c> Grids<'a, 'c> {
         self.bounds[input] * self.equal.model.input_unit[input]
     }
 
-    /// Returns the optimum on equal steps near a plan, and its events.
+    /// Returns the optimum on a uniform grid near a plan, with its events.
     pub fn first(&self, plan: &Trajectory) -> Option<OnGrid> {
         let start = resampled(&self.equal, "arcs", plan).pop()?;
         let found = self.optimised(&self.equal, start, None, Tuning::default())?;
@@ -130,22 +131,23 @@ impl<'a, 'c> Grids<'a, 'c> {
         Some(first)
     }
 
-    /// Returns an optimum as it is read; `None` where it cannot be evaluated.
+    /// Reads an optimum; `None` if it has no barrier parameter.
     pub fn read<'b>(&self, at: &'b OnGrid) -> Option<Read<'b>> {
         let [barrier, ..] = at.found.barrier?;
         Some(Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier))
     }
 
-    /// Returns the steps of the first grid between the start, each of the events, and the end.
+    /// Returns the number of steps of the first grid on each interval between start, events and
+    /// end.
     pub fn counts(&self, events: &[Event]) -> Vec<usize> {
         let times = with_ends(events);
         let steps = |pair: &[f64]| ((pair[1] - pair[0]) * self.steps as f64).ceil() as usize;
         times.windows(2).map(|pair| steps(pair).max(ON_EVENTS.of_arc)).collect()
     }
 
-    /// Returns the optimum on the grid of its own events, from one on a grid near that. Where
-    /// `counts` gives the steps of the first grid between events, and how many times as many there
-    /// are here, no arc may come any more.
+    /// Iterates to the optimum on the grid of its own events, from an optimum on a similar grid.
+    /// `counts` gives the steps of the first grid on each interval and the refinement factor of
+    /// this grid; no new event is allowed then. Returns `None` if the iteration does not converge.
     pub fn settled(&self, from: &OnGrid, counts: Option<(&[usize], usize)>) -> Option<OnGrid> {
         let (mut at, mut rounds) = (from.clone(), Anderson::default());
         let mut moved = None;
@@ -164,8 +166,7 @@ impl<'a, 'c> Grids<'a, 'c> {
             }
             let free = round < ON_EVENTS.free && events.len() != at.events.len();
             if comes || free && counts.is_none() {
-                // A node where nothing switches does no harm: after the first rounds no event is
-                // dropped.
+                // A node without a switch does no harm; after the first rounds no event is dropped.
                 let events = if free { events } else { together(&at.events, &events) };
                 (at, rounds, moved) = (OnGrid { events, ..next }, Anderson::default(), None);
                 continue;
@@ -173,7 +174,7 @@ impl<'a, 'c> Grids<'a, 'c> {
             let events = nearest(&at.events, &events);
             let by = events.iter().zip(&at.events).map(|(a, b)| (a.at - b.at).abs()).fold(0.0, f64::max);
             if by <= ON_EVENTS.settled {
-                // They tell the events better than the grid has them.
+                // The new events are more accurate than the grid.
                 return Some(OnGrid { events, ..next });
             }
             let events = in_order(rounds.next(&times(&at.events), &times(&events)), events);
@@ -182,7 +183,8 @@ impl<'a, 'c> Grids<'a, 'c> {
         None
     }
 
-    /// Improves a candidate; `None` where that does not converge, or nothing is left to spend.
+    /// Improves a candidate by the interior-point method; `None` if it does not converge or the
+    /// budget is exhausted.
     fn optimised(
         &self,
         chain: &Chain,
@@ -201,13 +203,13 @@ impl<'a, 'c> Grids<'a, 'c> {
         found.converged().then_some(found)
     }
 
-    /// The chain on a grid that has so many steps between one event and the next, times `finer`.
+    /// Creates the chain on a grid with the given number of steps between events, times `finer`.
     ///
-    /// A touch is in the middle of equal steps. So it is in the middle of one step, or at a node,
-    /// on every grid of three times as many.
+    /// A touch is in the middle of equal steps. It is therefore in the middle of one step, or at a
+    /// node, on every grid with three times as many steps.
     fn chain(&self, at: &OnGrid, counts: &[usize], finer: usize) -> Option<Chain> {
         let ends = with_ends(&at.events);
-        // Times, with the steps until each.
+        // Times, each with the number of steps before it.
         let (mut places, mut passed) = (vec![(0.0, 0)], 0);
         let mut stages = Vec::new();
         for (index, event) in at.events.iter().enumerate() {
@@ -237,7 +239,8 @@ impl<'a, 'c> Grids<'a, 'c> {
         Some(chain)
     }
 
-    /// The inputs that switch, each drawn to the mean of both sides at the node of its event.
+    /// Returns the quadratic pulls of the switching inputs to the mean of both sides, at the nodes
+    /// of their events.
     fn pulls(&self, at: &OnGrid, chain: &Chain, stages: &[usize]) -> Vec<Pull> {
         let grid = &chain.model.dynamics.grid;
         let grown = at.stretch().powi(2);
@@ -255,7 +258,8 @@ impl<'a, 'c> Grids<'a, 'c> {
         at.events.iter().zip(stages).flat_map(of).collect()
     }
 
-    /// The optimum on another grid, from that on a grid whose events are nearly the same.
+    /// Solves for the optimum on another grid, from the optimum on a grid with nearly the same
+    /// events.
     fn carried(&self, from: &OnGrid, chain: &Chain, moved: Option<f64>) -> Option<Attempt> {
         let (few, many) = (from.chain.model.steps, chain.model.steps);
         let known = &from.found.candidate;
@@ -278,7 +282,7 @@ impl<'a, 'c> Grids<'a, 'c> {
     }
 }
 
-/// Returns how far the path of a plan is from that of an optimum, at most \[rad\].
+/// Returns the largest distance between the path of a plan and that of an optimum \[rad\].
 pub(super) fn distance(found: &OnGrid, plan: &Trajectory) -> f64 {
     let candidate = &found.found.candidate;
     let path = along("plan", plan, &found.chain.model.dynamics);
@@ -294,23 +298,24 @@ pub(super) fn distance(found: &OnGrid, plan: &Trajectory) -> f64 {
         .fold(0.0, |worst, off| if off > worst || off.is_nan() { off } else { worst })
 }
 
-/// Where a time lies between others: behind which, and at which share of the way to the next.
+/// Returns the interval of `times` that contains the time `at`, and the position within it, from 0
+/// to 1.
 fn place(times: &[f64], at: f64) -> (usize, f64) {
     let after = times.partition_point(|time| *time <= at).clamp(1, times.len() - 1);
     (after - 1, ((at - times[after - 1]) / (times[after] - times[after - 1])).clamp(0.0, 1.0))
 }
 
-/// The times of events.
+/// Returns the times of events.
 fn times(events: &[Event]) -> Vec<f64> {
     events.iter().map(|event| event.at).collect()
 }
 
-/// The times of the start, the events, and the end, as parts of the duration.
+/// Returns the times of start, events and end, as fractions of the duration.
 fn with_ends(events: &[Event]) -> Vec<f64> {
     [vec![0.0], times(events), vec![1.0]].concat()
 }
 
-/// Events at other times, where these are in order; otherwise at their own.
+/// Returns the events at other times; at their own times if the other ones are not in order.
 fn in_order(times: Vec<f64>, events: Vec<Event>) -> Vec<Event> {
     let ends = [vec![0.0], times, vec![1.0]].concat();
     if ends.windows(2).any(|pair| pair[1] - pair[0] < 0.5 * ON_EVENTS.apart) {
@@ -319,7 +324,8 @@ fn in_order(times: Vec<f64>, events: Vec<Event>) -> Vec<Event> {
     events.into_iter().zip(&ends[1..]).map(|(event, at)| Event { at: *at, ..event }).collect()
 }
 
-/// Two lists of events as one: those that are near to each other are the second ones.
+/// Merges two lists of events; of two events that are close together, the one of the second list is
+/// kept.
 fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
     let alone = |event: &&Event| found.iter().all(|other| (event.at - other.at).abs() > ON_EVENTS.near);
     let mut all: Vec<Event> = known.iter().filter(alone).chain(found).cloned().collect();
@@ -327,8 +333,8 @@ fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
     all
 }
 
-/// The events nearest to those known, each between its neighbours; what is known where there is
-/// none.
+/// Returns for each known event the nearest event found within its neighbourhood, or the known one
+/// if none is found.
 fn nearest(known: &[Event], found: &[Event]) -> Vec<Event> {
     let ends = with_ends(known);
     let of = |(index, event): (usize, &Event)| {

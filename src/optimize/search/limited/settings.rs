@@ -1,49 +1,53 @@
-//! Every number of the search for arcs that the theory does not give.
+//! Tuning constants of the search for arcs, which the theory does not determine.
 
-/// Settings of the grids; `cargo run --release -p evidence -- limited_arcs` counts what they find.
+/// Settings of the grids; `cargo run --release -p evidence -- limited_arcs` counts the arcs that
+/// are found.
 pub(super) struct OnEvents {
-    /// Steps of the first grid in all, of one attempt after the other: more resolve shorter arcs,
+    /// Total steps of the first grid, one entry for each attempt: more steps resolve shorter arcs,
     /// and take longer.
     pub steps: [usize; 3],
-    /// Attempts of a search that is not thorough: time against arcs that are found.
+    /// Number of attempts of a search that is not thorough: more attempts find more arcs and take
+    /// longer.
     pub by_default: usize,
-    /// Iterations times steps of the interior point that a search takes at most, if it is not
-    /// thorough: time where inputs chatter against arcs that are found late.
+    /// Most iterations times steps of the interior-point method in a search that is not thorough.
+    /// It bounds the time if inputs chatter; a larger value finds arcs that need many iterations.
     pub most: usize,
-    /// Equal steps on which the events are read first, as a multiple of those of the first grid:
-    /// more of them tell shorter arcs.
+    /// Steps of the uniform grid on which events are first read, as a multiple of the steps of the
+    /// first grid: more steps resolve shorter arcs.
     pub read: usize,
-    /// Steps of an arc on the first grid, at least: the values of an input that holds a limit are
-    /// continued from two cells to its ends.
+    /// Fewest steps of an arc on the first grid. The values of an input on an arc along a limit are
+    /// extrapolated to its ends from two cells.
     pub of_arc: usize,
-    /// Events that are nearer to each other than this part of the duration are one, and pulses that
-    /// are shorter are none.
+    /// Time difference, as a fraction of the duration, below which two events are one, and pulse
+    /// width below which a pulse is ignored.
     pub apart: f64,
-    /// Rounds on one grid, at most.
+    /// Most rounds of the fixed-point iteration on one grid.
     pub rounds: usize,
-    /// Rounds after which no event is dropped any more.
+    /// Number of rounds after which no event is dropped.
     pub free: usize,
-    /// Part of the duration within which two events of two rounds are one.
+    /// Time difference, as a fraction of the duration, below which events of two rounds are the
+    /// same.
     pub near: f64,
-    /// Move of an event, as a part of the duration, at which the rounds end.
+    /// Largest change of an event, as a fraction of the duration, at which the rounds end.
     pub settled: f64,
-    /// Last barrier term: the cost exceeds the optimum by this for each active row.
+    /// Last barrier parameter: the cost exceeds the optimum by this value for each active row.
     pub barrier: f64,
-    /// Largest error of the extrapolated cost, relative, with which arcs are told.
+    /// Largest relative error of the extrapolated cost with which arcs are reported.
     pub error: f64,
-    /// Paths that are farther apart somewhere than this are those of two plans \[rad\].
+    /// Largest distance between two paths of the same plan \[rad\].
     pub of_the_plan: f64,
-    /// Cells of one arc, at least, of an input that is within its limits: fewer are those of a
+    /// Fewest cells of an arc on which an input is within its limits: fewer cells belong to a
     /// switch.
     pub cells: usize,
-    /// A touch within this part of a step of its ends is one at a node.
+    /// Distance of a touch from the end of a step, as a fraction of the step, below which it is at
+    /// a node.
     pub at_node: f64,
-    /// Levels of neighbouring arcs that differ by less than this part of the limit are no switch:
-    /// an input that passes from one arc to the next without a jump needs no node there.
+    /// Difference of the levels of neighbouring arcs, as a fraction of the limit, below which there
+    /// is no switch: an input that continues without a jump needs no node there.
     pub same_level: f64,
 }
 
-/// The settings.
+/// Values of the settings.
 pub(super) const ON_EVENTS: OnEvents = OnEvents {
     steps: [24, 48, 96],
     by_default: 2,

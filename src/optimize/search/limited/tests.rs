@@ -1,4 +1,4 @@
-//! Arcs within limits against closed forms, and themselves from plans on other grids.
+//! Tests of arcs within limits, against closed forms and against plans on other grids.
 
 use super::extrapolated;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
@@ -18,8 +18,8 @@ fn three_grids_give_what_an_even_expansion_has_at_no_step() {
     assert!((limit - 2.0).abs() < 1e-15 && error > 0.0, "{limit} {error}");
 }
 
-/// Torques of 1 N·m about the axes of a body of the moments 1, 2, 2.9, from rest to rest about an
-/// axis.
+/// Returns a rest-to-rest turn about an axis, with torques of 1 N·m and the principal moments 1, 2
+/// and 2.9.
 fn turn(angle_deg: f64, axis: Vector3, rule: Rule) -> Problem {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.9)).unwrap(), mass: None };
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
@@ -40,7 +40,7 @@ fn cone() -> Rule {
     Rule::Pointing(Pointing::new(Side::KeepOut, vec![Vector3::x()], vec![direction], 20.0_f64.to_radians()))
 }
 
-/// The same turn by wheels that hold so much momentum.
+/// Returns such a turn by wheels with the given momentum limit.
 fn by_wheels(angle_deg: f64, axis: Vector3, momentum_limit: f64) -> Problem {
     let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: vec![momentum_limit; 3] };
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
@@ -50,7 +50,7 @@ fn by_wheels(angle_deg: f64, axis: Vector3, momentum_limit: f64) -> Problem {
     problem
 }
 
-/// The arcs of a plan on so many steps.
+/// Returns the arcs of a plan on the given number of steps.
 fn arcs_on(problem: &Problem, steps: usize, search: Thoroughness) -> Switching {
     let settings = Settings { target: Target::Discrete, search, ..Settings::default() };
     let problem = problem.clone().with_steps(steps);
@@ -58,7 +58,8 @@ fn arcs_on(problem: &Problem, steps: usize, search: Thoroughness) -> Switching {
     found.switching.unwrap_or_else(|| panic!("no arcs on {steps} steps, {:?}", problem.objective))
 }
 
-/// Continuous cost and structure of a plan on so many steps.
+/// Returns the continuous cost, the structure and the active limits of a plan on the given number
+/// of steps.
 fn planned(problem: &Problem, steps: usize) -> (f64, Structure, Vec<String>) {
     let told = arcs_on(problem, steps, Thoroughness::Default);
     assert!(told.gap < 1e-9 * told.continuous_cost);
@@ -80,8 +81,8 @@ fn least_time_and_fuel_past_a_cone_do_not_depend_on_the_grid() {
     }
 }
 
-/// A flight by thrust that is fixed to the body, and wheels that fill: the continuous cost is the
-/// same on other grids.
+/// Claim: for a flight with body-fixed thrust and wheels that saturate, the continuous cost does
+/// not depend on the grid.
 #[test]
 fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
     let wheels = by_wheels(120.0, Vector3::new(1.0, 2.0, 3.0), 0.9);
@@ -100,13 +101,13 @@ fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
     }
 }
 
-/// A short way takes less time than the turn: forces have more than they need, and the flight lasts
-/// as long as the turn alone, which has arcs of its own.
+/// Claim: if a short displacement takes less time than the turn, the forces are not saturated, and
+/// the flight lasts as long as the turn alone, which has its own arcs.
 #[test]
 fn a_flight_by_forces_that_have_time_to_spare_lasts_as_long_as_its_turn() {
     let mut alone = turn(120.0, Vector3::new(1.0, 2.0, 3.0), cone()).with_steps(60);
     alone.constraints.clear();
-    // How long the search for arcs may take is no part of what is shown here.
+    // The time limit of the search for arcs is not tested here.
     let search = Thoroughness::Thorough;
     let settings = Settings { target: Target::Discrete, search, ..Settings::default() };
     let lasts = |problem: &Problem| {

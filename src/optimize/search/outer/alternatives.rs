@@ -1,16 +1,17 @@
-//! Sets of cones that hold in turns.
+//! Alternative sets of cones, of which one must hold at a time.
 //!
-//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act
-//! at times. Along a plan every step has a set that has the most room, and those sets are the next
-//! schedule: the plan holds it too, so that no next plan need be dearer, and a set that presses is
-//! left as soon as another holds. That ends where no shift changes. A moment at which one set ends
-//! to hold and another begins, between which the path is caught, is moved by itself, to either
-//! side, as long as that costs less.
+//! A schedule of shifts states which set holds when. With a schedule, the sets are constraints that
+//! are active at certain times. In every step of a plan one set has the largest clearance, and
+//! these sets form the next schedule. The plan satisfies it too, so that the next plan costs no
+//! more, and an active set is left as soon as another one holds. The iteration ends when no shift
+//! changes. A moment between two shifts near which the motion touches a cone of either set is moved
+//! separately, in both directions, as long as that costs less.
 //!
-//! Schedules are compared by the interior point, from the plan of the schedule before: on the
-//! coarse grid first, and the cheapest on the requested grid, where moments move by less. The
-//! maneuver with the cheapest schedule is then planned as any other, from that plan too. First
-//! schedules are those of the optima without the sets, and every set all along.
+//! Schedules are compared by the interior-point method, starting from the plan of the previous
+//! schedule: first on the coarse grid, then the cheapest on the requested grid with smaller changes
+//! of the moments. The maneuver with the cheapest schedule is then planned as any other, with that
+//! plan as one initial path. The first schedules are those of the optima without the sets, and each
+//! set for the whole duration.
 
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
 use crate::maneuver::grid::Grid;
@@ -37,29 +38,29 @@ use crate::optimize::search::{Guess, Observer, PlanError, check_for_no_guess, ch
 use crate::{Matrix3, lie};
 use std::time::Instant;
 
-/// Plans on the way from one schedule: each holds what the one before held, and costs that fall end
-/// sooner.
+/// Most rounds from one schedule. Each plan satisfies the schedule of the previous one, and the
+/// rounds end earlier when the cost no longer decreases.
 const MOST_ROUNDS: usize = 12;
-/// Part of the cost that is a gain.
+/// Relative decrease of the cost that counts as a gain.
 const GAINED: f64 = 1e-7;
-/// Room that is none, as a plan has of a cone that it touches \[rad\].
+/// Clearance below which a plan touches a cone \[rad\].
 const TOUCHING: f64 = 1e-6;
-/// Parts of the duration by which a moment is moved at first, on the coarse grid and on the
-/// requested one, and at last.
+/// Changes of a moment, as fractions of the duration: first on the coarse grid, first on the
+/// requested grid, and smallest.
 const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
-/// Passes over all moments: eight halvings lead from the first to the last of these parts, and most
-/// gain nothing.
+/// Most passes over all moments: eight halvings lead from the first to the smallest change, and
+/// most passes gain nothing.
 const MOST_PASSES: usize = 24;
-/// Most steps of the grid on which moments are moved at last: they depend on it by the square of
-/// the step.
+/// Most steps of the grid on which moments are finally moved: they depend on the grid by the square
+/// of the step.
 const MOST_STEPS: usize = 200;
-/// A shift of a plan whose duration is not known lasts until then \[s\].
+/// End of the last shift for a free duration \[s\].
 const FOR_GOOD: f64 = f64::MAX;
 
-/// Which set of each of the alternatives holds when.
+/// Shifts of each of the alternatives: which set holds when.
 type Schedule = Vec<Turns>;
 
-/// Solves a maneuver with alternatives.
+/// Solves a maneuver with alternative sets of cones.
 pub fn solve(
     problem: &Problem,
     settings: &Settings,
@@ -85,7 +86,7 @@ pub fn solve(
         inner(&given, &settings, guess, observer).map(told)
     };
     let or_unsolved = |found: Result<Solution, PlanError>| match found {
-        // The schedule and not the maneuver is at odds with an end.
+        // The schedule, and not the maneuver, contradicts a boundary state.
         Err(PlanError::Problem(ProblemError::Violated { .. })) => {
             Ok(Solution::unsolved(problem, settings.tolerance))
         }
@@ -102,7 +103,7 @@ pub fn solve(
         }
         failed = failed.or(Some(found));
     }
-    // What no plan can do without the sets it cannot with them: an end that a constraint forbids.
+    // A boundary state that a constraint forbids is infeasible without the sets too.
     let free = within(&never(problem), guess)?;
     if free.outcome != Outcome::Converged {
         return Ok(free);
@@ -112,13 +113,13 @@ pub fn solve(
     if ended(&found) {
         return Ok(found);
     }
-    // That one schedule has no plan does not prove that none has.
+    // A schedule without a plan does not prove that all schedules are infeasible.
     let failed = failed.unwrap_or(found);
     let outcome = if failed.infeasible.is_some() { Outcome::Stalled } else { failed.outcome };
     Ok(Solution { outcome, infeasible: None, ..failed })
 }
 
-/// Returns no shift of any of the sets.
+/// Returns the schedule without any shifts.
 fn never(problem: &Problem) -> Schedule {
     problem.alternatives.iter().map(|of| Turns { of: of.clone(), shifts: Vec::new() }).collect()
 }
@@ -149,7 +150,7 @@ fn scheduled<const N: usize>(
     known.into_iter().map(path).collect()
 }
 
-/// A schedule, and its plan on the chain.
+/// A schedule and its plan on the chain.
 #[derive(Clone)]
 struct Turned {
     schedule: Schedule,
@@ -157,13 +158,13 @@ struct Turned {
 }
 
 impl Turned {
-    /// Whether it is cheaper than another.
+    /// Returns whether the plan is cheaper than another.
     fn gains(&self, other: &Self) -> bool {
         self.attempt.cost < other.attempt.cost * (1.0 - GAINED)
     }
 }
 
-/// The cheapest first.
+/// Sorts schedules by the estimated cost of their optimum, the cheapest first.
 fn sorted(mut turned: Vec<Turned>) -> Vec<Turned> {
     turned.sort_by(|a, b| a.attempt.foreseen().total_cmp(&b.attempt.foreseen()));
     turned
@@ -172,7 +173,7 @@ fn sorted(mut turned: Vec<Turned>) -> Vec<Turned> {
 /// A search for schedules.
 struct InTurns<'s, 'a, 'c, const N: usize> {
     problem: &'s Problem,
-    /// That of the maneuver in a stated duration.
+    /// Search of the maneuver with a stated duration.
     search: &'s Search<'a, 'c, N>,
 }
 
@@ -195,8 +196,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         best
     }
 
-    /// Returns the plans of the first schedules on the coarse grid, the cheapest first: of that of
-    /// an optimum without the sets alone, where the optimum keeps it.
+    /// Returns plans of the first schedules on the coarse grid, the cheapest first. If an optimum
+    /// without the sets satisfies its own schedule, no further optima are tried.
     fn first(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
         let Self { problem, search } = self;
         let (steps, one, few) = (posed.steps(), search.context.tuning.one, search.context.tuning.carried);
@@ -224,8 +225,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
             for schedule in all_along(problem, roomiest) {
                 let given = search.problem.in_turns(&schedule);
                 let mut attempts = self.along(&given, search.ask.clone(), &own, followed.seconds());
-                // To a free end a long way round may lead nowhere where to a given one it is a
-                // plan, which begins the way to the free one.
+                // To a free end, a long path may not converge although it does to a given end; that
+                // plan is then the initial guess for the free end.
                 for faced in posed.faced.iter().filter(|_| !problem.ends_in_any_attitude()) {
                     let given = faced.in_turns(&schedule);
                     if attempts.is_empty() && given.check().is_ok() {
@@ -243,8 +244,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         turned
     }
 
-    /// Returns the plans of a maneuver near the first path that leads to one, past the cones that
-    /// it violates.
+    /// Returns the plans of a maneuver near the first path that leads to one, with detours around
+    /// the cones that it violates.
     fn along(&self, given: &Problem, ask: Ask, paths: &[Candidate], seconds: f64) -> Vec<Attempt> {
         let search = self.search.of(given, ask);
         let (lasting, mut found) = (given.clone().lasting(seconds), Found::default());
@@ -265,7 +266,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         Followed::planned(self.search.problem, &plan.candidate)
     }
 
-    /// Returns the plan of a schedule near another plan on the same grid, where there is one.
+    /// Returns the plan of a schedule near another plan on the same grid; `None` if the method does
+    /// not converge.
     fn near(&self, schedule: Schedule, from: &Candidate) -> Option<Turned> {
         let Search { problem, context, ask, .. } = self.search;
         let given = problem.in_turns(&schedule);
@@ -289,8 +291,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         attempt.converged().then(|| Turned { schedule: schedule.clone(), attempt })
     }
 
-    /// The plan that a schedule leads to, each next one by the sets that have the most room along
-    /// the one before.
+    /// Improves a schedule repeatedly: the next one consists of the sets with the largest clearance
+    /// along the plan of the previous one.
     fn improved(&self, mut best: Turned) -> Turned {
         for _ in 0..MOST_ROUNDS {
             let next = roomiest(self.problem, &self.followed(&best.attempt));
@@ -302,8 +304,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         best
     }
 
-    /// The plan with each moment between two shifts moved, by a part of the duration at first, as
-    /// long as that costs less.
+    /// Moves each moment between two shifts, first by the fraction `first` of the duration, as long
+    /// as that costs less.
     fn moved(&self, mut best: Turned, first: f64) -> Turned {
         let mut by = first;
         for _ in 0..MOST_PASSES {
@@ -339,7 +341,7 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
     }
 }
 
-/// Returns a schedule, and those in which one set of an alternative holds all along.
+/// Returns a schedule, and variants in which one set holds for the whole duration.
 fn all_along(problem: &Problem, schedule: Schedule) -> Vec<Schedule> {
     let end = problem.duration.known().unwrap_or(FOR_GOOD);
     let mut all = vec![schedule.clone()];
@@ -353,14 +355,14 @@ fn all_along(problem: &Problem, schedule: Schedule) -> Vec<Schedule> {
     all
 }
 
-/// A motion at its nodes, in inertial space.
+/// Attitudes of a motion at its nodes, relative to inertial space.
 struct Followed {
     time: Vec<f64>,
     attitude: Vec<Matrix3>,
 }
 
 impl Followed {
-    /// Returns the motion of a plan on the chain of a maneuver in a stated duration.
+    /// Returns the motion of a plan on the chain of a maneuver with a stated duration.
     fn planned(problem: &Problem, plan: &Candidate) -> Self {
         let time = (0..=plan.steps()).map(|node| problem.seconds() * plan.grid.time(node)).collect();
         Self::of(problem, time, plan.states.iter().map(|state| state.attitude.value))
@@ -378,12 +380,12 @@ impl Followed {
         Self { attitude: attitudes.zip(&time).map(turned).collect(), time }
     }
 
-    /// How long it takes \[s\].
+    /// Returns the duration \[s\].
     fn seconds(&self) -> f64 {
         self.time.last().copied().unwrap_or(0.0)
     }
 
-    /// The least room that the cones of a set leave in a step \[rad\].
+    /// Returns the smallest clearance to the cones of a set during a step \[rad\].
     fn room(&self, problem: &Problem, members: &[String], step: usize) -> f64 {
         let [start, to] = [step, step + 1].map(|node| self.attitude[node]);
         let arc = Arc { start, turn: lie::minus(&to, &start) };
@@ -402,7 +404,7 @@ impl Followed {
         rooms.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether it has room of the sets of a schedule.
+    /// Returns whether the motion satisfies a schedule.
     fn keeps(&self, problem: &Problem, schedule: &Schedule) -> bool {
         let holds = |turns: &Turns, step: usize| {
             let acts = |shift: &&Shift| shift.from <= self.time[step] && self.time[step] < shift.to;
@@ -413,7 +415,8 @@ impl Followed {
         schedule.iter().all(|turns| (0..steps).all(|step| holds(turns, step)))
     }
 
-    /// Whether it has no room of the one set before a moment, and of the other after it.
+    /// Returns whether the motion touches a cone of the set before or of the set after a moment,
+    /// near this moment.
     fn is_caught(&self, problem: &Problem, Turns { of, shifts }: &Turns, after: usize) -> bool {
         let [before, next] = [&shifts[after - 1], &shifts[after]];
         let at = self.time.partition_point(|time| *time < next.from).clamp(1, self.time.len() - 1);
@@ -423,7 +426,7 @@ impl Followed {
     }
 }
 
-/// Of each of the alternatives the set that has the most room in each step of a motion.
+/// Returns the schedule of the sets with the largest clearance in each step of a motion.
 fn roomiest(problem: &Problem, motion: &Followed) -> Schedule {
     let of = |alternatives: &Alternatives| {
         let mut shifts: Vec<Shift> = Vec::new();

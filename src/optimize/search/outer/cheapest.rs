@@ -1,29 +1,28 @@
-//! The shortest duration or the least fuel within limits and constraints, and the least fuel of
-//! forces and in fields: by the interior point on the chain, with the duration as an unknown where
-//! it is sought ([`crate::optimize::methods::interior_point`]).
+//! Minimum time or minimum fuel within limits and constraints, and minimum fuel with forces or in
+//! force fields, by the interior-point method on the chain. A free duration is an unknown
+//! ([`crate::optimize::methods::interior_point`]).
 //!
-//! The plan is one of equal steps with its inputs at the nodes, as a plan of least effort in the
-//! duration found. Switching times are those of continuous time, which `search/limited` finds from
-//! the plan where it can.
+//! The plan has a uniform grid with its inputs at the nodes, like a minimum-effort plan. Switching
+//! times in continuous time are computed from the plan by `search/limited` where possible.
 //!
-//! A constraint that does not act does not choose the plan. Where the cheapest plan of arcs without
-//! constraints, or one of its images, keeps them all in its true motion, nothing that keeps them is
-//! cheaper. It is then the answer, with its arcs and its gap.
+//! A constraint that is inactive does not change the optimum. If the cheapest plan of arcs without
+//! constraints, or a symmetric one, satisfies them all in its true motion, no plan that satisfies
+//! them is cheaper. It is then the result, with its arcs and its gap.
 //!
-//! What is found is a local minimum. How far the cheapest of them is the cheapest of all nobody
-//! knows.
+//! The result is a local minimum. Whether the cheapest local minimum found is the global one is not
+//! known.
 //!
 //! # How is the duration an unknown?
 //!
-//! It is a state of the chain that every step leaves as it is (`optimize/chain/model`). All else is
-//! in the units that go with the duration. A step of a free body then does not depend on it; ends,
-//! fields and limits do, and grow as `s`, `s²` and `s³`.
+//! It is a state of the chain that no step changes (`optimize/chain/model`). All other quantities
+//! are in units that scale with the duration. A step of a free body then does not depend on the
+//! duration; boundary states, fields and limits do, and scale as `s`, `s²` and `s³`.
 //!
-//! # From which paths?
+//! # Which initial paths are used?
 //!
-//! From turns about a fixed axis, bent to six sides, and their detours around the cones that they
-//! cross (`search/strategies/seeds`). Where a force or a field acts, also from the extremals of
-//! least effort without limits.
+//! Turns about a fixed axis, bent to six sides, and their detours around the cones that they cross
+//! (`search/strategies/seeds`). If a force or a field acts, also the minimum-effort extremals
+//! without limits.
 
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
@@ -46,8 +45,8 @@ use crate::optimize::search::strategies::chains::{resampled, unlimited_paths};
 use crate::optimize::search::strategies::{advice, seeds};
 use crate::optimize::search::switching;
 
-/// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least
-/// effort with a duration that is sought.
+/// Solves a minimum-time or minimum-fuel maneuver that depends on more than torque limits, or a
+/// minimum-effort maneuver with a free duration.
 pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let once = |problem: &Problem| match Formulation::of(problem) {
         Formulation::Extremal => {
@@ -63,8 +62,8 @@ pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Soluti
     }
 }
 
-/// Least effort in the best duration. The search for it is a local one, from that of a turn about a
-/// fixed axis without limits.
+/// Solves for minimum effort with the optimal duration. The search is local and starts from the
+/// optimal duration of a turn about a fixed axis without limits.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
     let free = first_duration::of_effort(problem, problem.objective.time_price());
@@ -80,21 +79,22 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     solution
 }
 
-/// In a given duration, or in the best one of all.
+/// Solves for a given duration, or for the optimal one.
 fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut bare = bare(problem);
-    // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a
-    // field that is a path to begin from.
+    // Only a free body that rotates has a plan of switching inputs. In a rotating frame or in a
+    // field this plan is an initial path.
     let free = problem.is_free_turn();
     let open = problem.ends_in_any_attitude();
     if open {
         bare.end.attitude = bare.start.attitude;
     }
-    // To any attitude there is none, unless the body has the rate that it should have.
+    // For a free terminal attitude there is no such plan, unless the body has the terminal rate
+    // already.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
-    // A plan of arcs is the answer where it keeps all constraints, and where the body is already at
+    // A plan of arcs is the result if it satisfies all constraints, or if the body is already at
     // the end.
     let unconstrained =
         problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
@@ -112,12 +112,12 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
     if free && quick.trajectory.time.len() == 1 {
-        // The body is where it should be.
+        // The body is already at its terminal state.
         let stored = problem.actuation.wheels.iter().flat_map(|wheels| wheels.momentum.clone()).collect();
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
     }
-    // Nothing that keeps more is cheaper than the cheapest of all.
+    // No plan with more constraints is cheaper than the cheapest of all.
     let is_cheapest = |plan: &Solution| {
         let cost = plan.landing.as_ref().map_or(plan.cost, |landing| landing.cost_before);
         cost <= quick.cost * (1.0 + SAME_COST) && !switching::is_dear(plan)
@@ -130,7 +130,7 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     let path = if known.time.len() > 1 { known } else { &quick.trajectory };
     let duration = stated.or(problem.duration.known()).unwrap_or_else(|| first_duration::of_time(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
-    // Checked as what it is: effort takes less than time and fuel.
+    // Checked with its own objective, because effort has fewer requirements than time and fuel.
     let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
@@ -146,7 +146,7 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     solution
 }
 
-/// A maneuver without its constraints, whose inputs may jump.
+/// Returns the maneuver without its constraints and without rate limits of its inputs.
 fn bare(problem: &Problem) -> Problem {
     Problem {
         constraints: Vec::new(),
@@ -156,13 +156,13 @@ fn bare(problem: &Problem) -> Problem {
     }
 }
 
-/// Whether a maneuver without its constraints is one of arcs, so that these may be its plan.
+/// Returns whether a maneuver without its constraints has plans of arcs, which may be its plan.
 fn may_be_unconstrained(problem: &Problem) -> bool {
     problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches()
 }
 
-/// Whether a plan of arcs keeps all constraints of a maneuver: the discrete motion at its nodes,
-/// and the true motion all along.
+/// Returns whether a plan of arcs satisfies all constraints of a maneuver: in the discrete motion
+/// at its nodes, and in the true motion at all times.
 fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     let planned = plan.on_grid(&problem.clone().planned_on_arcs());
     if plan.outcome != Outcome::Converged {
@@ -183,8 +183,7 @@ fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
-/// The attitude alone of a body that nothing acts on, at the rates that it has in the reference
-/// frame.
+/// Returns the rotation of a free body, with the boundary rates relative to the reference frame.
 fn without_field(problem: Problem) -> Problem {
     let rate = problem.environment.frame_rate();
     let relative = |state: &State| State {
@@ -195,8 +194,8 @@ fn without_field(problem: Problem) -> Problem {
     Problem { start, end, ..problem }.with_environment(Free)
 }
 
-/// The solution of a maneuver of minimum time or fuel, or of least effort in a duration that is
-/// sought, with the duration of `stated` as the unit of time.
+/// Solves a minimum-time or minimum-fuel maneuver, or a minimum-effort one with a free duration.
+/// The duration of `stated` is the unit of time.
 fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Trajectory) -> Solution {
     match stated.motion {
         Motion::Attitude => of_dimension::<6>(stated, problem, context, quick),
@@ -204,7 +203,7 @@ fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Tra
     }
 }
 
-/// The same in the tangent dimension of the motion.
+/// Solves the maneuver in the tangent dimension `N` of its motion.
 fn of_dimension<const N: usize>(
     stated: &Problem,
     problem: &Problem,
@@ -230,7 +229,7 @@ fn of_dimension<const N: usize>(
     let search = search.of(stated, Ask { paths: &paths, ..ask });
     let (found, cheapest) = cheapest(&search);
     let Some(cheapest) = cheapest else {
-        // The nearest miss may have a duration of its own, which is none of a plan.
+        // A plan that did not converge may have a duration that no plan has.
         let missed = found.missed();
         let mut unsolved = Solution {
             method: Method::InteriorPoint,

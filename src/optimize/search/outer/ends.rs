@@ -1,21 +1,22 @@
-//! An end on a target, and when it is come to.
+//! Terminal states on a target, and the arrival time.
 //!
-//! The interior point finds the best ends (`free_end`): the roll about the boresight is an unknown
-//! of its Newton steps, and so is the time where the duration is sought and the target moves. The
-//! maneuver to the end that is found is then solved as any to a given end, with all its starts and
-//! senses.
+//! The interior-point method finds the best terminal states (`free_end`): the roll about the
+//! boresight is an unknown of its Newton steps, and so is the arrival time if the duration is free
+//! and the target moves. The maneuver to the terminal state found is then solved as any to a given
+//! end, with all its starts and homotopy classes.
 //!
-//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best
-//! roll differs from that of the chain of equal steps by the square of the step, and is found from
-//! there by the slope of the least cost (`rolls`). To a target that moves the arrival T is then the
-//! first time at which the quickest plan to the end *at that time* takes no longer, a root of
+//! Switching inputs that are limited only by their own limits have their plan in continuous time.
+//! Its best roll differs from the roll on a uniform grid by the square of the step, and is found
+//! from there by the derivative of the minimum cost (`rolls`). For a moving target the arrival T is
+//! the first time at which the quickest plan to the end *at that time* takes no longer, a root of
 //! `T*(T) − T`. Both follow the extremals of one search by Newton on their arcs
 //! (`switching/followed`).
 
 use crate::maneuver::aim::{Aim, Ends};
+use crate::maneuver::constraint::{Rule, Side};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
-use crate::maneuver::settings::{Settings, Thoroughness};
+use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rival, Sense, Solution, Trajectory};
 use crate::optimize::landing::{MET, left};
 use crate::optimize::search::context::Context;
@@ -30,21 +31,22 @@ use crate::optimize::search::{Guess, Observer, PlanError};
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
-/// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is
-/// followed from there.
+/// Relative difference below which two arrival times are equal. The plan on its grid takes longer
+/// by more than this, and is followed from there.
 const NEAR: f64 = 1e-9;
 
-/// Relative difference of two times whose plans tell how late a plan is as the time passes.
+/// Relative difference of the two times from which the derivative of the delay with respect to time
+/// is computed.
 const APART: f64 = 1e-3;
 
-/// The slope of how late a plan is to an end that stands.
+/// Derivative of the delay of a plan with respect to time, for a target at rest.
 const STANDS: f64 = -1.0;
 
-/// Most times that are looked at.
+/// Most arrival times that are tried.
 const MOST_TIMES: usize = 40;
 
-/// Where the times to look at begin, as a part of the time in which the chain of equal steps comes
-/// to the target: that differs from the time of inputs that switch by less.
+/// First arrival time to try, as a fraction of the arrival time on a uniform grid; the arrival time
+/// of switching inputs differs by less.
 const BEFORE: f64 = 0.98;
 
 /// Solves a maneuver that ends on a target.
@@ -56,16 +58,28 @@ pub fn solve_to(
     observer: &mut dyn Observer,
     inner: Inner,
 ) -> Result<Solution, PlanError> {
-    let mut search =
-        OnTarget { problem, aim, settings, guess, near: None, began: Instant::now(), observer, inner };
-    let moves = aim.moves(&problem.environment.frame_rate());
-    let searched = match (problem.duration.known(), problem.duration.at_most()) {
-        (Some(duration), _) => search.in_time(duration),
-        (None, _) if !moves => search.in_time(0.0),
-        (None, Some(longest)) => search.up_to(longest),
-        (None, None) => search.moving(),
+    let began = Instant::now();
+    let mut search = |problem: &Problem| {
+        let mut search = OnTarget { problem, aim, settings, guess, near: None, began, observer, inner };
+        let moves = aim.moves(&problem.environment.frame_rate());
+        match (problem.duration.known(), problem.duration.at_most()) {
+            (Some(duration), _) => search.in_time(duration),
+            (None, _) if !moves => search.in_time(0.0),
+            (None, Some(longest)) => search.up_to(longest),
+            (None, None) => search.moving(),
+        }
     };
-    let took = search.began.elapsed().as_secs_f64();
+    let mut searched = search(problem);
+    if settings.target == Target::Motion
+        && let Ok(found) = &searched
+        && let Some((narrower, missed)) = drawn_in_at_end(problem, found)
+        && let Ok(other) = search(&narrower)
+        && other.outcome == Outcome::Converged
+        && left(&other.on_grid(problem), &other.trajectory) < missed
+    {
+        searched = Ok(other);
+    }
+    let took = began.elapsed().as_secs_f64();
     match searched {
         Ok(solution) => Ok(Solution { solve_time: took, ..solution }),
         Err(Halt::Stopped(solution)) => Ok(Solution { solve_time: took, ..*solution }),
@@ -73,14 +87,50 @@ pub fn solve_to(
     }
 }
 
-/// A search for the best end on a target.
+/// Returns the maneuver with the cones drawn in on whose edge a plan ends that does not land, and
+/// what the plan misses; `None` if the plan lands, or ends on no edge.
+///
+/// A landing shifts the end of the discrete motion. On the edge of a cone there is no room for that,
+/// but another roll has it: the cones are drawn in by what the plan misses.
+fn drawn_in_at_end(problem: &Problem, found: &Solution) -> Option<(Problem, f64)> {
+    if found.outcome != Outcome::Converged {
+        return None;
+    }
+    let ended = found.on_grid(problem);
+    let missed = left(&ended, &found.trajectory);
+    if !(missed > MET && missed.is_finite()) {
+        return None;
+    }
+    let draw_in = |problem: &mut Problem, is_drawn_in: &dyn Fn(&str) -> bool| {
+        for constraint in &mut problem.constraints {
+            if let Rule::Pointing(cone) = &mut constraint.rule
+                && !matches!(cone.side, Side::On { .. })
+                && is_drawn_in(&constraint.name)
+            {
+                cone.margin += missed;
+            }
+        }
+    };
+    let mut all = ended;
+    draw_in(&mut all, &|_| true);
+    let at_end = |error| match error {
+        ProblemError::Violated { end: "end", name, .. } => Some(name),
+        _ => None,
+    };
+    let edges: Vec<String> = all.violations().filter_map(at_end).collect();
+    let mut narrower = problem.clone();
+    draw_in(&mut narrower, &|name| edges.iter().any(|edge| edge == name));
+    (!edges.is_empty()).then_some((narrower, missed))
+}
+
+/// A search for the best terminal state on a target.
 struct OnTarget<'a> {
     problem: &'a Problem,
     aim: &'a Aim,
     settings: &'a Settings,
-    /// What is begun from too, in a given duration.
+    /// Guess that is also used, for a given duration.
     guess: Option<&'a Guess>,
-    /// The extremal that was the quickest to an end before.
+    /// The extremal that was the quickest to the previous end.
     near: Option<Followed>,
     began: Instant,
     observer: &'a mut dyn Observer,
@@ -88,20 +138,21 @@ struct OnTarget<'a> {
 }
 
 impl OnTarget<'_> {
-    /// Returns the ends at a time.
+    /// Returns the terminal states on the target at a time.
     fn ends_at(&self, time: f64) -> Result<Ends, PlanError> {
         let ends = self.problem.ends_on(self.aim, time);
         ends.map_err(|error| ProblemError::from(error).into())
     }
 
-    /// Returns the settings with the time that is left.
+    /// Returns the settings with the remaining time.
     fn settings(&self) -> Settings {
         let left = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
         Settings { time_limit: left, ..self.settings.clone() }
     }
 
-    /// Returns the best ends that the interior point finds on the steps of `problem`, near that of
-    /// a motion that is known, or that of the plan that a search begins from.
+    /// Returns the best terminal states that the interior-point method finds on the steps of
+    /// `problem`, near the end of a known motion if there is one, or the end of the plan from which
+    /// the search begins.
     fn free_end(&mut self, problem: &Problem, ends: &Ends, known: Option<&Trajectory>) -> FreeEnd {
         if let Some(reached) = self.begun_from().filter(|_| known.is_none()) {
             return FreeEnd { reached: vec![reached], stopped: None };
@@ -109,7 +160,7 @@ impl OnTarget<'_> {
         free_end::found(problem, (self.aim, ends), known, &self.settings(), self.observer)
     }
 
-    /// Returns the plan to the best of the ends of one time.
+    /// Returns the plan to the best terminal state at one time.
     fn in_time(&mut self, time: f64) -> Result<Solution, Halt> {
         let ends = self.ends_at(time)?;
         if !ends.has_roll() {
@@ -122,7 +173,7 @@ impl OnTarget<'_> {
         }
         let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
         loop {
-            // On the steps that its plan has chosen an end is looked for near that plan.
+            // If a plan has chosen the number of steps, the end is searched for near that plan.
             let motion = before.as_ref().map(|plan| &plan.trajectory);
             let FreeEnd { reached, .. } = self.free_end(&problem, &ends, motion);
             let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
@@ -137,7 +188,7 @@ impl OnTarget<'_> {
                     found = other;
                 }
             }
-            // Steps that are chosen are those of the plan at the best roll so far.
+            // The number of steps was chosen for the plan at the best roll so far.
             let again = before.is_none()
                 && problem.chooses_steps
                 && found.outcome == Outcome::Converged
@@ -151,7 +202,7 @@ impl OnTarget<'_> {
                 let flown = plan.on_grid(self.problem);
                 plan.outcome == Outcome::Converged && left(&flown, &plan.trajectory) <= MET
             };
-            // A plan to nearly the same roll may land where this one does not.
+            // A plan to nearly the same roll may land although this one does not.
             let kept = before.take_if(|before| lands(before) && !lands(&found));
             let chosen = found.chosen.or(before.and_then(|before| before.chosen));
             return Ok(with_rivals(kept.unwrap_or(Solution { chosen, ..found }), &reached));
@@ -164,19 +215,20 @@ impl OnTarget<'_> {
         Some(lie::project_to_rotation(&lie::rotation_from_quaternion(last)))
     }
 
-    /// Returns the end of the plan that a search begins from.
+    /// Returns the end of the plan from which a search begins.
     fn begun_from(&self) -> Option<Reached> {
         let (time, attitude, known) = (*self.guess?.time.last()?, self.guessed()?, self.guess.cloned());
         let rival = Rival::new(GUESS, Sense::Short, f64::NAN, f64::NAN);
         Some(Reached { time, attitude, rival, known })
     }
 
-    /// Solves the maneuver to a given end, from the plan that has found it if one has.
+    /// Solves the maneuver to a given end, starting from the plan that found it if there is one.
     fn plan(&mut self, given: &Problem, known: Option<&Guess>) -> Result<Solution, Halt> {
         Ok((self.inner)(given, &self.settings(), known.or(self.guess), self.observer)?)
     }
 
-    /// Returns ends as the arcs of continuous time have them, the cheapest first.
+    /// Returns the terminal states with their rolls optimised in continuous time, the cheapest
+    /// first.
     fn by_arcs(
         &mut self,
         problem: &Problem,
@@ -197,7 +249,8 @@ impl OnTarget<'_> {
         Ok(reached)
     }
 
-    /// Returns the plan up to a longest duration: the better of all the time and the best duration.
+    /// Returns the plan with a longest duration: the better one of the whole duration and the
+    /// optimal duration.
     fn up_to(&mut self, longest: f64) -> Result<Solution, Halt> {
         let price = self.problem.objective.given_time_price().unwrap_or(0.0);
         let priced = |time_price| {
@@ -215,7 +268,7 @@ impl OnTarget<'_> {
         Ok(if cheaper { sought } else { all })
     }
 
-    /// Returns the plan to a target that moves, in the best duration.
+    /// Returns the plan to a moving target with the optimal duration.
     fn moving(&mut self) -> Result<Solution, Halt> {
         let ends = self.ends_at(0.0)?;
         let FreeEnd { reached, stopped } = self.free_end(self.problem, &ends, None);
@@ -231,7 +284,8 @@ impl OnTarget<'_> {
         Ok(with_rivals(found, &reached))
     }
 
-    /// Returns the plan of effort or fuel to where the target is at the best time.
+    /// Returns the minimum-effort or minimum-fuel plan to the position of the target at the optimal
+    /// time.
     fn in_best_time(&mut self, best: &Reached) -> Result<Solution, Halt> {
         let ends = self.ends_at(best.time)?;
         let priced = self.problem.objective.time_price() * best.time;
@@ -241,8 +295,8 @@ impl OnTarget<'_> {
         Ok(found)
     }
 
-    /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of
-    /// how late a plan is.
+    /// Returns the plan that meets the moving target, first estimated at `time`; `slope` is the
+    /// derivative of the delay with respect to time.
     fn meeting(
         &mut self,
         (time, attitude, slope): (f64, &Matrix3, f64),
@@ -252,9 +306,9 @@ impl OnTarget<'_> {
         self.plan(&meeting.map_err(PlanError::from)?, known)
     }
 
-    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the
-    /// time at its roll, the best roll at that time, and the time at that roll, as the time depends
-    /// on the roll to second order.
+    /// Returns the minimum-time plan with switching inputs, from the plan on a uniform grid: first
+    /// the time at its roll, then the best roll at that time, then the time at that roll. The time
+    /// depends on the roll to second order.
     fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
         let time = self.arrival(best.time, &best.attitude)?;
         let ends = self.ends_at(time)?;
@@ -274,7 +328,7 @@ impl OnTarget<'_> {
         self.meeting((time, &attitude, if slope < 0.0 { slope } else { STANDS }), None)
     }
 
-    /// Returns the first time from about `time` on at which the quickest plan to the roll of an
+    /// Returns the first time, from about `time` on, at which the quickest plan to the roll of an
     /// attitude takes no longer.
     fn arrival(&mut self, time: f64, attitude: &Matrix3) -> Result<f64, Halt> {
         let mut late = |time: f64| self.late(time, attitude);
@@ -286,8 +340,7 @@ impl OnTarget<'_> {
         Ok(time)
     }
 
-    /// Returns how late the quickest plan to the roll of an attitude is, where the target is at
-    /// `time`.
+    /// Returns the delay of the quickest plan to the roll of an attitude, for the target at `time`.
     fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
         let ends = self.ends_at(time)?;
         let given = self.problem.facing(&ends, ends.nearest(attitude));
@@ -304,31 +357,31 @@ impl OnTarget<'_> {
         Ok(Some(late))
     }
 
-    /// Returns the settings of plans that are compared.
+    /// Returns the settings for plans that are compared.
     fn quick(&self) -> Settings {
         Settings { search: Thoroughness::Quick, ..self.settings() }
     }
 }
 
-/// Returns a plan with the other ends beside it that were found.
+/// Adds the other terminal states that were found to the rivals of a plan.
 fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
     found.rivals.extend(reached.iter().skip(1).map(|end| end.rival.clone()));
     found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     found
 }
 
-/// A time, and how late a plan is that is to end then \[s\].
+/// An arrival time and the delay of the plan for it \[s\].
 type Late = [f64; 2];
 
-/// The first interval from `time` on at whose start a plan takes longer than there is time and at
-/// whose end it does not, with how late it is at either; none where it is not late at first.
+/// Returns the first interval from `time` on at whose start the plan is late and at whose end it is
+/// not, with the delay at both; `None` if the plan is not late at first.
 fn first_reached(
     mut time: f64,
     late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
 ) -> Result<Option<[Late; 2]>, Halt> {
     let Some(mut delay) = late(time)?.filter(|delay| *delay > 0.0) else { return Ok(None) };
     for _ in 0..MOST_TIMES {
-        // By the time that the plan would take the target is elsewhere.
+        // After the duration of the plan the target is elsewhere.
         let next = time + delay;
         let Some(then) = late(next)? else { return Ok(None) };
         if then <= 0.0 {
@@ -339,7 +392,7 @@ fn first_reached(
     Ok(None)
 }
 
-/// A root between two times, to a relative width.
+/// Returns a root of the delay between two times, to a relative width.
 fn root(
     mut low: Late,
     mut high: Late,

@@ -1,11 +1,11 @@
-//! The best ends of a maneuver on a target: the roll, and the time where the target moves, are
-//! unknowns of the interior point ([`crate::optimize::methods::interior_point::chain`]).
+//! The best terminal states of a maneuver on a target. The roll, and the arrival time for a moving
+//! target, are unknowns of the interior-point method
+//! ([`crate::optimize::methods::interior_point::chain`]).
 //!
-//! A plan that the interior point finds so is stationary in roll and time, as its terminal
-//! equations have these unknowns. Least costs over the roll have several minima: paths are
-//! therefore tried to three rolls, each with its bends and detours. One solve from each path finds
-//! a cheaper end than a solve to each of 24 given rolls (`cargo run --release -p evidence --
-//! rolls`).
+//! A plan found in this way is stationary in roll and time, because its terminal equations contain
+//! these unknowns. The minimum cost over the roll has several minima; paths to three rolls are
+//! therefore tried, each with its bends and detours. One solve from each path finds a cheaper end
+//! than a solve to each of 24 given rolls (`cargo run --release -p evidence -- rolls`).
 
 use crate::Matrix3;
 use crate::maneuver::aim::{Aim, Ends};
@@ -37,31 +37,33 @@ use crate::optimize::search::strategies::chains::{
 use crate::optimize::search::strategies::seeds;
 use crate::optimize::search::{Guess, Observer};
 
-/// Rolls to which paths are tried, as parts of what is free to either side: where the roll is free
-/// these are 120° apart, and a path to a band ends inside of it.
+/// Rolls of the initial paths, as fractions of the allowed roll to either side. For a free roll
+/// they are 120° apart; for a band, paths end inside of it.
 const ROLLS: [f64; 3] = [0.0, 2.0 / 3.0, -2.0 / 3.0];
 
-/// An end that a plan has found, and what the plan costs.
+/// A terminal state that a plan has found, and the cost of the plan.
 #[derive(Clone, Debug)]
 pub struct Reached {
-    /// When the plan arrives \[s\].
+    /// Arrival time of the plan \[s\].
     pub time: f64,
-    /// The attitude at its end.
+    /// Attitude at the end of the plan.
     pub attitude: Matrix3,
-    /// The plan as a rival of another.
+    /// The plan as a rival of another plan.
     pub rival: Rival,
-    /// Its path, where it is one on the requested grid.
+    /// The path of the plan, if it is on the requested grid.
     pub known: Option<Guess>,
 }
 
-/// The result of a search for ends: the ends, the cheapest first, and why the search was stopped.
+/// Result of a search for terminal states: the states, the cheapest first, and why the search was
+/// stopped.
 pub struct FreeEnd {
     pub reached: Vec<Reached>,
     pub stopped: Option<Outcome>,
 }
 
-/// Finds the ends of least cost on `aim`, on the steps of `problem`; rolls are looked for about
-/// those of `ends`, or near that of a motion alone that is known to be nearly the plan.
+/// Finds the terminal states of minimum cost on `aim`, on the steps of `problem`. The rolls are
+/// searched for about those of `ends`, or only near the end of a `known` motion that is almost the
+/// plan.
 pub fn found(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
@@ -69,7 +71,7 @@ pub fn found(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> FreeEnd {
-    // Ends are compared by their discrete optima; the plan to the best one lands.
+    // Terminal states are compared by their discrete optima; the plan to the best one lands.
     let settings = of_discrete_optima(settings);
     let context = Context::new(&settings, observer);
     let reached = match problem.motion {
@@ -79,18 +81,19 @@ pub fn found(
     FreeEnd { reached, stopped: context.interrupt() }
 }
 
-/// A maneuver as the interior point optimises it, with what its end leaves free as unknowns.
+/// A maneuver as the interior-point method optimises it, with the free part of its terminal state
+/// as unknowns.
 pub struct Posed {
-    /// The maneuver to each of the ends to which paths are tried, in a stated duration; effort
-    /// stands for costs that are goals.
+    /// The maneuver to the end of each initial path, with a stated duration. Effort replaces any
+    /// other objective, which is then in `goal`.
     pub faced: Vec<Problem>,
     pub goal: Option<Goal>,
     pub family: Option<Family>,
 }
 
 impl Posed {
-    /// Poses a maneuver to one end, or to those of a family; `None` where the directions do not
-    /// determine these.
+    /// Poses a maneuver to one end, or to a family of ends; `None` if the directions do not
+    /// determine the family.
     pub fn of(problem: &Problem, on: Option<(&Aim, &Ends)>) -> Option<Self> {
         let Some((aim, ends)) = on else {
             let (stated, goal) = stated(problem);
@@ -104,22 +107,22 @@ impl Posed {
         Some(Self { faced, goal, family: Some(family) })
     }
 
-    /// What is asked of its search.
+    /// Returns the request of a search for the posed maneuver.
     pub fn ask(&self, settings: &Settings) -> Ask<'_> {
         Ask { family: self.family.as_ref(), ..Ask::of_goal(self.goal.clone(), settings) }
     }
 
-    /// Steps of the grid on which optima are compared.
+    /// Returns the number of steps of the grid on which optima are compared.
     pub fn steps(&self) -> usize {
         self.faced.iter().map(chain_steps).max().unwrap_or(Problem::MIN_STEPS)
     }
 
-    /// Returns paths to its ends on the grid of a chain.
+    /// Returns initial paths to its ends, on the grid of a chain.
     pub fn paths<const N: usize>(&self, search: &Search<N>, coarse: &Chain) -> Vec<Candidate> {
         if search.problem.ends_in_any_attitude() {
             return unlimited_paths(search, coarse);
         }
-        // Other rolls lead to other optima as bends do: the paths to them are not bent.
+        // Other rolls lead to other optima, as bends do; the paths to them are not bent.
         let bends = |index: usize| match search.context.settings.search {
             Thoroughness::Default if index > 0 => Thoroughness::Quick,
             asked => asked,
@@ -132,7 +135,7 @@ impl Posed {
     }
 }
 
-/// Finds the ends in the tangent dimension of the motion.
+/// Finds the terminal states, in the tangent dimension `N` of the motion.
 fn of_dimension<const N: usize>(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
@@ -158,8 +161,8 @@ fn of_dimension<const N: usize>(
     }
     let told = |plan: Attempt| reached(problem, aim, &search, plan);
     let mut reached: Vec<_> = found.take_plans().into_iter().filter_map(told).collect();
-    // Plans of the requested way round come first, and coarse plans last: their costs are of
-    // another grid.
+    // Plans in the requested homotopy class come first, and coarse plans last, because their costs
+    // are from another grid.
     let rank = |end: &(Kind, Reached)| (!end.0.as_asked, !end.0.fine);
     reached.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.1.rival.cost.total_cmp(&b.1.rival.cost)));
     if reached.first().is_none_or(|(kind, _)| !kind.fine) {
@@ -173,9 +176,9 @@ fn is_cone(constraint: &Constraint) -> bool {
     matches!(constraint.rule, Rule::Pointing(_))
 }
 
-/// Returns the paths of the optima without cones, and the first paths, with their detours past the
-/// cones. Where the cheapest optimum keeps the cones as it is, nothing costs less, and it is the
-/// only path.
+/// Returns the paths of the optima without cones and the initial paths, with their detours around
+/// the cones. If the cheapest optimum satisfies the cones, nothing costs less, and it is the only
+/// path.
 fn past_cones<const N: usize>(search: &Search<N>, coarse: &Chain, paths: Vec<Candidate>) -> Vec<Candidate> {
     let mut relaxed = search.problem.clone();
     relaxed.constraints.retain(|constraint| !is_cone(constraint));
@@ -200,14 +203,14 @@ fn past_cones<const N: usize>(search: &Search<N>, coarse: &Chain, paths: Vec<Can
     }
 }
 
-/// What kind of plan leads to an end: on the requested grid, and the way round that is asked for.
+/// Properties of a plan: whether it is on the requested grid, and in the requested homotopy class.
 struct Kind {
     fine: bool,
     as_asked: bool,
 }
 
-/// States a duration for a maneuver that seeks one, and effort as its cost, and returns what is
-/// minimised instead.
+/// Returns the maneuver with a stated duration and with effort as its objective where the original
+/// one differs; also the objective that is minimised instead.
 pub fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     let objective = &given.objective;
     let goal = Goal { objective: objective.clone() };
@@ -227,7 +230,7 @@ pub fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     }
 }
 
-/// Returns where a plan ends, and its kind.
+/// Returns the terminal state of a plan, and its properties.
 fn reached<const N: usize>(
     problem: &Problem,
     aim: &Aim,

@@ -1,24 +1,24 @@
-//! Regula falsi between two places where a function has different signs; the weight of an end that
-//! stays is halved (Illinois).
+//! Regula falsi on an interval where a function changes its sign; the weight of an end that stays
+//! is halved (Illinois variant).
 
-/// The ends of the bracket, by the values there.
+/// State of the iteration: the weighted values at both ends of the bracket.
 pub struct Illinois {
     weights: [f64; 2],
     last_moved: Option<usize>,
 }
 
 impl Illinois {
-    /// With the values at both ends.
+    /// Starts with the function values at both ends.
     pub fn new(values: [f64; 2]) -> Self {
         Self { weights: values, last_moved: None }
     }
 
-    /// Where to look next, as a part of the way from the first end to the second.
+    /// Returns the next point, as a fraction of the way from the first end to the second.
     pub fn part(&self) -> f64 {
         self.weights[0] / (self.weights[0] - self.weights[1])
     }
 
-    /// Moves an end there, where the value is this.
+    /// Moves one end of the bracket to the point, at which the function has this value.
     pub fn moved(&mut self, end: usize, value: f64) {
         if self.last_moved == Some(end) {
             self.weights[1 - end] *= 0.5;

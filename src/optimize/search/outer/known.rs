@@ -1,5 +1,5 @@
-//! A plan within limits near a motion that is nearly it, as that of a search that is done: on
-//! another grid, or to the end that was found.
+//! A plan within limits near a motion that is almost the plan, such as the plan of a finished
+//! search on another grid or to a nearby end.
 
 use crate::maneuver::problem::{Formulation, Motion, Problem, Stepping};
 use crate::maneuver::settings::Method;
@@ -11,11 +11,11 @@ use crate::optimize::search::ladder::Ask;
 use crate::optimize::search::outer::free_end::stated;
 use crate::optimize::search::record::goal::cheapest;
 
-/// Solves a maneuver along a motion alone, by the interior point; `None` where that leads to no
-/// plan, or another method is the one to ask.
+/// Solves a maneuver by the interior-point method from one motion alone; `None` if that finds no
+/// plan or another method should be used.
 pub fn along(problem: &Problem, context: &Context, motion: &Trajectory) -> Option<Solution> {
-    // Where limits of the torques alone may choose the plan, its arcs or its extremal are better
-    // known by the shooting.
+    // If torque limits alone may determine the plan, shooting computes its arcs or its extremal
+    // more accurately.
     let arcs = problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches();
     let by_chain = match Formulation::of(problem) {
         Formulation::Chain => !arcs && problem.duration.at_most().is_none(),
@@ -43,7 +43,7 @@ pub fn along(problem: &Problem, context: &Context, motion: &Trajectory) -> Optio
     ends_it.then_some(Solution { ladder, solve_time, ..found })
 }
 
-/// The same where the effort is not what is minimised, or not in a given duration.
+/// Solves a maneuver with another objective than effort, or with a free duration.
 fn of_goal<const N: usize>(stated: &Problem, context: &Context, ask: Ask) -> Option<Solution> {
     let search = search_of::<N>(stated, context, ask);
     let (found, cheapest) = cheapest(&search);

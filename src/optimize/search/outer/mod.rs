@@ -1,6 +1,6 @@
-//! Searches that plan many times: over the end of a target, its roll and the arrival there, over
-//! schedules of cones, over the duration, and over the number of steps. Each gets the search that
-//! it repeats as a parameter.
+//! Searches that plan repeatedly: over the terminal state on a target (roll and arrival time), over
+//! schedules of cones, over the duration, and over the number of steps. Each receives the search
+//! that it repeats as a parameter.
 
 pub mod alternatives;
 pub mod cheapest;
@@ -16,11 +16,11 @@ use crate::maneuver::settings::{Method, Settings, Target};
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::{Guess, Observer, PlanError};
 
-/// The search that is repeated.
+/// The search that is repeated: it solves one maneuver with given settings and guess.
 pub type Inner<'a> =
     &'a dyn Fn(&Problem, &Settings, Option<&Guess>, &mut dyn Observer) -> Result<Solution, PlanError>;
 
-/// Returns the settings with which discrete optima on the chain are compared.
+/// Returns the settings for the comparison of discrete optima on the chain.
 fn of_discrete_optima(settings: &Settings) -> Settings {
     let method = Method::InteriorPoint;
     Settings { target: Target::Discrete, test_second_order: false, method, ..settings.clone() }

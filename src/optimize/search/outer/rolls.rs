@@ -1,10 +1,12 @@
-//! The least cost over the roll about a boresight of plans whose inputs switch, at one time.
+//! Minimum cost over the roll about a boresight, for plans with switching inputs at a fixed arrival
+//! time.
 //!
-//! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given
-//! end, in continuous time. Its slope is the costate at the end about the boresight. From the roll
-//! that the chain of equal steps leads to, strides downhill and the root of the slope between the
-//! last two lead to the nearest minimum. All extremals of that roll are followed so: V is the least
-//! of them, its kinks are concave, and no minimum is at one.
+//! The minimum cost `V(ρ)` of a maneuver to the terminal attitude of roll ρ is that of a plan to a
+//! given end, in continuous time. Its derivative is the terminal costate about the boresight.
+//! Starting from the roll of the plan on a uniform grid, steps in the direction of descent and a
+//! root of the derivative between the last two lead to the nearest minimum. All extremals at the
+//! initial roll are followed in this way. V is their lower envelope; its kinks are concave, so that
+//! no minimum is at a kink.
 
 use crate::Vector3;
 use crate::maneuver::aim::Ends;
@@ -17,29 +19,31 @@ use crate::optimize::search::switching;
 use crate::optimize::search::switching::followed::Followed;
 use std::f64::consts::PI;
 
-/// Part of the cost that is none: where extremals are followed, and of pulses, each of which is
-/// planned as a whole.
+/// Relative decrease of the cost below which extremals are not followed further.
 const GAINED: f64 = 1e-10;
+/// Relative decrease of the cost below which pulses, each of which needs a whole plan, are not
+/// planned at further rolls.
 const GAINED_BY_PULSES: f64 = 1e-6;
 
-/// Relative difference of costs up to which two ends, or two extremals of one end, may change
-/// places between equal steps and continuous time, or from one roll to another.
+/// Relative difference of costs up to which two ends, or two extremals of one end, may exchange
+/// their order between a uniform grid and continuous time, or between two rolls.
 pub const CLOSE: f64 = 0.02;
 
-/// Most evaluations about one minimum.
+/// Most evaluations for one minimum.
 const MOST_EVALUATIONS: usize = 8;
 
-/// What a plan to one roll costs.
+/// Cost of a plan to one roll, and its derivative.
 #[derive(Clone, Copy)]
 pub struct Known {
     pub roll: f64,
-    /// In continuous time, where it changes smoothly with the roll as it does not on a grid.
+    /// Cost in continuous time. It changes smoothly with the roll, which the cost on a grid does
+    /// not.
     pub cost: f64,
-    /// The derivative of that by the roll.
+    /// Derivative of the cost with respect to the roll.
     slope: f64,
 }
 
-/// Plans to ends of one time, roll after roll.
+/// Plans to the rolls of a target at one time.
 pub struct Rolls<'a, 'c> {
     pub problem: &'a Problem,
     pub ends: &'a Ends,
@@ -47,7 +51,8 @@ pub struct Rolls<'a, 'c> {
 }
 
 impl Rolls<'_, '_> {
-    /// Returns the minimum downhill of a roll; `None` where that roll has no plan.
+    /// Returns the minimum in the direction of descent from a roll; `None` if this roll has no
+    /// plan.
     pub fn lowest(&self, from: f64) -> Result<Option<Known>, Halt> {
         if self.problem.shortest_pulse().is_some() {
             let Some(first) = self.planned(from)? else { return Ok(None) };
@@ -75,14 +80,14 @@ impl Rolls<'_, '_> {
         self.problem.facing(self.ends, roll)
     }
 
-    /// Returns what is known of a plan by the costates of attitude and momentum at its end.
+    /// Returns the cost and its derivative from the costates of attitude and momentum at the end.
     fn known(&self, roll: f64, cost: f64, [turn, momentum]: &[Vector3; 2]) -> Known {
         let (by_turn, by_rate) = self.ends.along_roll(&self.facing(roll).end.angular_velocity);
         let by_momentum = self.problem.body.inertia.j() * by_rate;
         Known { roll, cost, slope: -turn.dot(&by_turn) - momentum.dot(&by_momentum) }
     }
 
-    /// Plans the pulses to a roll; `None` where there is no plan.
+    /// Plans the pulses to a roll; `None` if no plan exists.
     fn planned(&self, roll: f64) -> Result<Option<Known>, Halt> {
         let solution = switching::solve_discrete(&self.facing(roll), self.context);
         match solution.outcome {
@@ -96,12 +101,12 @@ impl Rolls<'_, '_> {
         }
     }
 
-    /// Returns a roll within the band.
+    /// Returns the nearest roll within the allowed band.
     fn held(&self, roll: f64) -> f64 {
         if self.ends.within() >= PI { roll } else { roll.clamp(-self.ends.within(), self.ends.within()) }
     }
 
-    /// Returns the minimum downhill of a plan: the root of the slope.
+    /// Returns the minimum in the direction of descent from a plan: the root of the derivative.
     fn downhill(
         &self,
         from: Known,
@@ -120,7 +125,7 @@ impl Rolls<'_, '_> {
                     break;
                 }
                 Some(found) if found.cost < best.cost => (best, reach) = (found, 2.0 * reach),
-                // Another extremal is the cheapest there, or none.
+                // Another extremal is the cheapest there, or no plan exists.
                 _ => reach *= 0.25,
             }
         }
@@ -128,7 +133,7 @@ impl Rolls<'_, '_> {
         let (mut low, mut illinois) = (best, Illinois::new([best.slope, beyond.slope]));
         for _ in 0..MOST_EVALUATIONS {
             let roll = low.roll + illinois.part() * (beyond.roll - low.roll);
-            // By its slope the best is the lowest.
+            // The derivative predicts no further gain.
             if (best.slope * (roll - best.roll)).abs() <= gained * best.cost {
                 break;
             }
@@ -145,7 +150,7 @@ impl Rolls<'_, '_> {
     }
 }
 
-/// Returns the costates of the attitude and of the momentum at the end of a plan.
+/// Returns the costates of attitude and momentum at the end of a plan.
 fn costates_at_end(plan: &Solution) -> Option<[Vector3; 2]> {
     let costates = &plan.trajectory.costates;
     let first = costates.len().checked_sub(6)?;

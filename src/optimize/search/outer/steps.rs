@@ -1,26 +1,27 @@
-//! The number of steps of a maneuver that gives none.
+//! Choice of the number of steps, for a maneuver that gives none.
 //!
-//! A plan that lands holds its inputs over steps, and two things ask for short ones.
+//! A plan that lands holds its inputs over steps, and two conditions require short steps.
 //!
 //! - **Corrections must converge** (`optimize::landing`): they contract by the relative difference
-//!   of the discrete and the true sensitivities, `O(h²)`. Where they did not, the steps are halved.
-//! - **What it costs must be what it costs at best.** Inputs that are held follow those of the
-//!   optimum u by their means ū. Of a plan that meets the end the first variation vanishes, and
-//!   what is left costs, to second order,
+//!   of the discrete and the true sensitivities, `O(h²)`. If they do not converge, the steps are
+//!   halved.
+//! - **The cost must be near the continuous optimum.** Held inputs approximate the optimal inputs u
+//!   by their means ū. For a plan that meets the end the first variation vanishes, and the
+//!   remaining cost is, to second order,
 //!
 //! ```text
 //! ΔJ = ½ ∫ (u − ū)ᵀW (u − ū) dt = (h²/24) ∫ u̇ᵀW u̇ dt = (h/12) Σ_k ½ δ_kᵀW δ_k ,   δ_k = u_{k+1} − u_k
 //! ```
 //!
-//!   What is stated of a Lie–Verlet plan is the trapezoidal sum over its nodes, which is above the
-//!   effort of the held means by `(h/4) Σ_k ½ δ_kᵀW δ_k` more: together `h/3` (a turn from rest to
-//!   rest about one axis: `ΔJ/J = 4/N²`). Plans whose inputs switch know the cost of the extremal
-//!   in continuous time. Of time and fuel on equal steps, where an input jumps within a step, no
-//!   such formula holds: the difference from the optimum on half of the steps stands for the error,
-//!   as at first order (`search/record/continuous`).
+//!   The stated cost of a Lie–Verlet plan is the trapezoidal sum over its nodes, which exceeds the
+//!   effort of the held means by `(h/4) Σ_k ½ δ_kᵀW δ_k`: together `h/3` (a turn from rest to rest
+//!   about one axis: `ΔJ/J = 4/N²`). Plans with switching inputs state the cost of the extremal in
+//!   continuous time. For minimum time and fuel on a uniform grid, where an input jumps within a
+//!   step, no such formula holds: the difference from the optimum on half of the steps estimates
+//!   the error, as for first order (`search/record/continuous`).
 //!
-//! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does
-//! not, or costs more.
+//! A given number of steps is not changed. A coarser plan that lands is kept if a finer one does
+//! not land, or costs more.
 
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
@@ -32,26 +33,26 @@ use crate::optimize::search::starts::first_duration;
 use crate::optimize::search::{Guess, Observer, PlanError};
 use std::time::{Duration, Instant};
 
-/// What a plan may cost above the optimum in continuous time, relative: below what torques are
-/// known to.
+/// Largest relative excess of the cost over the continuous optimum: below the accuracy to which
+/// torques are known.
 const COST: f64 = 1e-3;
 
-/// What the estimate of that leaves out: terms of higher order on coarse grids. Multiplies the
-/// number of steps.
+/// Factor on the number of steps: a reserve for terms of higher order on coarse grids, which the
+/// estimate of the excess omits.
 const RESERVE: f64 = 1.1;
 
-/// Most steps that are chosen: more are taken where they are given. A plan on these takes seconds.
+/// Most steps that are chosen; more are used only if given. A plan with this number takes seconds.
 const MOST: usize = 20_000;
 
-/// The same of plans whose error falls with the step alone: one of a thousandth takes many more
-/// steps than one of a hundredth.
+/// Most steps that are chosen for plans whose error is of first order in the step: an error of a
+/// thousandth takes many more steps than one of a hundredth.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
-/// A step that turns a body by more tells little of its motion \[rad\]: where there is no plan,
-/// more steps are taken.
+/// Largest rotation of a body in a step \[rad\] for which a step approximates the motion. If no
+/// plan is found with larger ones, more steps are taken.
 const TURN: f64 = 0.3;
 
-/// Solves a maneuver on as many steps as it needs, from [`Problem::steps`] upwards.
+/// Solves a maneuver on as many steps as it needs, starting from [`Problem::steps`].
 pub fn chosen(
     problem: &Problem,
     settings: &Settings,
@@ -65,7 +66,7 @@ pub fn chosen(
     let mut missed = f64::INFINITY;
     let mut known: Option<Guess> = None;
     while let Some(left) = remaining(settings, began) {
-        // The optimum that one grid has found leads to that of a finer one.
+        // The optimum on one grid is the initial guess on a finer one.
         let plan = best.as_ref().filter(|_| known.is_some());
         let method = plan.map_or(Method::Auto, |plan| plan.method);
         let on = problem.clone().planned_by(method).with_steps(steps);
@@ -84,7 +85,7 @@ pub fn chosen(
         }
         if found.outcome != Outcome::Converged {
             let stalled = found.outcome == Outcome::Stalled;
-            // A finer grid took nothing away from the plan that is there.
+            // A plan that exists is kept if the finer grid has none.
             best = before.or(Some(found));
             let turning = turning(problem);
             if stalled && steps < turning {
@@ -97,7 +98,7 @@ pub fn chosen(
         known = is_of_chain.then(|| Guess::of_solution(&found));
         let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
-        // Half as long steps bring the end twice as near at least, by a scheme of first order.
+        // Halved steps at least halve the terminal error, even for a first-order scheme.
         let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
         missed = left;
         let estimate = cost_error(&on, &found);
@@ -106,8 +107,8 @@ pub fn chosen(
             lands,
             cost_error: estimate.as_ref().map(|estimate| estimate.error),
         });
-        // What a plan that lands costs it costs in truth, on any grid: a dearer one of a finer grid
-        // is another optimum.
+        // The cost of a plan that lands is its true cost on any grid; a costlier one on a finer
+        // grid is another optimum.
         let kept = before.filter(|before| {
             let landed = before.chosen.is_some_and(|chosen| chosen.lands);
             landed && (!lands || before.cost < found.cost)
@@ -122,7 +123,7 @@ pub fn chosen(
         let for_cost = for_cost.map(|Estimate { error, order }| {
             (steps as f64 * (error / COST).powf(order.recip()) * RESERVE).ceil() as usize
         });
-        // More steps that bring the end no nearer never will.
+        // If more steps do not reduce the terminal error, they never will.
         let for_landing = (!lands && nearer).then_some(2 * steps);
         let Some(next) = for_cost.into_iter().chain(for_landing).max() else { break };
         let most = if first_order { MOST_OF_FIRST_ORDER.max(problem.steps) } else { MOST };
@@ -133,14 +134,15 @@ pub fn chosen(
     }
     let mut solution = match best {
         Some(solution) => solution,
-        // No time at all.
+        // No time is left.
         None => inner(problem, settings, guess, observer)?,
     };
     solution.solve_time = solution.solve_time.max(began.elapsed().as_secs_f64());
     Ok(solution)
 }
 
-/// The steps of which none turns a body that spins at an end by more than [`TURN`].
+/// Returns the number of steps for which no step turns a body that spins at an end by more than
+/// [`TURN`].
 fn turning(problem: &Problem) -> usize {
     let rates = [&problem.start, &problem.end].map(|end| end.angular_velocity.norm());
     let seconds = problem.duration.known().unwrap_or_else(|| first_duration::of_time(problem));
@@ -148,25 +150,25 @@ fn turning(problem: &Problem) -> usize {
     if steps < MOST_OF_FIRST_ORDER as f64 { steps.ceil() as usize } else { MOST_OF_FIRST_ORDER }
 }
 
-/// The settings with the time that is left; `None` where none is.
+/// Returns the settings with the remaining time; `None` if no time is left.
 fn remaining(settings: &Settings, began: Instant) -> Option<Settings> {
     let Some(limit) = settings.time_limit else { return Some(settings.clone()) };
     let left = limit.saturating_sub(began.elapsed());
     (left > Duration::ZERO).then(|| Settings { time_limit: Some(left), ..settings.clone() })
 }
 
-/// What a plan costs above the optimum in continuous time, relative, and by which power of the step
-/// that falls.
+/// Estimated relative excess of the cost over the continuous optimum, and the power of the step
+/// with which it decreases.
 struct Estimate {
     error: f64,
     order: f64,
 }
 
-/// `None` where nothing can be told, as of a plan that costs nothing.
+/// Estimates the excess of the cost; `None` if that is impossible, as for a plan of zero cost.
 fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
     let estimate =
         if let Some(switching) = found.switching.as_ref().filter(|_| found.on_grid(problem).switches()) {
-            // The price of time is in both, where there is one.
+            // Both values include the price of time, if there is one.
             let (discrete, continuous) = if problem.objective.is_duration() {
                 (found.duration(problem), switching.continuous_duration_s)
             } else {
@@ -182,7 +184,7 @@ fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
     estimate.error.is_finite().then_some(estimate)
 }
 
-/// `(h/12) Σ ½ δᵀW δ`, or four times that where the cost is a trapezoidal sum.
+/// Returns `(h/12) Σ ½ δᵀW δ`, or four times that if the cost is a trapezoidal sum.
 fn held_above(problem: &Problem, found: &Solution) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));

@@ -1,4 +1,4 @@
-//! The answer of a search: the best of what was found, written with all that is told of it.
+//! Result of a search: the best plan that was found, converted to a solution.
 
 use crate::lie;
 use crate::maneuver::problem::State;
@@ -24,10 +24,10 @@ use crate::optimize::search::record::landed::landed;
 use crate::optimize::search::record::{self, Recorded};
 use crate::optimize::search::way::Way;
 
-/// Steps from which a second thread takes less time than waking it.
+/// Number of steps from which a second thread saves time.
 const WORTH_A_THREAD: usize = 400;
 
-/// Chooses among what was found, and writes the solution.
+/// Chooses the best result, and converts it to a solution.
 pub fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     if let Some(told) = found.told.take() {
         return told;
@@ -46,11 +46,11 @@ pub fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Sol
     solution
 }
 
-/// The best of what was found, or the nearest miss, with its rivals.
+/// Returns the best plan that was found, or the attempt with the smallest residual, with its
+/// rivals.
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
-    // What is found on chains is ranked already: the winner is on the requested grid, its rivals
-    // are not.
+    // Results on chains are sorted already: the best is on the requested grid, its rivals are not.
     let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
@@ -58,7 +58,7 @@ fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution 
         found.reorder(|plans| asked::ranked(search, plans));
     }
     let rivals = found.plans().iter().skip(1).chain(&found.pool.rivals).map(|plan| rival(search, plan));
-    // One that cannot be followed from its start is no plan.
+    // A plan that cannot be replayed from its start is not a rival.
     let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
 
     let own = if search.context.settings.method == Road::Scp { Road::Scp } else { Road::InteriorPoint };
@@ -72,7 +72,7 @@ fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution 
     solution
 }
 
-/// What is told of another plan, with the cost that it has in the unit of the file.
+/// Returns the description of a rival, with a cost in the unit of the file.
 pub fn rival_of_cost<const N: usize>(search: &Search<N>, plan: &Attempt, cost: f64) -> Rival {
     Rival { cost, ..rival(search, plan) }
 }
@@ -89,7 +89,7 @@ fn rival<const N: usize>(search: &Search<N>, rival: &Attempt) -> Rival {
     Rival { start, sense, cost, conjugate_points, turned_deg }
 }
 
-/// Everything that is told of an attempt, which is made to land first where that is asked for.
+/// Writes an attempt to a solution; makes it land first if required.
 pub fn write<const N: usize>(
     search: &Search<N>,
     work: &ConvexWork,
@@ -111,11 +111,12 @@ pub fn write<const N: usize>(
     solution.widen_by_landing();
 }
 
-/// Everything that is told of an attempt at a target other than the end of the maneuver.
+/// Writes an attempt to a solution, for a discrete target that may differ from the terminal state
+/// of the maneuver.
 ///
-/// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it
-/// was before it was made to land: a shift by `O(h²)` takes a circle of equal minima apart into a
-/// minimum and a saddle, and neither is one of the maneuver.
+/// For an extremal of shooting, the optimality is that of `optimum`, the discrete optimum before
+/// landing: a shift by `O(h²)` splits a circle of equal minima into a minimum and a saddle, and
+/// neither belongs to the maneuver.
 pub fn write_aimed<const N: usize>(
     search: &Search<N>,
     work: &ConvexWork,
@@ -151,7 +152,7 @@ pub fn write_aimed<const N: usize>(
     };
     let recorded = match recorded {
         Ok(recorded) => recorded,
-        // What cannot be replayed is no plan, however well its conditions are met.
+        // A plan that cannot be replayed is not a plan, even if its conditions are satisfied.
         Err(error) => {
             if attempt.converged() {
                 solution.outcome = outcome_of(error);
@@ -163,7 +164,7 @@ pub fn write_aimed<const N: usize>(
     solution.terminal = recorded.terminal;
     solution.sense = recorded.way.sense;
     solution.turned_deg = recorded.way.turned_deg;
-    // Of a maneuver to any attitude the target is where the discrete motion ends.
+    // For a free terminal attitude, the target is the end of the discrete motion.
     let reached = recorded.trajectory.quaternion.last().filter(|_| search.problem.ends_in_any_attitude());
     let reached = reached.map(lie::rotation_from_quaternion);
     let target = target.map(|target| State { attitude: reached.unwrap_or(target.attitude), ..*target });
@@ -191,7 +192,7 @@ pub fn write_aimed<const N: usize>(
                 }
                 _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
             }
-            // The second order is that of the effort, in the duration found.
+            // The second-order test is that of effort, for the duration found.
             let effort = search.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
             let tested = search.context.settings.test_second_order;
             solution.optimality = search.context.within(|budget| {
@@ -212,7 +213,7 @@ pub fn write_aimed<const N: usize>(
     }
 }
 
-/// Records an extremal, and where that pays tests its second order meanwhile.
+/// Records an extremal; tests its second order in a parallel thread if that saves time.
 fn recorded<const N: usize>(
     search: &Search<N>,
     fine: &BoundaryValueProblem<N>,
@@ -222,7 +223,7 @@ fn recorded<const N: usize>(
     let (problem, stopped) = (search.problem, search.stopped());
     let (costate, swept) = (attempt.candidate.costate(), attempt.swept.as_ref());
     if stopped || !fine.is_kept_after_stop() {
-        // The best iterate is worth a moment more.
+        // After a stop request, the best iterate is still recorded.
         let undisturbed = (stopped && fine.is_kept_after_stop()).then(|| fine.undisturbed());
         return (record::extremal(problem, undisturbed.as_ref().unwrap_or(fine), &costate, swept), None);
     }

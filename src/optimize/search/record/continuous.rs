@@ -1,16 +1,18 @@
-//! What a plan on equal steps costs in continuous time: an estimate from two grids.
+//! Estimated cost in continuous time of a plan on a uniform grid, from two grids.
 //!
-//! Without limits the cost of the discrete optimum converges with the square of the step. Where an
-//! input jumps or meets a limit within a step, the factor of this square depends on where within.
-//! The optimum on half as many steps gives both:
+//! Without limits the cost of the discrete optimum converges with the square of the step. If an
+//! input jumps or reaches a limit within a step, the factor of this square depends on the position
+//! within the step. The optimum on half as many steps gives both the extrapolated cost (Richardson
+//! extrapolation) and its uncertainty:
 //!
 //! ```text
 //! C ≈ C(h) + (C(h) − C(2h)) / 3 ,    to about |C(h) − C(2h)|
 //! ```
 //!
-//! Both grids may be off alike. A plan that has landed is a motion in continuous time, so the
-//! optimum there costs no more than it: what landing costs counts as an error too. Arcs in
-//! continuous time, where they are found, have the cost itself (`search/limited`).
+//! Both grids may have similar errors. A plan that has landed is a motion in continuous time, and
+//! the continuous optimum costs at most as much; the cost of landing is therefore part of the
+//! uncertainty. Arcs in continuous time, where they are found, have the exact cost
+//! (`search/limited`).
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method as Road;
@@ -22,8 +24,8 @@ use crate::optimize::methods::method::{Attempt, Method};
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::starts::transfer::transfer;
 
-/// Estimates the cost of a plan that lands from the optimum near it on half as many steps. Returns
-/// `None` if there is none.
+/// Estimates the continuous-time cost of a plan that lands, from the nearby optimum on half as many
+/// steps; `None` if there is none.
 pub fn estimated<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<ContinuousCost> {
     let (steps, half) = (plan.candidate.steps(), plan.candidate.steps() / 2);
     let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;

@@ -1,4 +1,4 @@
-//! The gap of first order in continuous time of a plan of least time or fuel on equal steps.
+//! First-order gap in continuous time of a minimum-time or minimum-fuel plan on a uniform grid.
 //!
 //! A discrete optimum is the best of all inputs with one value at each node, but inputs may switch
 //! between the nodes. Let λ solve the adjoint equations along the motion, and let `dμ ≥ 0` be the
@@ -10,31 +10,31 @@
 //! H(v) = Σ_j c_j |v_j| + s_j v_j
 //! ```
 //!
-//! with the prices c of fuel, zero for time, and the switching functions s. The right side is the
-//! negative gap: the gap of Frank and Wolfe, *An algorithm for quadratic programming*, 1956, of the
-//! maneuver linearised at the plan. The minimum is over the limits of the inputs. If the rate of an
-//! input is limited, the rate is the control, and the costate of the input is its switching
-//! function.
+//! with the prices c of fuel (zero for time) and the switching functions s. The right side is the
+//! negative gap: the gap of Frank and Wolfe, *An algorithm for quadratic programming*, 1956, for
+//! the maneuver linearised about the plan. The minimum is over inputs within their limits. If the
+//! rate of an input is limited, the rate is the control, and the costate of the input is its
+//! switching function.
 //!
 //! # How do limits of the state enter?
 //!
-//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where a
-//! limit is touched. A neighbour keeps the limit, so the measure enters by λ and by the slack `|g|`
-//! of the plan. The discrete costates contain the multipliers of the rows. The multiplier of a row
-//! on an arc has a density over its step. The multiplier of a row at a node has a density over both
-//! steps beside it, half on each. With these densities the switching functions are linear on a
-//! step. The flown motion has slack in limits of the rate and in wheels where an arc along the
-//! limit begins or ends. The slack of the rows themselves is the barrier term, which has a gap of
-//! its own (`InteriorWork::gap`).
+//! Their multipliers are a measure: a density along an arc on which a limit is active, an atom
+//! where a limit is touched. A neighbouring plan satisfies the limit, so that the measure enters by
+//! λ and by the slack `|g|` of the plan. The discrete costates contain the multipliers of the rows.
+//! The multiplier of a row on an arc has a density over its step. The multiplier of a row at a node
+//! has a density over both adjacent steps, half on each. With these densities the switching
+//! functions are linear on a step. The true motion has slack in rate limits and wheel momenta where
+//! an arc along the limit begins or ends. The slack of the rows themselves is due to the barrier
+//! parameter, which has a gap of its own (`InteriorWork::gap`).
 //!
-//! # How do inputs and costates go between the nodes?
+//! # How do inputs and costates vary between the nodes?
 //!
-//! Inputs are held over a step at the mean of both ends, as they are flown (`flight`). Inputs with
-//! limited rates are linear, and the first-order cost of holding them is added. Switching
-//! functions, rates and momenta of wheels are linear between nodes, to `O(h²)`, the accuracy of the
-//! discrete costates. The integrals over a step are exact. An input that switches within a step has
-//! a gap of `O(h²)`, so the gap of a plan on arcs falls with the square of the step. The gap of a
-//! held plan about one axis is between once and twice its excess over the continuous optimum.
+//! Inputs are held over a step at the mean of both ends, as in flight (`flight`). Inputs with rate
+//! limits are linear, and the first-order cost of holding them is added. Switching functions, rates
+//! and wheel momenta are linear between nodes, to `O(h²)`, the accuracy of the discrete costates.
+//! The integrals over a step are exact. An input that switches within a step has a gap of `O(h²)`,
+//! so that the gap of a plan of arcs decreases with the square of the step. The gap of a held plan
+//! about one axis is between one and two times its excess over the continuous optimum.
 //!
 //! # When is an optimum not unique?
 //!
@@ -64,15 +64,15 @@ use nalgebra::{DVector, Matrix3xX};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// The least number of consecutive nodes of a stretch on which an input is undetermined. A switch
-/// has one or two such nodes.
+/// Fewest consecutive nodes of a stretch on which an input is undetermined. A switch has one or two
+/// such nodes.
 const STRETCH: usize = 3;
 
-/// A part below which a slope is round-off.
+/// Relative size below which a slope is round-off.
 const NOTHING: f64 = 1e-8;
 
-/// Returns the gap of a plan of least time or fuel that the interior point found, before it lands.
-/// `landing` describes the corrections of the plan, if it lands.
+/// Returns the gap of a minimum-time or minimum-fuel plan of the interior-point method, before
+/// landing. `landing` describes the corrections of the plan, if it lands.
 pub fn gap<const N: usize>(
     search: &Search<N>,
     plan: &Attempt,
@@ -94,13 +94,13 @@ pub fn gap<const N: usize>(
     })
 }
 
-/// A discrete optimum.
+/// A discrete optimum with its multipliers.
 struct Optimum<'a> {
     chain: &'a Chain,
     problem: &'a Problem,
     iterate: Iterate,
     multipliers: Multipliers,
-    /// The last barrier term.
+    /// Last barrier parameter of the interior-point method.
     barrier: f64,
 }
 
@@ -126,7 +126,7 @@ impl Optimum<'_> {
             let Some(limits) = set.map(ActuatorSet::limits).filter(|_| !inputs.is_empty()) else { continue };
             gap += match (&limits.rate, limits.norm, &limits.size) {
                 (Some(_), None, _) => inputs.map(|input| self.of_rate(&slopes, input)).sum(),
-                // The minimum over a ball and a box has no closed form.
+                // The minimum over the intersection of a ball and a box has no closed form.
                 (Some(_), Some(_), _) | (None, Some(_), Some(_)) => return None,
                 (None, Some(norm), None) => self.of_norm(&slopes, forces, norm),
                 (None, None, _) => self.of_inputs(&slopes, inputs, limits.one_sided),
@@ -137,7 +137,7 @@ impl Optimum<'_> {
         gap.is_finite().then(|| ContinuousGap { gap, drawn_in: 0.0, undetermined: undetermined() })
     }
 
-    /// Returns the first-order cost of the constraints that a landing draws in.
+    /// Returns the first-order cost of the constraints that landing tightens.
     fn drawn_in(&self, landing: &Landing) -> f64 {
         let (Chain { model, rows }, s) = (self.chain, self.iterate.stretch());
         let of = |(row, multiplier): (&LimitRow, &f64)| {
@@ -149,7 +149,7 @@ impl Optimum<'_> {
         rows.rows.iter().zip(&self.multipliers.rows).map(of).fold(0.0, |sum, of| sum + of) / model.cost_scale
     }
 
-    /// Returns the steps, with their lengths.
+    /// Returns the indices of the steps, with their lengths.
     fn steps(&self) -> impl Iterator<Item = (usize, f64)> {
         (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
     }
@@ -175,7 +175,7 @@ impl Optimum<'_> {
         self.chain.model.input_bounds(self.problem).iter().map(|bound| bound * grown).collect()
     }
 
-    /// Returns the gap of inputs with limits of their own.
+    /// Returns the gap of inputs that are limited individually.
     fn of_inputs(&self, slopes: &[Vec<f64>], inputs: Range<usize>, one_sided: bool) -> f64 {
         let bounds = self.bounds();
         let mut gap = 0.0;
@@ -194,8 +194,8 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns an upper bound on the gap of a set with a limit of its norm: the norm of the
-    /// switching functions is convex, and is taken as linear on either side of its lowest point.
+    /// Returns an upper bound on the gap of a set with a norm limit. The norm of the switching
+    /// functions is convex, and is replaced by linear functions on both sides of its minimum.
     fn of_norm(&self, slopes: &[Vec<f64>], forces: bool, norm: f64) -> f64 {
         let (model, inputs) = (&self.chain.model, self.inputs(forces));
         let (axes, _) = model.channel(forces);
@@ -226,9 +226,9 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns the gap of an input with a limited rate. Its costate in the middle of a step is the
-    /// multiplier of the limit of the rate there. The slack in its own limit, and the first-order
-    /// cost of holding it over steps, are added.
+    /// Returns the gap of an input with a rate limit. Its costate in the middle of a step is the
+    /// multiplier of the rate limit there. The slack in its own limit, and the first-order cost of
+    /// holding it over steps, are added.
     fn of_rate(&self, slopes: &[Vec<f64>], input: usize) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows);
         let (s, grown) = (self.iterate.stretch(), self.iterate.stretch().powi(3));
@@ -279,7 +279,7 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns the slack of the flown motion in limits of the rate and in wheels, times the
+    /// Returns the slack of the true motion in rate limits and wheel momenta, times the
     /// multipliers.
     fn slack(&self) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
@@ -290,7 +290,7 @@ impl Optimum<'_> {
             let state = physical(node);
             model.dynamics.j_inverse * (state.momentum - model.wheel_momentum(&state.wheels))
         };
-        // The mean over a step, of what is linear between its nodes.
+        // Mean over a step of a quantity that is linear between its nodes.
         let mean = |what: &What, step: usize| {
             let half = |left: &dyn Fn(usize) -> f64| 0.5 * (left(step) + left(step + 1));
             match what {
@@ -322,7 +322,7 @@ impl Optimum<'_> {
         rows.iter().zip(&self.multipliers.rows).filter(|(_, multiplier)| **multiplier > 0.0).map(of).sum()
     }
 
-    /// Returns the inputs that are not determined to first order, and when.
+    /// Returns the inputs that are not determined to first order, with their time intervals.
     fn undetermined(&self) -> Vec<Undetermined> {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
         let (bounds, nodes, off) = (self.bounds(), model.steps + 1, self.barrier.sqrt());
@@ -337,10 +337,10 @@ impl Optimum<'_> {
         let free = |node: usize| {
             (0..model.m).map(|input| node >= model.first_input() && !is_off(node, input)).collect()
         };
-        // Whether an input is within its limits at a node, and changes by less than it may.
+        // True for an input between its limits at a node whose rate is not at a limit.
         let mut within: Vec<Vec<bool>> = (0..nodes).map(free).collect();
-        // Slopes by the inputs of what acts on the state there. A limit that acts at a node and on
-        // the arc behind is one.
+        // Derivatives of the active state constraints with respect to the inputs of the node. A
+        // limit that is active at a node and on the arc after it counts once.
         let mut acting = vec![BTreeMap::new(); nodes];
         for (row, multiplier) in rows.iter().zip(&self.multipliers.rows) {
             let (what, node) = (&row.what, row.stage);
@@ -391,8 +391,8 @@ impl Optimum<'_> {
         found
     }
 
-    /// Returns the slopes, by the inputs of a node, of the quantity that a row bounds, up to a
-    /// factor of the row.
+    /// Returns the derivatives, with respect to the inputs of a node, of the quantity that a row
+    /// bounds, up to a factor.
     fn by_inputs(&self, what: &What, node: usize) -> DVector<f64> {
         let model = &self.chain.model;
         let state = step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);
@@ -422,20 +422,20 @@ impl Optimum<'_> {
         slopes
     }
 
-    /// Returns the places of the forces, or of the torques, among the inputs.
+    /// Returns the indices of the forces, or of the torques, among the inputs.
     fn inputs(&self, forces: bool) -> Range<usize> {
         let forces_end = self.chain.model.forces;
         if forces { 0..forces_end } else { forces_end..self.chain.model.m }
     }
 }
 
-/// Returns which of the inputs that are within their limits can change although these rows keep
-/// their values to first order.
+/// Returns which of the inputs between their limits can change while these rows keep their values
+/// to first order.
 fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) -> Vec<bool> {
     let of_free = |row: &DVector<f64>| {
         DVector::from_fn(row.len(), |input, _| if within[input] { row[input] } else { 0.0 })
     };
-    // Directions that the rows take, one perpendicular to the other.
+    // Orthonormal basis of the row space.
     let mut taken: Vec<DVector<f64>> = Vec::new();
     for row in rows {
         let own = of_free(row);
@@ -448,12 +448,12 @@ fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) 
     within.iter().enumerate().map(|(input, within)| *within && left(input) > NOTHING).collect()
 }
 
-/// Returns the product of a bound, which may be infinite, and a size; 0 for the size 0.
+/// Returns the product of a bound, which may be infinite, and a size; 0 if the size is 0.
 fn times(bound: f64, size: f64) -> f64 {
     if size == 0.0 { 0.0 } else { bound * size }
 }
 
-/// Returns the integral of the positive part of a linear function over a step, from its values at
+/// Returns the integral of the positive part of a linear function over a step, given its values at
 /// both ends.
 fn above_zero([a, b]: [f64; 2], h: f64) -> f64 {
     if a <= 0.0 && b <= 0.0 {

@@ -1,4 +1,5 @@
-//! The cheapest plan of a goal: time, fuel, or effort in a duration that is sought.
+//! The cheapest plan for an objective other than effort with a given duration: time, fuel, or
+//! effort with a free duration.
 
 use crate::maneuver::problem::State;
 use crate::maneuver::solution::{ContinuousCost, ContinuousGap, Landing, Solution};
@@ -12,29 +13,29 @@ use crate::optimize::search::record::continuous::estimated;
 use crate::optimize::search::record::first_order::gap;
 use crate::optimize::search::record::landed::{can_be_flown, landed_with_goal};
 
-/// Costs that differ by less than this part are those of one plan.
+/// Relative difference of costs below which two plans are the same.
 pub const SAME_COST: f64 = 1e-6;
 
-/// The cheapest plan that was found.
+/// The cheapest plan that a search with an objective found.
 pub struct Cheapest {
-    /// Its duration \[s\].
+    /// Duration of the plan \[s\].
     pub duration: f64,
-    /// Its cost in the unit of the user.
+    /// Cost of the plan in the user's unit.
     pub cost: f64,
-    /// The plan, as the chain of that duration takes it.
+    /// The plan, in the units of the chain with its duration.
     pub attempt: Attempt,
     /// Other local minima, each with its cost. They cost more, and some are on a coarse grid.
     pub rivals: Vec<(Attempt, f64)>,
-    /// What it costs in continuous time, estimated.
+    /// Estimated cost in continuous time.
     pub continuous: Option<ContinuousCost>,
-    /// What inputs that may switch between the nodes could save, to first order.
+    /// Cost that inputs switching between the nodes could save, to first order.
     pub gap: Option<ContinuousGap>,
-    /// The target at which it lands, where that was asked for.
+    /// Discrete target of the landing, and its description; `None` if landing is not required.
     pub landed: Option<(State, Landing)>,
 }
 
 impl Cheapest {
-    /// Writes the plan as a solution.
+    /// Converts the plan to a solution.
     pub fn written<const N: usize>(self, search: &Search<N>, found: &Found<N>) -> Solution {
         let Self { duration, cost, attempt, rivals, continuous, gap, landed } = self;
         let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
@@ -50,14 +51,14 @@ impl Cheapest {
             work.continuous = continuous;
             work.continuous_gap = gap;
         }
-        // A duration to the last bit.
+        // The cost is exactly the duration.
         solution.cost = if of_duration { duration } else { cost };
         solution.widen_by_landing();
         solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
         held_to_all(&written, solution)
     }
 
-    /// Makes an optimum of a goal land where that is asked for.
+    /// Completes an optimum: makes it land if required, and estimates its cost in continuous time.
     fn of<const N: usize>(search: &Search<N>, mut plan: Attempt) -> Self {
         let stated = search.problem.seconds();
         let chain = search.chain(search.problem.steps);
@@ -77,8 +78,8 @@ impl Cheapest {
     }
 }
 
-/// Returns the cheapest of the local minima along the paths of a search with a goal, and what else
-/// is known.
+/// Runs a search for an objective; returns its results, and the cheapest local minimum that can be
+/// flown.
 pub fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
     let mut plans = found.take_plans();

@@ -1,4 +1,4 @@
-//! The plan that is written, made to land (`optimize::landing`), by the method that found it.
+//! Landing of the recorded plan (`optimize::landing`), by the method that found it.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Outcome;
@@ -14,11 +14,11 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::{self, Recorded};
 use nalgebra::{DVector, SVector};
 
-/// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
+/// Steps of the grid whose sensitivity starts the corrections, as a multiple of the steps of the
+/// coarse grid.
 const BEGUN_ON: usize = 2;
 
-/// An attempt on the requested grid, made to land; `None` where that is not asked for or cannot
-/// begin.
+/// Makes an attempt on the requested grid land; `None` if that is not required or cannot begin.
 pub fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> Option<Landed> {
     let candidate = &attempt.candidate;
     let ready = search.ask.lands && attempt.converged() && candidate.steps() == search.problem.steps;
@@ -58,16 +58,16 @@ fn costate_landed<const N: usize>(
 
 /// Solves again on a chain with a slightly different target.
 ///
-/// Where several plans have the least cost the interior point finds their centre, which moves
-/// continuously with the target.
+/// If several plans have the minimum cost, the interior-point method finds their centre, which
+/// moves continuously with the target.
 fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, miss: f64) -> Option<Attempt> {
     let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
-        // The target has moved by little: from close by at first, then from farther away.
+        // The target has moved little: nearby warm starts are tried first, then more distant ones.
         let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
         let warm = attempt.warm.as_deref();
-        // Along a valley of nearly equal plans the barrier term alone tells one from another: the
-        // same one leads to the same plan.
+        // Along a valley of nearly equal plans only the barrier parameter selects one of them: an
+        // equal parameter leads to an equal plan.
         let held = attempt.barrier.map_or(0.0, |[barrier, ..]| barrier * chain.model.steps as f64 / STAGES);
         for (tuning, warm) in
             [(Tuning::beside(miss).down_to(held), warm), (Tuning::near(), None), (Tuning::default(), None)]
@@ -89,8 +89,8 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
     })
 }
 
-/// Records a plan of a chain with a goal, and the maneuver in the duration that it takes; `None`
-/// where it cannot be replayed.
+/// Records a plan of a chain for an objective, and the maneuver with the duration of the plan;
+/// `None` if it cannot be replayed.
 fn recorded<const N: usize>(
     search: &Search<N>,
     goal: &Goal,
@@ -110,12 +110,12 @@ fn recorded<const N: usize>(
     Some((planned, found))
 }
 
-/// Returns whether the inputs of a plan with a goal, replayed from the start, meet the end, and
-/// whether the true motion ends near it. On few steps a discrete motion may pass by the center of a
-/// field, which costs little and which no body does.
+/// Returns whether the inputs of a plan, replayed from the start, meet the end, and whether the
+/// true motion ends near it. On few steps a discrete motion may pass the center of a field at low
+/// cost, which no body can do.
 pub fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
     let passes = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
-    // An end of a family is none of the maneuver's.
+    // A member of a family of ends is not the terminal state of the maneuver.
     let checked = passes && search.ask.family.is_none();
     let Some(goal) = search.ask.goal.as_ref().filter(|_| checked) else { return true };
     let chain = search.chain(attempt.candidate.steps());
@@ -125,7 +125,7 @@ pub fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bo
     })
 }
 
-/// Makes a plan of a chain with a goal land, whose duration may be sought.
+/// Makes a plan of a chain for an objective land; its duration may be free.
 pub fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attempt) -> Option<Landed> {
     if !found.converged() || search.stopped() {
         return None;

@@ -1,5 +1,5 @@
-//! What is written of a candidate on the requested grid: the trajectory in SI units, cost, terminal
-//! error, way round and active limits, whichever method found it.
+//! Record of a candidate on the requested grid: the trajectory in SI units, cost, terminal error,
+//! homotopy class and active limits, for every method.
 
 pub mod answer;
 pub mod continuous;
@@ -25,17 +25,17 @@ use crate::optimize::methods::method::Swept;
 use crate::optimize::search::way::{Follower, Way};
 use nalgebra::SVector;
 
-/// A recorded candidate.
+/// Record of a candidate: its trajectory and its properties.
 pub(crate) struct Recorded {
     pub trajectory: Trajectory,
-    /// Scaled.
+    /// Cost of the candidate, scaled.
     pub cost: f64,
     pub terminal: TerminalError,
     pub way: Way,
     pub active: Vec<ActiveConstraint>,
 }
 
-/// Records every node of an extremal, which is swept once more where its nodes were not kept.
+/// Records every node of an extremal; sweeps it once more if its nodes were not kept.
 pub(crate) fn extremal<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -71,7 +71,7 @@ pub(crate) fn extremal<const N: usize>(
 }
 
 /// Replays the inputs of a candidate of the chain from the start and records every node. With
-/// wheels, the costates are those of attitude and total momentum.
+/// wheels, the recorded costates are those of attitude and total momentum.
 pub(crate) fn chain<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -110,7 +110,7 @@ pub(crate) fn chain<const N: usize>(
     })
 }
 
-/// Where the rows of each limit act.
+/// Returns the active limits, with the times and the multipliers of their active rows.
 fn active(problem: &Problem, rows: &LimitRows, multipliers: &[f64]) -> Vec<ActiveConstraint> {
     let of_group = |group: usize| {
         let acting = rows.rows.iter().zip(multipliers);
@@ -127,22 +127,22 @@ fn active(problem: &Problem, rows: &LimitRows, multipliers: &[f64]) -> Vec<Activ
     groups.filter(|active| !active.time_s.is_empty()).collect()
 }
 
-/// Writes a trajectory node after node.
+/// Writes a trajectory, node by node.
 struct Recorder<'a, const N: usize> {
     problem: &'a Problem,
     dynamics: &'a Dynamics,
-    /// The grid in SI units.
+    /// Grid of the trajectory in SI units.
     grid: Grid,
     trajectory: Trajectory,
     follower: Follower,
 }
 
-/// The optimal inputs of one set, SI units, and where their limit acts.
+/// Optimal inputs of one actuator set, SI units, and the record of its active limit.
 struct Optimal<'a> {
     inputs: Weighted<'a>,
     law: ControlLaw,
     active: ActiveConstraint,
-    /// Unit of the multipliers: cost over time.
+    /// Unit of the multipliers: cost per time.
     unit: f64,
 }
 
@@ -154,7 +154,8 @@ impl<'a> Optimal<'a> {
         Self { law: ControlLaw::of(&inputs), inputs, active, unit }
     }
 
-    /// Records the inputs for a costate in the axes of the set; what they give, in those axes.
+    /// Records the inputs for a costate in the axes of the set; returns the force or torque that
+    /// they produce, in these axes.
     fn push(&mut self, trajectory: &mut Trajectory, costate: &Vector3) -> Vector3 {
         let multiplier = self.law.multipliers(costate).iter().sum::<f64>() / self.unit;
         if multiplier > 0.0 {
@@ -194,7 +195,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
         self.problem.motion == Motion::RigidBody
     }
 
-    /// A physical state; its momentum is that of the body alone.
+    /// Records a physical state; its momentum is that of the body without wheels.
     fn state(&mut self, node: usize, point: &Point) {
         let (trajectory, units) = (&mut self.trajectory, &self.dynamics.units);
         trajectory.time.push(self.grid.time(node));
@@ -209,14 +210,14 @@ impl<'a, const N: usize> Recorder<'a, N> {
         }
     }
 
-    /// A costate; returns it in SI units.
+    /// Records a costate; returns it in SI units.
     fn costate(&mut self, costate: &Costate) -> SVector<f64, N> {
         let costate = costate.to_vector::<N>().component_mul(&self.dynamics.units.costate());
         self.trajectory.costates.extend_from_slice(costate.as_slice());
         costate
     }
 
-    /// Force (reference frame) and torque (body axes) of the actuators, SI units.
+    /// Records the force (reference frame) and the torque (body axes) of the actuators, SI units.
     fn outputs(&mut self, force: Vector3, torque: Vector3) {
         self.trajectory.torque.push(torque);
         if self.moves() {
@@ -224,7 +225,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
         }
     }
 
-    /// A node of the sweep, with the inputs that the control law gives there.
+    /// Records a node of the sweep, with the inputs that the control law gives there.
     fn sweep_node(&mut self, node: &Node, force: Option<&mut Optimal>, torque: &mut Optimal) {
         let point = node.physical();
         self.state(node.index, &point);
@@ -248,8 +249,8 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 }
 
-/// The terminal error in the terms of a solution: 6 numbers on SO(3), 12 on SE(3), then those of
-/// wheels.
+/// Returns the terminal error in the form of a solution, from 6 numbers on SO(3) or 12 on SE(3),
+/// followed by those of wheels.
 fn terminal_error(error: &[f64]) -> TerminalError {
     let norm = |row: usize| Vector3::from_column_slice(&error[row..row + 3]).norm();
     let translation = error.len() == 12;

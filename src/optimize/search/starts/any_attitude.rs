@@ -1,15 +1,14 @@
-//! Paths to a rate in any attitude (detumbling): the momentum runs from that of the start to that
-//! of the end, and the attitude follows.
+//! Paths to a rate with a free terminal attitude (detumbling): the momentum changes from its
+//! initial to its terminal value, and the attitude follows.
 //!
 //! ```text
 //! Π(t) = (1 − s)^a q(t) + s Π_d ,   q̇ = q × J⁻¹Π ,   q(0) = Π_0 ,   s = t/T ,   Ṙ = R S(J⁻¹Π)
 //! ```
 //!
-//! With `Π_d = 0`, `a = 1` and torques of equal weight about all axes this is the optimum itself:
-//! the torque brakes along the momentum, `∫ ½|τ|² dt = |Π_0|²/2T` whatever the inertia, since
-//! `d|Π|/dt ≥ −|τ|`. Other paces end after other angles, and bends away from the path in other
-//! attitudes: what weights, limits, cones, wheels and fields make of the optimum lies near one of
-//! them.
+//! With `Π_d = 0`, `a = 1` and torques of equal weight about all axes this path is the optimum: the
+//! torque brakes along the momentum, `∫ ½|τ|² dt = |Π_0|²/2T` for any inertia, since
+//! `d|Π|/dt ≥ −|τ|`. Paths with other paces end after other angles, and bent paths in other
+//! attitudes: the optimum with weights, limits, cones, wheels and fields is near one of them.
 
 use crate::lie;
 use crate::maneuver::grid::Grid;
@@ -23,23 +22,24 @@ use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::{Matrix3, Vector3};
 
-/// The paces `a`: along the optimum of equal weights, faster at first, slower at first.
+/// Paces `a`: along the optimum of equal weights, faster at first, slower at first.
 const PACES: [(f64, &str); 3] = [(1.0, "braked"), (2.0, "braked early"), (0.5, "braked late")];
 
-/// Turn of the end about each body axis by which the paths are bent, to either side \[rad\]: less
-/// leads to the same minima, more costs subproblems. What the default search misses of the thorough
-/// one is counted by `families F13`.
+/// Rotation of the end about each body axis by which paths are bent, to either side \[rad\]. A
+/// smaller one leads to the same minima, a larger one costs subproblems. `families F13` counts the
+/// minima that the default search misses and the thorough one finds.
 const BEND: f64 = 1.0;
 
-/// Random bends that a thorough search tries: time against what it may miss.
+/// Number of random bends in a thorough search: more take longer and miss fewer minima.
 const RANDOM: u32 = 60;
-/// Their size \[rad\]: ends all over the rotations.
+/// Size of the random bends \[rad\]: their ends cover all rotations.
 const SPREAD: f64 = 2.0;
 
-/// Turn in a part of a step of the kinematics \[rad\]: what is followed are starts, not plans.
+/// Largest rotation in one integration step of the kinematics \[rad\]: these paths are initial
+/// guesses, so that low accuracy suffices.
 const PART: f64 = 0.1;
 
-/// Paths on the grid of `model`, the likeliest first.
+/// Returns paths on the grid of `model`, the most promising first.
 pub fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> Vec<Candidate> {
     let grid = &model.dynamics.grid;
     let mut straight: Vec<(&str, Vec<Matrix3>)> =
@@ -70,8 +70,8 @@ pub fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> Vec<Cand
     paths
 }
 
-/// The attitude in which the body ends that brakes along its momentum, where the duration is known;
-/// that of the start otherwise.
+/// Returns the terminal attitude of a body that brakes along its momentum, if the duration is
+/// known; otherwise the initial attitude.
 pub fn likely_end(problem: &Problem) -> Matrix3 {
     if problem.duration.known().is_none() {
         return problem.start.attitude;
@@ -80,15 +80,15 @@ pub fn likely_end(problem: &Problem) -> Matrix3 {
     attitudes.last().copied().unwrap_or(problem.start.attitude)
 }
 
-/// Attitudes at the nodes of a grid whose unit of time is the stated duration: the momentum of the
-/// start stays where it is in space, and gives way to that of the end.
+/// Returns the attitudes at the nodes of a grid whose unit of time is the stated duration. The
+/// initial momentum is fixed in space and decreases while the terminal momentum increases.
 fn braked(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
     let turned = turned(problem, grid, pace, momenta(problem), 1.0);
     from_start(problem, grid, &turned)
 }
 
-/// Attitudes on the way on which the momentum of the end stays where it is in space, found backward
-/// from the end.
+/// Returns the attitudes of a path on which the terminal momentum is fixed in space, integrated
+/// backward from the end.
 fn spun_up(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
     let [first, last] = momenta(problem);
     let mut turned = turned(problem, grid, pace, [last, first], -1.0);
@@ -96,13 +96,13 @@ fn spun_up(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
     from_start(problem, grid, &turned)
 }
 
-/// Momenta of start and end, body axes.
+/// Returns the momenta at start and end, body axes.
 fn momenta(problem: &Problem) -> [Vector3; 2] {
     [&problem.start, &problem.end].map(|end| problem.body.inertia.j() * end.angular_velocity)
 }
 
-/// Attitudes in the reference frame of a body that is turned so from node to node, from that of the
-/// start.
+/// Returns attitudes in the reference frame from the rotations of the body at the nodes, beginning
+/// with the initial attitude.
 fn from_start(problem: &Problem, grid: &Grid, turned: &[Matrix3]) -> Vec<Matrix3> {
     let frame = problem.environment.frame_rate() * problem.seconds();
     let first = problem.start.attitude * turned[0].transpose();
@@ -112,8 +112,8 @@ fn from_start(problem: &Problem, grid: &Grid, turned: &[Matrix3]) -> Vec<Matrix3
     turned.iter().enumerate().map(of_node).collect()
 }
 
-/// Rotations of the body from node to node, forward or backward in time, from the first of two
-/// momenta to the other.
+/// Returns the rotations of the body at the nodes, forward or backward in time, while its momentum
+/// changes from the first of two momenta to the other.
 fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sense: f64) -> Vec<Matrix3> {
     let inertia = &problem.body.inertia;
     let [mut first, last] = momenta;
@@ -137,8 +137,8 @@ fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sens
     attitudes
 }
 
-/// A path through attitudes, bent more and more by up to `bend` at its end, with the cubic between
-/// the boundary positions.
+/// Returns a path through attitudes, bent progressively by up to `bend` at its end, with a cubic
+/// between the boundary positions.
 fn bent(model: &Model, name: &str, attitudes: &[Matrix3], bend: &Vector3) -> Candidate {
     let grid = &model.dynamics.grid;
     let poses = attitudes.iter().enumerate().map(|(node, attitude)| {

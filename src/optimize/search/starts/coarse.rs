@@ -1,4 +1,4 @@
-//! The coarse grid of a search.
+//! Number of steps of the coarse grid of a search.
 
 use crate::Vector3;
 use crate::lie;
@@ -8,58 +8,60 @@ use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::search::starts::families::twisted_by;
 use std::f64::consts::{PI, TAU};
 
-/// How coarse a grid may be.
+/// Rule for the number of steps of a coarse grid.
 struct CoarseRule {
-    /// Fewest steps.
+    /// Fewest steps of the coarse grid.
     fewest: usize,
-    /// Angle per step that it aims at \[rad\].
+    /// Rotation per step that the grid aims at \[rad\].
     angle: f64,
-    /// It is worth its while where it has so many times fewer steps than the requested one.
+    /// Smallest ratio of the requested number of steps to that of the coarse grid at which the
+    /// coarse grid is used.
     worth: f64,
 }
 
-/// For the shooting, of a free body.
+/// Rule for shooting with a free body.
 const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.35, worth: 2.0 };
-/// The same from rest to rest on few steps where one way is asked for, and the ballistic start
-/// alone is tried at first: what the search takes is then felt, and the angle is known. On many it
-/// is not felt, and what extrapolation from coarser grids misses would cost a sweep more. With
-/// rates so coarse a grid leads to another extremal in one of a hundred.
+/// Rule for shooting with few requested steps, from rest to rest, in one homotopy class, where only
+/// the ballistic start is tried at first. The time of the search is then noticeable, and the angle
+/// is known. With many steps it is not noticeable, and the error of extrapolation from coarser
+/// grids would cost one more sweep. With boundary rates, so coarse a grid leads to another extremal
+/// in one of a hundred cases.
 const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTING_FREE };
-/// The same where the best way is sought: descents begin on both ways round, and what they end at
-/// is compared on the requested grid.
+/// Rule for shooting from rest to rest if the best path is sought: descents begin in both homotopy
+/// classes, and their results are compared on the requested grid.
 const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle: 0.45, ..SHOOTING_FREE };
-/// Fewest steps of a requested grid beside which that is taken.
+/// Fewest steps of a requested grid with which this rule is used.
 const FEWEST_FROM_REST: usize = 64;
-/// Steps that are few.
+/// Number of requested steps below which they are few.
 const FEW_STEPS: usize = 400;
-/// Where inputs about an axis are missing or dear a body turns far and fast instead, and takes
-/// sharp bends.
+/// Rule for missing or costly inputs about an axis: the body then turns far and fast, and its path
+/// has sharp bends.
 const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
-/// The rate that a field may give a body, in units of that of its oscillations: twice, as a
+/// Rate that a field may give a body, in units of the frequency of its oscillations: twice for a
 /// pendulum that falls from above.
 const SWING: f64 = 2.0;
-/// For a chain: enough for the angle per step and for cones between the nodes.
+/// Rule for a chain: enough steps for the rotation per step and for cones between the nodes.
 const CHAIN: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
-/// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest
-/// moment, or the requested grid where that is hardly finer.
+/// Returns the number of steps of the search grid for a path that turns by `angle` \[rad\]: enough
+/// for its fastest part, or the requested number if that is hardly larger.
 fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
     let ends = [&problem.start, &problem.end];
     let rate = ends
         .map(|end| end.angular_velocity.norm() + SWING * field_rate(problem, end))
         .into_iter()
         .fold(0.0, f64::max);
-    // In steps that do not resolve the nutation there may be no path that meets its end.
+    // If steps do not resolve the nutation, possibly no path meets its end.
     let rate = rate + problem.body.inertia.nutation(&problem.actuation.stored_momentum());
-    // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
+    // The peak rate of a rest-to-rest slew is 1.5 times its mean rate.
     let needed = ((1.5 * angle + rate * problem.seconds()) / rule.angle).ceil().min(problem.steps as f64);
-    // Even, so that grids of 3/2 as many steps exist.
+    // Even, so that grids with 3/2 as many steps exist.
     let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
 }
 
-/// The rate of the oscillations about an attitude that the field holds or repels by its gradient
-/// there, about the stiffest axis \[rad/s\].
+/// Returns the frequency of oscillations about an attitude due to the gradient of the field, about
+/// the stiffest axis \[rad/s\]; unstable attitudes have the same value.
 fn field_rate(problem: &Problem, at: &State) -> f64 {
     if problem.environment.is_free() {
         return 0.0;
@@ -69,29 +71,29 @@ fn field_rate(problem: &Problem, at: &State) -> f64 {
     (stiffness / problem.body.inertia.mean()).sqrt()
 }
 
-/// Steps of the coarse grid of a chain.
+/// Returns the number of steps of the coarse grid of a chain.
 pub fn chain_steps(problem: &Problem) -> usize {
     let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
     coarse_steps(problem, angle, &CHAIN)
 }
 
-/// Steps of the grid that descents with widened authority begin on, where the search goes on on the
-/// grid of `coarse`.
+/// Returns the number of steps of the rough grid on which descents with widened authority begin,
+/// before they continue on the grid of `coarse`.
 pub fn rough_grid<const N: usize>(problem: &Problem, coarse: &BoundaryValueProblem<N>) -> usize {
     let rough = coarse_steps(problem, PI, &SHOOTING_FREE);
     rough.min(coarse.dynamics.grid.steps())
 }
 
-/// Whether the best way from rest may be sought on a grid of very few steps: that of the
-/// first-order scheme is too coarse to tell a rival's cost by, and so it is beside a requested grid
-/// on which the search would take place itself.
+/// Returns whether the best path from rest may be sought on a grid of very few steps. The scheme
+/// must be of second order, because the costs of rivals would be too inaccurate otherwise. The
+/// requested grid must have so many steps that the search does not use it itself.
 fn coarse_from_rest(problem: &Problem) -> bool {
     problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
 }
 
-/// The grid on which the shooting searches.
+/// Returns the number of steps of the grid on which shooting searches.
 pub fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
-    // Where inputs meet their limits, costates on two grids have no expansion in the step.
+    // If inputs reach their limits, costates on two grids have no expansion in the step.
     if problem.actuation.is_limited() {
         return problem.steps;
     }
@@ -99,8 +101,8 @@ pub fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     let angle = (short.norm() + TAU * f64::from(turns)).abs();
     let ends = [&problem.start, &problem.end];
     let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
-    // A body that only turns, and about all axes alike, turns by hardly more than the angle of its
-    // way.
+    // A body that only rotates, with equal authority about all axes, turns by hardly more than the
+    // angle of its path.
     let plain = problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude;
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_FREE,

@@ -1,8 +1,8 @@
-//! Paths around cones: seeds for what only finds its way locally.
+//! Detours around cones: initial paths for methods that converge locally.
 //!
 //! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either
-//! side; one that leaves a keep-in cone is pulled back into it node by node, and one that is to be
-//! on a cone is pulled onto it.
+//! side. A path that leaves a keep-in cone is pulled back into it node by node, and a path that
+//! must stay on a cone is pulled onto it.
 
 use crate::Vector3;
 use crate::lie;
@@ -14,50 +14,51 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::search::starts::transfer::Interpolant;
 
-/// Room kept to a cone's edge beyond its half angle \[rad\].
+/// Clearance to the edge of a cone \[rad\].
 const CLEARANCE: f64 = 0.03;
-/// Parts of a step at which crossings are looked for.
+/// Parts of a step at which crossings are tested.
 const PARTS: usize = 8;
-/// Most paths kept; each further cone doubles them.
+/// Most paths that are kept; each further cone doubles their number.
 const MOST: usize = 8;
 
-/// One pair of a boresight and a direction.
+/// A pair of a boresight and the direction of a cone.
 struct Cone<'a> {
     name: &'a str,
     pointing: &'a Pointing,
     half_angle: f64,
     boresight: Vector3,
     direction: &'a Direction,
-    /// What a path takes \[s\], and how fast the reference frame turns meanwhile [rad/s].
+    /// Duration of a path \[s\]; `frame_rate` is the rate of the reference frame [rad/s].
     seconds: f64,
     frame_rate: Vector3,
 }
 
-/// A boresight beside a cone at a node.
+/// A boresight and a cone at a node.
 struct Seen {
     boresight: Vector3,
-    /// What the cone is about.
+    /// Direction of the cone's axis.
     direction: Vector3,
-    /// From its axis to its surface \[rad\].
+    /// Angle from the axis to the surface \[rad\].
     half_angle: f64,
-    /// Whether it acts then.
+    /// True if the cone is active at this time.
     acts: bool,
 }
 
-/// The seed and its detours around every cone that it violates; alone if it has been led past them
-/// already.
+/// Returns the path and its detours around every cone that it violates; only the path if it already
+/// avoids them.
 pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
     if seed.provenance.led_past { vec![seed] } else { turned(problem, seed, false) }
 }
 
-/// The seed, past every cone that it violates on the nearer side, each cone once.
+/// Returns the path with a detour on the nearer side of every cone that it violates, each cone
+/// once.
 pub(crate) fn past(problem: &Problem, seed: Candidate) -> Candidate {
     let mut past = turned(problem, seed.clone(), true).pop().unwrap_or(seed);
     past.provenance.led_past = true;
     past
 }
 
-/// The seed turned aside, to the nearer side alone or to both.
+/// Returns the detours of a path, to the nearer side only or to both sides.
 fn turned(problem: &Problem, seed: Candidate, nearer: bool) -> Vec<Candidate> {
     let mut cones = Vec::new();
     for constraint in &problem.constraints {
@@ -77,7 +78,7 @@ fn turned(problem: &Problem, seed: Candidate, nearer: bool) -> Vec<Candidate> {
     if cones.is_empty() {
         return vec![seed];
     }
-    // A crossing may lie between two nodes.
+    // A crossing may be between two nodes.
     let steps = seed.steps();
     let grid = seed.grid.clone();
     let between = Interpolant::of(seed.states.iter().map(Point::pose).collect());
@@ -101,7 +102,7 @@ fn turned(problem: &Problem, seed: Candidate, nearer: bool) -> Vec<Candidate> {
 }
 
 impl Cone<'_> {
-    /// Boresight and direction after a part of the path, reference axes.
+    /// Returns boresight and cone at a fraction of the path, reference axes.
     fn seen(&self, part: f64, pose: &Pose) -> Seen {
         let time = part * self.seconds;
         Seen {
@@ -113,7 +114,7 @@ impl Cone<'_> {
     }
 }
 
-/// Both ways around a keep-out cone, or the path itself where it stays outside.
+/// Adds both detours around a keep-out cone, or the path itself if it does not enter the cone.
 fn around(cone: &Cone, seed: Candidate, nearer: bool, out: &mut Vec<Candidate>) {
     let last = seed.states.len() - 1;
     let poses: Vec<Pose> = seed.states.iter().map(Point::pose).collect();
@@ -131,11 +132,11 @@ fn around(cone: &Cone, seed: Candidate, nearer: bool, out: &mut Vec<Candidate>) 
     let Seen { boresight: p, direction: w, half_angle, .. } = &seen[nearest];
     let motion = seen[(nearest + 1).min(last)].boresight - seen[nearest.saturating_sub(1)].boresight;
     let along = motion - p * p.dot(&motion);
-    // A boresight that does not move has no sideways of its own: any will do.
+    // A boresight at rest has no sideways direction of its own; any serves.
     let along = along.try_normalize(1e-9).unwrap_or_else(|| p.cross(&other(p)).normalize());
     let sideways = p.cross(&along);
     let lateral = sideways.dot(w).clamp(-1.0, 1.0).asin();
-    // The turn fades out over twice the crossing, within the ends of the path.
+    // The rotation fades out over twice the crossing, within the ends of the path.
     let reach = 0.75 * (final_ - first + 2 * PARTS) as f64;
     let centre = 0.5 * (first + final_) as f64;
     let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
@@ -159,12 +160,12 @@ fn around(cone: &Cone, seed: Candidate, nearer: bool, out: &mut Vec<Candidate>) 
     }
 }
 
-/// A vector that is not parallel to `p`.
+/// Returns a vector that is not parallel to `p`.
 fn other(p: &Vector3) -> Vector3 {
     if p.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
 }
 
-/// The path pulled into a keep-in cone, or onto a cone.
+/// Returns the path pulled into a keep-in cone, or onto a cone.
 fn into(cone: &Cone, seed: Candidate) -> Candidate {
     let last = seed.states.len() - 1;
     let poses = seed.states.iter().map(Point::pose).enumerate().map(|(index, pose)| {

@@ -1,5 +1,5 @@
-//! Where descents start, and how many: by what the maneuver is and how thorough the search is to
-//! be.
+//! Families of paths from which descents start, and their number, depending on the maneuver and the
+//! thoroughness.
 
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Path, Problem};
@@ -9,57 +9,61 @@ use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::search::starts::paths::{self, Paces};
 use std::f64::consts::TAU;
 
-/// A body that turns by less than this without inputs takes few starts \[rad\].
+/// Uncontrolled rotation below which a body needs few starts \[rad\].
 const SLOW: f64 = 1e-3;
-/// A body that turns by more without inputs must find the best way to slow down \[rad\].
+/// Uncontrolled rotation above which the search also varies how the body slows down \[rad\].
 const FAST: f64 = 3.0;
-/// A body that turns by more without inputs may be slowed at any phase of its rotation \[rad\].
+/// Uncontrolled rotation above which a body may be slowed at any phase of its rotation \[rad\].
 const TUMBLING: f64 = 10.0;
-/// The ratio of moments above which a body that moves takes random paths, from both ends
+/// Ratio of principal moments above which random paths from both ends are used for a moving body
 /// (`evidence -- unequal_moments`).
 const UNEQUAL: f64 = 4.0;
-/// Turns about the axis of the least moment that paths of such a body have more. They cost little,
-/// and the gyroscopic torques of a spinning rod bend its path.
+/// Turns about the axis of the smallest moment that are added to paths of such a body. They cost
+/// little, and the gyroscopic torques of a spinning rod bend its path.
 const TWISTS: [i32; 4] = [1, -1, 2, -2];
-/// Most minima of the coarse grid that are followed further: as a rule, and of a body with unequal
-/// moments, whose minima lie so near to each other that the coarse grid ranks them wrongly.
+/// Most minima of the coarse grid that are followed further.
 const MOST_MINIMA: usize = 6;
+/// Most minima that are followed further for a body with unequal moments, whose minima are so close
+/// that the coarse grid sorts them wrongly.
 const MOST_MINIMA_UNEQUAL: usize = 8;
-/// Random paths: as a rule, for a free body that turns by less than that, for one with unequal
-/// moments (from each end), where inputs about an axis are missing (twice as many where they are
-/// dear), and in a thorough search.
+/// Number of random paths by default.
 const RANDOM: usize = 24;
+/// Number of random paths for a free body whose uncontrolled rotation is less than `TUMBLING`.
 const RANDOM_FREE: usize = 56;
+/// Number of random paths from each end for a body with unequal moments.
 const RANDOM_UNEQUAL: usize = 16;
+/// Number of random paths if inputs about an axis are missing; twice as many if they are costly.
 const RANDOM_FEW_INPUTS: usize = 72;
+/// Number of random paths in a thorough search.
 const RANDOM_THOROUGH: usize = 160;
-/// Hops from minimum to minimum without a new one that counts, where inputs about an axis are
-/// missing or dear; twice as many in a thorough search.
+/// Number of hops between minima without a new low one after which the search ends, if inputs about
+/// an axis are missing or costly; twice as many in a thorough search.
 const HOPS: usize = 48;
 
-/// Which families of paths a search starts from.
+/// Families of paths from which a search starts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Starts {
-    /// The rotation vector to follow.
+    /// Rotation vector to follow, if one is given.
     given: Option<Vector3>,
-    /// Turns of smooth and of coasting paths.
+    /// Additional turns of each smooth path.
     smooth: Vec<i32>,
+    /// Additional turns of each coasting path.
     coasting: Vec<i32>,
-    /// At how many paces.
+    /// Paces of slowed coasts.
     slowed: Paces,
-    /// Humps of bent paths \[rad\].
+    /// Amplitudes of bent paths \[rad\].
     bent: Vec<f64>,
     random: usize,
-    /// Whether smooth and random paths begin at the end as well, which makes others of them.
+    /// True if smooth and random paths also begin at the end, which gives other paths.
     from_end: bool,
-    /// The axis of the least moment, if likely paths are twisted about it.
+    /// Axis of the smallest moment, if promising paths are twisted about it.
     pub twist: Option<Vector3>,
-    /// Hops from minimum to minimum that may lead to none that counts before the search ends.
+    /// Number of hops between minima without a new low one after which the search ends.
     pub hops: usize,
 }
 
 impl Starts {
-    /// Those for a maneuver.
+    /// Returns the families of paths for a maneuver.
     pub fn of<const N: usize>(
         problem: &Problem,
         bvp: &BoundaryValueProblem<N>,
@@ -86,7 +90,8 @@ impl Starts {
             (false, true) => (HOPS, 2 * RANDOM_FEW_INPUTS),
             (false, false) => (0, RANDOM),
         };
-        // Half of them go the other way round, and are not followed where one is asked for.
+        // Half of the random paths are in the other homotopy class; they are skipped if one class
+        // is requested.
         let senses = if problem.path == Path::Best { 1 } else { 2 };
         let twist =
             (simple && turned > SLOW && is_unequal(problem)).then(|| problem.body.inertia.least_axis());
@@ -100,14 +105,14 @@ impl Starts {
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
-            // Gyroscopic torques are of the size of the others: many minima lie side by side.
+            // Gyroscopic torques are comparable to the others: many minima are close together.
             Thoroughness::Default if simple && turned <= TUMBLING && is_unequal(problem) => {
                 Self { slowed: Paces::Even, bent: Vec::new(), random: senses * RANDOM_UNEQUAL, ..all }
             }
             Thoroughness::Default if simple && turned <= FAST => {
                 Self { slowed: Paces::None, bent: Vec::new(), random: 0, ..all }
             }
-            // Shifted in phase they lead to the same few minima here: random paths lead to more.
+            // Paths shifted in phase lead to the same few minima here; random paths lead to more.
             Thoroughness::Default if simple && turned <= TUMBLING => {
                 Self { slowed: Paces::Even, random: senses * RANDOM_FREE, ..all }
             }
@@ -115,12 +120,12 @@ impl Starts {
         }
     }
 
-    /// Whether there are more than those of the ways round.
+    /// Returns whether there are more families than one path per homotopy class.
     pub fn is_wide(&self) -> bool {
         self.slowed != Paces::None || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
     }
 
-    /// All families.
+    /// Returns all families of paths, with the default number of random ones.
     pub fn all() -> Self {
         Self {
             smooth: vec![0, -1, 1, -2],
@@ -135,8 +140,8 @@ impl Starts {
         }
     }
 
-    /// The paths: likely ones first, then the others of all families in turn, since a search may
-    /// end before the last.
+    /// Returns the paths: promising ones first, then the other families interleaved, since a search
+    /// may end before the last.
     pub fn paths<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
         let as_given = |rotation: &Vector3| paths::smooth(bvp, "as given".into(), rotation, paths::straight);
         let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();
@@ -148,7 +153,7 @@ impl Starts {
         if self.from_end {
             let reversed = bvp.reversed();
             out.extend(paths::smooth_ways(&reversed, &self.smooth).map(backwards));
-            // In turn, since a search may end before the last.
+            // Interleaved, since a search may end before the last.
             let others = paths::random(&reversed, self.random).map(backwards);
             random = random.into_iter().zip(others).flat_map(|(one, other)| [one, other]).collect();
         }
@@ -163,32 +168,33 @@ impl Starts {
     }
 }
 
-/// The path that one of the reversed maneuver is.
+/// Converts a path of the time-reversed maneuver.
 fn backwards(mut path: Candidate) -> Candidate {
     path.states.reverse();
     path.provenance.start.push_str(" from the end");
     path
 }
 
-/// The angle by which a body with unequal moments that moves at an end turns more about the axis of
-/// the least moment \[rad\]; nothing for other bodies.
+/// Returns the largest angle of the turns that are added about the axis of the smallest moment
+/// \[rad\], for a moving body with unequal moments; zero for other bodies.
 pub fn twisted_by(problem: &Problem) -> f64 {
     let moves = [&problem.start, &problem.end].iter().any(|end| end.angular_velocity != Vector3::zeros());
     if moves && is_unequal(problem) { TAU * f64::from(TWISTS.into_iter().max().unwrap_or(0)) } else { 0.0 }
 }
 
-/// The most minima of the coarse grid that are followed further.
+/// Returns the most minima of the coarse grid that are followed further.
 pub fn most_minima(problem: &Problem) -> usize {
     if is_unequal(problem) { MOST_MINIMA_UNEQUAL } else { MOST_MINIMA }
 }
 
-/// Whether the moments of a body differ so much that random paths lead to minima that no others do.
+/// Returns whether the moments of a body differ so much that random paths lead to minima that no
+/// other paths find.
 fn is_unequal(problem: &Problem) -> bool {
     let moments = problem.body.inertia.principal();
     moments[2] > UNEQUAL * moments[0]
 }
 
-/// The elements of several lists, each list spread evenly over the whole.
+/// Interleaves several lists, each spread evenly over the result.
 fn in_turn(lists: [Vec<Candidate>; 3]) -> Vec<Candidate> {
     let mut placed: Vec<(f64, Candidate)> = Vec::new();
     for list in lists {

@@ -1,12 +1,13 @@
-//! The duration that a search for the best one begins with: that of a turn about a fixed axis, or
-//! of a flight along a line where that is longer.
+//! Initial duration of a search for the optimal one: that of a turn about a fixed axis, or of a
+//! translation along a line if that is longer.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::{Matrix3, Vector3, lie};
 
-/// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`,
-/// for the rates as well; or a flight along a line, where that is longer. Infinite without a price.
+/// Returns the optimal duration of a minimum-effort turn about a fixed axis with time price
+/// `price`, the root of `18 (Jφ)² / T⁴ = w`, with the boundary rates included. Returns the duration
+/// of a translation along a line if that is longer; infinite if time has no price.
 pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     let lasting = |impulse: f64, change: f64, authority: &Matrix3| {
         let authority = authority.norm() / 3.0_f64.sqrt();
@@ -27,8 +28,8 @@ pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     turning.max(flying)
 }
 
-/// About how long a turn about a fixed axis takes, or a flight along a line where that is longer
-/// \[s\].
+/// Returns the approximate minimum duration of a turn about a fixed axis, or of a translation along
+/// a line if that is longer \[s\].
 pub fn of_time(problem: &Problem) -> f64 {
     let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
         let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
@@ -39,7 +40,7 @@ pub fn of_time(problem: &Problem) -> f64 {
     let turn = of_body(&lie::minus(&end.attitude, &start.attitude));
     let rates = of_body(&(end.angular_velocity - start.angular_velocity));
     let turning = if problem.ends_in_any_attitude() {
-        // By a torque along the change of the momentum, whichever way the body turns meanwhile.
+        // By a torque along the change of momentum, however the body rotates meanwhile.
         let change = problem.body.inertia.j() * (end.angular_velocity - start.angular_velocity);
         change.norm() / given(torque, &of_body(&change))
     } else {
@@ -54,12 +55,12 @@ pub fn of_time(problem: &Problem) -> f64 {
     turning.max(flying)
 }
 
-/// About what a set gives along and against a direction: that of its weakest input or, where all
-/// that helps is much more, a part of that.
+/// Returns the approximate force or torque of a set along and against a direction: the limit of its
+/// weakest input or, if all contributing inputs give much more together, a part of their sum.
 fn given(set: &ActuatorSet, direction: &Vector3) -> f64 {
     let Limits { size, norm, one_sided, .. } = set.limits();
     let inputs = || set.axes().iter().zip(size.iter().flatten());
-    // A thruster through the mass center turns nothing.
+    // A thruster through the centre of mass gives no torque.
     let each = inputs().map(|(axis, bound)| axis.norm() * bound).chain(*norm);
     let weakest = each.filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min);
     let along = |direction: &Vector3| -> f64 {

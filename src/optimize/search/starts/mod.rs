@@ -1,4 +1,4 @@
-//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, and
+//! Starts of shooting: homotopy classes and windings, counted from the ballistic end point, and
 //! given costates.
 //!
 //! Let `e_b = log(R_dᵀ R_b)` be the attitude error and `e_p` the other errors at the end of the
@@ -8,8 +8,9 @@
 //! λ_{−1} = −c Ψ₁₂(0)⁻¹ [e; e_p] ,    e = e_b (1 + 2πm/|e_b|) ,   m = 0 short, −1 long, +1, −2, … turns
 //! ```
 //!
-//! For a free body at rest and small angles `m = 0, c = 1` is the discrete optimum of the double
-//! integrator. With rates, a potential or a turning frame it counts the senses where they tie.
+//! For a free body at rest and small angles, `m = 0, c = 1` is the discrete optimum of the double
+//! integrator. With boundary rates, a potential or a rotating frame, the classes are counted from
+//! the ballistic motion, where both are equally long.
 
 pub mod any_attitude;
 pub mod coarse;
@@ -33,10 +34,10 @@ use std::f64::consts::TAU;
 
 /// Name of the start from the costates of a guess.
 pub const GUESS: &str = "guess";
-/// Name of the start from the costates of a plan that is planned again.
+/// Name of the start from the costates of a plan that is solved again.
 pub const WARM: &str = "warm";
 
-/// The name of a start by its turns.
+/// Returns the name of a start with this number of turns.
 pub(crate) fn name_of(turns: i32) -> String {
     match turns {
         0 => "short".into(),
@@ -46,9 +47,9 @@ pub(crate) fn name_of(turns: i32) -> String {
     }
 }
 
-/// The error that stands for a way of `turns` more turns: `e_b (1 + 2π turns/|e_b|)`.
+/// Returns the attitude error for a path with `turns` additional turns: `e_b (1 + 2π turns/|e_b|)`.
 ///
-/// Without an error there is no axis to turn about; the body's first axis then serves.
+/// If the error is zero, the turns are about the first body axis.
 pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
     let angle = error.norm();
     if turns == 0 {
@@ -58,7 +59,7 @@ pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
     axis * (angle + TAU * f64::from(turns))
 }
 
-/// Turns to try, in order.
+/// Returns the numbers of turns to try, in order.
 pub fn wanted_turns(problem: &Problem) -> Vec<i32> {
     match problem.path {
         Path::Best => vec![0, -1],
@@ -68,8 +69,9 @@ pub fn wanted_turns(problem: &Problem) -> Vec<i32> {
     }
 }
 
-/// How many turns the given rotation is away from the shortest one between the boundary attitudes.
-/// It only names the start; which extremal is the given one is decided by its own rotation.
+/// Returns the number of turns by which the given rotation differs from the shortest one between
+/// the boundary attitudes. It only names the start; the given extremal is recognised by its own
+/// rotation.
 fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
     // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one
@@ -79,7 +81,8 @@ fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     ((along - short.norm()) / TAU).round() as i32
 }
 
-/// The starts with the given turns, each damped by `fraction`.
+/// Returns the starts with the given numbers of turns, each with its costate multiplied by
+/// `fraction`.
 pub fn ballistic<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
@@ -97,8 +100,8 @@ pub fn ballistic<const N: usize>(
     Ok(turns.iter().map(start).collect())
 }
 
-/// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for
-/// Lie–Verlet.
+/// Returns the scaled `λ_{−1}` from costates in the form of a solution: SI units, `λ_0` for
+/// Lie–Euler, `λ_{−1}` for Lie–Verlet.
 pub(crate) fn given<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,

@@ -1,35 +1,38 @@
-//! Paths that a descent may start from: smooth, coasting, bent and random ones, on the grid of a
+//! Paths from which descents start: smooth, coasting, bent and random ones, on the grid of a
 //! problem.
 //!
-//! Every path runs from the boundary attitude to the other; no rate needs to be met, since the
+//! Every path connects the boundary attitudes; it need not meet the boundary rates, since the
 //! inputs at the ends follow. The families:
 //!
-//! - *smooth*: a cubic in the rotation vector from the start that meets both rates, with more turns
-//!   or fewer;
-//! - *coasting*: the motion without inputs from the start, blended into the one that arrives at the
-//!   target, about the axis and the angle between them;
-//! - *slowed*: the same with coasts of a free body that run at the pace `1 − (1−κ)t + 6βt(1−t)`: at
-//!   κ = 0 that stops a rotation with the least torque, and β shifts its phase;
-//! - *bent*: smooth paths with a hump `± a sin²πt` about an axis;
-//! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed;
-//! - *twisted*: any path, of which the body makes more turns about the axis of its least moment.
+//! - *smooth*: a cubic in the rotation vector from the start that meets both rates, with more or
+//!   fewer turns;
+//! - *coasting*: the motion without inputs from the start, blended into the motion without inputs
+//!   that arrives at the target, by the rotation between them;
+//! - *slowed*: the same blend with coasts of a free body at the pace `1 − (1−κ)t + 6βt(1−t)`: κ = 0
+//!   stops a rotation with the smallest torque, and β shifts its phase;
+//! - *bent*: smooth paths with an added `± a sin²πt` about an axis;
+//! - *random*: smooth paths with an added `Σ b_m sin πt sin mπt`, m = 1 … 3, with normal `b_m` from
+//!   a fixed seed;
+//! - *twisted*: any path, with more turns of the body about the axis of its smallest moment.
 //!
-//! # How is the best way found?
+//! # How is the best homotopy class found?
 //!
 //! Descents start from families of paths (`optimize/search/starts/paths.rs`): smooth ones by turns,
-//! coasts blended into each other, slowed coasts, bent and random ones. How many is decided by what
-//! the maneuver is (`effort.rs`): two for a free body between states of rest, all of them for a
-//! long detumbling, a field, missing inputs or weights of very different size. A free body that
-//! turns by less than ten radians takes few slowed coasts, which all lead to the same two or three
-//! minima there, and more random paths instead: the cheapest minimum may be met by one random path
-//! in sixteen and by none of the others. A rod that moves starts from both ends, and with more
-//! turns about its axis, and so do the lowest minima that are found: such turns cost little, and
-//! their gyroscopic torques bend the path. A search that is half done ends after twenty starts
-//! without a lower minimum. A descent whose Newton step leads to within 3e-3 rad of every node of a
-//! minimum found before ends there: two minima as close would hardly differ in cost. What is found
-//! on the coarse grid is merged by its cost, and everything within 15 % of the cheapest is carried
-//! to the requested grid and compared there, because costs of a coarse grid are wrong by some
-//! percent. `search = "quick"` and `"thorough"` change the number of starts, nothing else.
+//! coasts blended into each other, slowed coasts, bent and random ones. Their number depends on the
+//! maneuver (`families.rs`): two for a free body between states of rest; all of them for a long
+//! detumbling, a field, missing inputs or weights of very different size. A free body that turns by
+//! less than ten radians gets few slowed coasts, which all lead to the same two or three minima,
+//! and more random paths instead: the cheapest minimum may be found by one random path in sixteen
+//! and by no other. A moving rod starts from both ends, and with more turns about its axis, and so
+//! do the lowest minima that are found: such turns cost little, and their gyroscopic torques bend
+//! the path.
+//!
+//! A search that has done half of its starts ends after twenty starts without a lower minimum. A
+//! descent whose Newton step leads to within 3e-3 rad of every node of a known minimum ends there:
+//! two different minima at this distance would hardly differ in cost. The minima on the coarse grid
+//! are merged by their cost. All within 15 % of the cheapest are transferred to the requested grid
+//! and compared there, because costs on a coarse grid are wrong by some percent. `search = "quick"`
+//! and `"thorough"` change only the number of starts.
 
 use crate::Vector3;
 use crate::lie;
@@ -48,10 +51,10 @@ use std::f64::consts::{PI, TAU};
 
 /// Amplitude of random paths \[rad\].
 const SPREAD: f64 = 1.2;
-/// Below this total angle a rotation hardly needs slowing \[rad\].
+/// Total angle below which a rotation hardly needs slowing \[rad\].
 const SLOW: f64 = 1.0;
 
-/// A path through the nodes of the grid of `bvp`.
+/// Creates a path through the nodes of the grid of `bvp`.
 fn candidate<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
@@ -69,7 +72,7 @@ fn candidate<const N: usize>(
     candidate
 }
 
-/// The path of an extremal.
+/// Returns the path of an extremal.
 pub fn of_extremal<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     extremal: &Candidate,
@@ -79,24 +82,25 @@ pub fn of_extremal<const N: usize>(
     Ok(candidate(bvp, extremal.provenance.start.clone(), poses.into_iter()))
 }
 
-/// The path of a candidate that has its states, on the grid of `bvp`.
+/// Returns the path of a candidate with known states, on the grid of `bvp`.
 pub fn of_states<const N: usize>(bvp: &BoundaryValueProblem<N>, states: &Candidate) -> Candidate {
     let name = states.provenance.start.clone();
     candidate(bvp, name, states.states.iter().map(Point::pose))
 }
 
-/// The rotation vector of `turns` more turns than the shortest rotation from start to target.
+/// Returns the rotation vector with `turns` more turns than the shortest rotation from start to
+/// target.
 pub(crate) fn rotation<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Vector3 {
     wound(&lie::minus(&bvp.terminal.target().attitude.value, &bvp.start.attitude.value), turns)
 }
 
-/// The step of the blends: 0 to 1, its first two derivatives zero at both ends.
+/// Blending function from 0 to 1 with zero first and second derivatives at both ends.
 fn blend(t: f64) -> f64 {
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
 }
 
-/// The smooth path along `rotation`, the rotation vector from the start, bent by `bend`, which is
-/// zero at both ends.
+/// Returns the smooth path along `rotation`, the rotation vector from the start, with the addition
+/// `bend`, which is zero at both ends.
 pub(crate) fn smooth<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
@@ -121,19 +125,19 @@ pub(crate) fn smooth<const N: usize>(
     candidate(bvp, name, poses)
 }
 
-/// The cubic between the boundary positions.
+/// Returns the cubic between the boundary positions.
 fn position<const N: usize>(bvp: &BoundaryValueProblem<N>, t: f64) -> Vector3 {
     let (start, target) = (&bvp.start, bvp.terminal.target());
     let ends = [&start.position.value, &target.position.value];
     hermite(t, 1.0, ends, [&start.linear_momentum.value, &target.linear_momentum.value])
 }
 
-/// No bend.
+/// Returns a bend of zero.
 pub(crate) fn straight(_: f64) -> Vector3 {
     Vector3::zeros()
 }
 
-/// Smooth paths with the given turns.
+/// Returns smooth paths with the given numbers of turns.
 pub fn smooth_ways<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     turns: &'a [i32],
@@ -144,7 +148,8 @@ pub fn smooth_ways<'a, const N: usize>(
     })
 }
 
-/// Smooth paths with a hump of `by` \[rad\] about every axis, to either side, short and long.
+/// Returns smooth paths that are bent by `by` \[rad\] about every axis, to either side, short and
+/// long.
 pub fn bent<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     by: f64,
@@ -158,7 +163,7 @@ pub fn bent<'a, const N: usize>(
     })
 }
 
-/// Random smooth paths, short and long in turn.
+/// Returns random smooth paths, alternately short and long.
 pub fn random<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     count: usize,
@@ -172,7 +177,7 @@ pub fn random<'a, const N: usize>(
     })
 }
 
-/// A path with more turns of the body about an axis of its own, its ends as they are.
+/// Returns a path with more turns of the body about a body axis and unchanged ends.
 pub fn twisted<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     path: &Candidate,
@@ -190,7 +195,7 @@ pub fn twisted<const N: usize>(
     candidate(bvp, format!("{start}, twisted"), poses)
 }
 
-/// A path bent at random by about `by` \[rad\], its ends as they are.
+/// Returns a path bent at random by about `by` \[rad\], with unchanged ends.
 pub fn bent_at_random<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     path: &Candidate,
@@ -206,15 +211,15 @@ pub fn bent_at_random<const N: usize>(
     candidate(bvp, path.provenance.start.clone(), poses)
 }
 
-/// A stream of bends: linear congruential steps, their high bits. Starts need to be spread, not
-/// random.
+/// A stream of bends from a linear congruential generator, of which the high bits are used. Starts
+/// need to be spread, not random.
 pub struct Bends(u64);
 
-/// `Σ b_m sin πt sin mπt`, m = 1 … 3.
+/// A bend `Σ b_m sin πt sin mπt`, m = 1 … 3.
 struct Bend([Vector3; 3]);
 
 impl Bends {
-    /// The stream from its fixed seed.
+    /// Creates the stream with its fixed seed.
     pub fn new() -> Self {
         Self(0x5EED)
     }
@@ -224,7 +229,7 @@ impl Bends {
         (self.0 >> 11) as f64 / 2.0f64.powi(53)
     }
 
-    /// The next, of normal `b_m` with the deviation `by` \[rad\].
+    /// Returns the next bend, with normal `b_m` of standard deviation `by` \[rad\].
     fn draw(&mut self, by: f64) -> Bend {
         let mut normal = || {
             let (radius, angle) = ((-2.0 * (1.0 - self.uniform()).ln()).sqrt(), TAU * self.uniform());
@@ -241,8 +246,8 @@ impl Bend {
     }
 }
 
-/// The motion without inputs from the start and, backward, from the target, blended; with the given
-/// turns.
+/// Returns the motions without inputs from the start and, backward, from the target, blended, for
+/// each number of turns.
 pub fn coasting<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
@@ -265,9 +270,9 @@ pub fn coasting<const N: usize>(
     Ok(blended.collect())
 }
 
-/// The way that a free body turns by itself: its rate passes from that of the motion without inputs
-/// from the start to that of the motion to the target, and what it misses then is spread over the
-/// way, with the given turns more.
+/// Returns the path of a free body without inputs: its rate changes from the rate of the
+/// uncontrolled motion from the start to the rate of the uncontrolled motion to the target. The
+/// remaining attitude error, with additional turns, is distributed over the path.
 pub fn natural<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Result<Candidate, StepError> {
     let rates = |from: BoundaryValueProblem<N>, sign: f64| {
         let mut rates = Vec::new();
@@ -295,22 +300,22 @@ pub fn natural<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Res
     Ok(candidate(bvp, name, poses.collect::<Vec<_>>().into_iter()))
 }
 
-/// At which paces coasts are slowed.
+/// Paces at which coasts are slowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Paces {
     #[default]
     None,
-    /// Evenly.
+    /// The pace falls evenly.
     Even,
-    /// Evenly, and shifted in phase by half a turn to either side.
+    /// The pace falls evenly; coasts shifted in phase by half a turn to either side are added.
     Shifted,
 }
 
-/// Slowed coasts, short and long.
+/// Returns slowed coasts, short and long.
 pub fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>, paces: Paces) -> Vec<Candidate> {
     let rate = |point: &Point| (bvp.dynamics.j_inverse * point.momentum.value).norm();
     let reversed = bvp.reversed();
-    // At which paces an end may run: an end that hardly turns needs none of its own.
+    // Paces at an end; an end that hardly rotates needs only one.
     let paces_at = |rate: f64| -> Vec<(f64, f64)> {
         if rate <= SLOW {
             return vec![(1.0, 0.0)];
@@ -339,8 +344,8 @@ pub fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>, paces: Paces) -> Ve
     out
 }
 
-/// The rotation of the free body from the start of `bvp` at the pace `1 − (1−κ)t + 6βt(1−t)`, by
-/// midpoint steps.
+/// Returns the rotation of the free body from the start of `bvp` at the pace
+/// `1 − (1−κ)t + 6βt(1−t)`, by midpoint steps.
 fn free_coast<const N: usize>(bvp: &BoundaryValueProblem<N>, (kappa, beta): (f64, f64)) -> Vec<Pose> {
     let dynamics = &bvp.dynamics;
     let grid = &dynamics.grid;
@@ -358,8 +363,8 @@ fn free_coast<const N: usize>(bvp: &BoundaryValueProblem<N>, (kappa, beta): (f64
     poses
 }
 
-/// `R_f(t) exp(σ(t) ℓ(t))` with `ℓ = log(R_fᵀR_b)`, continued in t from its value at half time,
-/// wound by `turns`.
+/// Returns the path `R_f(t) exp(σ(t) ℓ(t))` with the blending function σ and `ℓ = log(R_fᵀR_b)`. ℓ
+/// is continued in t from its value at half time, with `turns` additional turns.
 fn blended<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
@@ -390,14 +395,14 @@ fn blended<const N: usize>(
     candidate(bvp, name, poses.into_iter())
 }
 
-/// The rotation vector of the same rotation as `log` that is nearest to `near`.
+/// Returns the rotation vector nearest to `near` that represents the rotation of `log`.
 fn nearest_branch(log: &Vector3, near: &Vector3) -> Vector3 {
     let angle = log.norm();
     let along = if angle > 1e-9 { log / angle } else { near.try_normalize(1e-9).unwrap_or_else(Vector3::x) };
     along * (angle + TAU * ((near.dot(&along) - angle) / TAU).round())
 }
 
-/// The path of a candidate on another grid, smooth between its nodes.
+/// Returns the path of a candidate on another grid, with smooth interpolation between its nodes.
 pub fn on_grid<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) -> Candidate {
     let (from, to) = (path.steps(), bvp.dynamics.grid.steps());
     let smooth = super::transfer::Interpolant::of(path.states.iter().map(Point::pose).collect());
@@ -412,7 +417,7 @@ pub fn on_grid<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) 
     Candidate { provenance: path.provenance.clone(), ..moved }
 }
 
-/// The cubic along the shortest rotation.
+/// Returns the cubic path along the shortest rotation.
 pub fn shortest_way(model: &Model) -> Candidate {
     let relative = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {
@@ -435,8 +440,8 @@ mod tests {
     use crate::optimize::discrete::sweep::BoundaryValueProblem;
     use crate::{Matrix3, Vector3};
 
-    /// Where the end is what the motion without inputs comes to, the way is that motion; with a
-    /// turn more it meets the same end.
+    /// Claim: if the end is that of the motion without inputs, the path is that motion; with an
+    /// additional turn it meets the same end.
     #[test]
     fn a_body_that_needs_no_inputs_goes_as_it_does_by_itself() {
         let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap(), mass: None };
@@ -447,7 +452,7 @@ mod tests {
         let bvp = BoundaryValueProblem::<6>::new(&problem, 400);
         bvp.coast(|attitude| coast.push(*attitude)).unwrap();
         let last = *coast.last().unwrap();
-        // The momentum in space stays.
+        // The momentum is constant in inertial space.
         let momentum = last.tr_mul(&(body.inertia.j() * start.angular_velocity));
         let problem = of(State::attitude(last, body.inertia.j_inverse() * momentum));
         let bvp = BoundaryValueProblem::<6>::new(&problem, 400);

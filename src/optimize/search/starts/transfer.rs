@@ -1,4 +1,4 @@
-//! From one grid to another: what a solution on a coarse grid says of a finer one.
+//! Transfer between grids: an initial guess on a fine grid from a solution on a coarse one.
 
 use crate::Vector3;
 use crate::lie;
@@ -12,7 +12,7 @@ use crate::optimize::chain::{Multipliers, first_iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use nalgebra::DVector;
 
-/// A candidate on the second of two grids from an optimum on the first.
+/// Returns a candidate on the second of two grids, from an optimum on the first.
 pub fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
     let [coarse, fine] = grids.map(|chain| &chain.model);
     let (known, multipliers) = (iterate(found), multipliers(found));
@@ -25,7 +25,7 @@ pub fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
         let (low, share) = between(stage);
         state.wheels = &states[low].wheels * (1.0 - share) + &states[low + 1].wheels * share;
     }
-    // Inputs of the coarse solution are smoother than those of its piecewise path.
+    // Inputs of the coarse solution are smoother than inputs derived from its piecewise path.
     for stage in fine.first_input()..=fine.steps {
         let (low, share) = between(stage);
         let low = low.max(coarse.first_input());
@@ -44,20 +44,21 @@ pub fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
     with_iterate(found.clone().on_grid(&fine.dynamics.grid), start, multipliers)
 }
 
-/// Where a node of the second of two grids lies on the first: behind which node, and at which share
-/// of the step there.
+/// Returns the position of a node of one grid on another grid: the index of the step, and the
+/// fraction of the step.
 fn between([from, to]: [usize; 2], node: usize) -> (usize, f64) {
     let at = (node as f64 * (from as f64 / to as f64)).min(from as f64);
     let low = (at.floor() as usize).min(from - 1);
     (low, at - low as f64)
 }
 
-/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step,
-/// in the rotation vector from its first node.
+/// A path with continuous rates through the nodes of a coarse path: cubic Hermite interpolation on
+/// each step, of the rotation vector from its first node.
 pub struct Interpolant {
     nodes: Vec<Pose>,
-    /// From each node to the next: rotation vector, and distance.
+    /// Rotation vector from each node to the next.
     turns: Vec<Vector3>,
+    /// Displacement from each node to the next.
     ways: Vec<Vector3>,
 }
 
@@ -69,7 +70,7 @@ impl Interpolant {
         Self { nodes, turns, ways }
     }
 
-    /// The poses at the nodes of a grid of `steps` steps.
+    /// Returns the poses at the nodes of a uniform grid of `steps` steps.
     pub fn on(&self, steps: usize) -> Vec<Pose> {
         let pose = |node: usize| {
             let (low, share) = between([self.turns.len(), steps], node);
@@ -78,7 +79,7 @@ impl Interpolant {
         (0..=steps).map(pose).collect()
     }
 
-    /// The pose at a share of the step that begins at node `low`.
+    /// Returns the pose at the fraction `share` of the step that begins at node `low`.
     pub fn at(&self, low: usize, share: f64) -> Pose {
         let node = &self.nodes[low];
         let turn = cubic(&self.turns, low, share);
@@ -89,20 +90,20 @@ impl Interpolant {
     }
 }
 
-/// The way within a step, from the ways of all: rates at the nodes are means of the two steps
-/// beside them.
+/// Returns the displacement within a step by cubic interpolation; the rate at a node is the mean of
+/// both adjacent steps.
 fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
     let way = ways[low];
     let before = if low > 0 { 0.5 * (ways[low - 1] + way) } else { way };
     let after = ways.get(low + 1).map_or(way, |next| 0.5 * (way + next));
-    // At the ends the rate goes on as inside.
+    // At the ends the rate is extrapolated.
     let before = if low > 0 { before } else { 2.0 * way - after };
     let after = if low + 1 < ways.len() { after } else { 2.0 * way - before };
     hermite(share, 1.0, [&Vector3::zeros(), &way], [&before, &after])
 }
 
-/// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the
-/// nearest stage, in proportion to the step.
+/// Returns the multipliers of the rows on the fine grid: of the corresponding row at the nearest
+/// stage of the coarse grid, in proportion to the step.
 fn carried([coarse, fine]: [&Chain; 2], multipliers: &[f64]) -> Vec<f64> {
     let slices = |rows: &LimitRows, steps: usize| -> Vec<std::ops::Range<usize>> {
         let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);

@@ -1,4 +1,4 @@
-//! What a maneuver without a plan is told: the duration for which there is one.
+//! Advice for a maneuver without a plan: a duration for which a plan exists.
 
 use crate::maneuver::infeasible;
 use crate::maneuver::shortfall::Shortfall;
@@ -12,14 +12,14 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::strategies::chains::{descend, relaxed, relaxed_paths};
 
-/// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a
-/// guess is hard to find.
+/// Durations tried for advice, as multiples of the shortest one found. Near the shortest duration a
+/// plan without a guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
-/// Adds to an unsolved maneuver the duration for which a plan was found, or else one that suffices
+/// Adds to an unsolved maneuver a duration for which a plan was found, or else one that suffices
 /// for a turn about a fixed axis.
 pub fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solution: &mut Solution) {
-    // A search that was cut short says nothing about the maneuver.
+    // A search that was stopped early does not show that the maneuver has no plan.
     let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
     if searched
         && !search.stopped()
@@ -37,13 +37,13 @@ pub fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solutio
     }
 }
 
-/// A longer duration \[s\], in four digits, for which a plan is found on a coarse grid without a
-/// guess: the shortest one found, or not much longer. That is advice, not proof: the search is
-/// local.
+/// Returns a longer duration \[s\], in four digits, for which a plan is found on a coarse grid
+/// without a guess: the shortest one found, or slightly more. It is advice and not a proof, because
+/// the search is local.
 fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f64> {
     let found = |duration: &f64| {
         let problem = search.problem.clone().lasting(*duration);
-        // What was tried for advice is no rung of this maneuver's ladder.
+        // Trials for advice are removed from the record of this maneuver.
         let noted = search.context.ladder.borrow().len();
         let found = problem.check().is_ok()
             && finds_any(&search.of(&problem, Ask::of_goal(None, search.context.settings)));
@@ -57,7 +57,7 @@ fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f
         .find(|longer| !search.stopped() && found(longer))
 }
 
-/// Whether a plan is found on the coarse grid that goes round as asked.
+/// Returns whether a plan in the requested homotopy class is found on the coarse grid.
 fn finds_any<const N: usize>(search: &Search<N>) -> bool {
     let mut found = Found::default();
     let coarse = Chain::new(search.problem, chain_steps(search.problem));

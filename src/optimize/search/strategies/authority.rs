@@ -1,33 +1,33 @@
-//! The authority of the inputs about the axes, and how descents widen it where it is missing or
-//! small.
+//! Authority of the inputs about the axes, and how descents widen it where it is missing or small.
 //!
-//! # How is the best way found?
+//! # How is the best homotopy class found?
 //!
-//! Where an axis has no input, the weight of inverse dynamics is infinite. Descents then work with
-//! a little authority about every axis, lowered in steps, and the lifted Newton ends with the true
-//! one. Authority that is taken away only makes a branch dearer: the lowest branch is always
-//! followed next, and one that is dearer than a plan found needs no following. Uneven weights (a
-//! ratio of more than a hundred) are evened and brought back in the same way, beside descents with
-//! the weights as they are, because smooth starts seldom fall into the cheapest of their narrow
-//! valleys. Both begin on a rough grid and go on on one twice as fine, hop from the lowest minima
-//! to others near them by random bends until that finds none lower for a while, and compare what
-//! they know there: on the rough grid costs are wrong by half.
+//! If an axis has no input, the weight of inverse dynamics is infinite. Descents then use a small
+//! authority about every axis, which is reduced in steps, and the lifted Newton method ends with
+//! the true one. A reduction of the authority only increases the cost of a branch. The lowest
+//! branch is therefore always followed next, and a branch that costs more than a plan already found
+//! is not followed. Uneven weights (a ratio of more than a hundred) are equalised and restored in
+//! the same way, in addition to descents with the given weights, because smooth starts seldom reach
+//! the cheapest of their narrow valleys. Both begin on a rough grid and continue on one that is
+//! twice as fine. They hop from the lowest minima to others near them by random bends until that
+//! finds no lower one for some time, and then compare the minima: on the rough grid costs are wrong
+//! by up to half.
 
 use crate::optimize::discrete::step::Dynamics;
 
-/// Authority about the axes without inputs, from the first descent to the last, relative to that of
-/// the others.
+/// Authority about the axes without inputs, relative to that of the others, from the first descent
+/// to the last.
 pub const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-/// What is added to uneven authority, from the first descent to the last, in the same unit.
+/// Addition to uneven authority, in the same unit, from the first descent to the last.
 const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 
-/// How the inputs reach the axes.
+/// Distribution of the control authority over the axes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Authority {
     Even,
-    /// About some much less than about others.
+    /// Authority that is much smaller about some axes than about others.
     Uneven,
-    /// About some not at all.
+    /// Authority that is zero about some axes.
     Missing,
 }
 
@@ -42,7 +42,7 @@ impl Authority {
         }
     }
 
-    /// What is added to it, from the first descent to the last.
+    /// Returns the additions to the authority, from the first descent to the last.
     pub fn levels(self) -> &'static [f64] {
         match self {
             Self::Even => &[0.0],

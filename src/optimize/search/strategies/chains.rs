@@ -1,22 +1,22 @@
-//! Maneuvers within limits, on a coarse grid first: every seed is improved there, and the cheapest
-//! plans again on the requested grid.
+//! Maneuvers within limits: every initial path is improved on a coarse grid, and the cheapest plans
+//! again on the requested grid.
 //!
-//! # Which method does a limited maneuver take?
+//! # Which method is used for a limited maneuver?
 //!
-//! Where only the inputs are limited, by size or by norm, and effort is the cost, the shooting goes
-//! first: from each extremal without limits Newton continues with the saturated law
-//! (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings costates to
-//! round-off and a count of conjugate points. That count comes from the inertia of the accessory
-//! problem, because the sensitivity matrix loses rank while all inputs are at their limits. Where
-//! the shooting finds nothing, and for all other limits and costs, the interior point is taken
-//! ([`crate::optimize::methods::interior_point`]), or SCP where the settings request it.
+//! If only the inputs are limited, by size or by norm, and the objective is effort, shooting is
+//! tried first. From each extremal without limits Newton continues with the saturated law
+//! (`control_law/saturated`), which costs only a clamp in the kick. It brings costates to round-off
+//! and gives the number of conjugate points. This number comes from the inertia of the accessory
+//! problem, because the sensitivity matrix loses rank while all inputs are at their limits. If
+//! shooting finds no plan, and for all other limits and objectives, the interior-point method is
+//! used ([`crate::optimize::methods::interior_point`]), or SCP if the settings request it.
 //!
-//! For effort the maneuver without limits is solved first, by shooting, for each sense. If the
-//! cheapest of those meets every limit it is the answer. Otherwise each of these paths, and its
-//! detours to either side of every cone that it crosses, is a seed. Limits only make a maneuver
-//! costlier. A sense whose path without limits costs more than what is already found is therefore
-//! not tried, unless wheels store momentum at the start: without it the body would move otherwise.
-//! A guess brings its path as one more seed, the first.
+//! For effort, the maneuver without limits is solved first, by shooting, for each homotopy class.
+//! If the cheapest of these plans satisfies every limit, it is the result. Otherwise each of these
+//! paths, and its detours to either side of every cone that it crosses, is an initial path. Limits
+//! only increase the cost of a maneuver. A class whose path without limits costs more than a plan
+//! already found is therefore not tried, unless wheels store momentum at the start: without wheels
+//! the body would move differently. The path of a guess is one more initial path, the first.
 
 use crate::Vector3;
 use crate::lie;
@@ -40,7 +40,7 @@ use crate::optimize::search::record::landed::can_be_flown;
 use crate::optimize::search::starts::transfer::transfer;
 use crate::optimize::search::starts::{any_attitude, paths};
 
-/// The extremals of the maneuver without limits, as paths on a coarse grid.
+/// Returns the extremals of the maneuver without limits, as paths on a coarse grid.
 pub fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain) -> Vec<Candidate> {
     let seeds = relaxed_paths(search, &relaxed(search.problem), coarse);
     if seeds.is_empty() {
@@ -49,8 +49,8 @@ pub fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain) -> Ve
     seeds.into_iter().map(|(_, seed)| seed).collect()
 }
 
-/// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make
-/// them costlier.
+/// Returns the extremals of the relaxed maneuver with their scaled costs, the cheapest first.
+/// Limits only increase these costs.
 pub fn relaxed_paths<const N: usize>(
     search: &Search<N>,
     relaxed: &Problem,
@@ -77,7 +77,7 @@ pub fn relaxed_paths<const N: usize>(
     seeds
 }
 
-/// Solves once from a seed, roughly, unless something asks to stop.
+/// Solves roughly from an initial path, unless a stop is requested, and keeps the result.
 pub fn descend<const N: usize>(search: &Search<N>, found: &mut Found<N>, chain: &Chain, seed: Candidate) {
     if search.stopped() {
         return;
@@ -88,12 +88,13 @@ pub fn descend<const N: usize>(search: &Search<N>, found: &mut Found<N>, chain: 
     found.keep(attempt);
 }
 
-/// Improves a candidate to the end by the interior point, or by SCP where the settings request it.
+/// Improves a candidate until convergence by the interior-point method, or by SCP if the settings
+/// request it.
 pub fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     improved(search, &InteriorPoint::of(chain, &Tuning::default()), from)
 }
 
-/// Improves the path of a motion that is nearly a plan; `None` where the motion has no path.
+/// Improves the path of a motion that is nearly a plan; `None` if the motion has no path.
 pub fn optimised_along<const N: usize>(
     search: &Search<N>,
     chain: &Chain,
@@ -106,15 +107,16 @@ pub fn optimised_along<const N: usize>(
     Some(optimised(search, chain, path))
 }
 
-/// Improves a candidate that is near an optimum: from there first, and then from anywhere.
+/// Improves a candidate near an optimum: first with settings for a nearby optimum, then with the
+/// default ones.
 pub fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     let near = improved(search, &InteriorPoint::of(chain, &Tuning::near()), from.clone());
     if near.converged() { near } else { optimised(search, chain, from) }
 }
 
-/// Improves a candidate by this interior point, or by SCP where the settings request it.
+/// Improves a candidate by this interior-point method, or by SCP if the settings request it.
 fn improved<const N: usize>(search: &Search<N>, method: &InteriorPoint, from: Candidate) -> Attempt {
-    // What has a goal, as a duration that is sought for advice, SCP does not plan.
+    // SCP does not support other objectives, such as a free duration for advice.
     if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
         let chain = method.chain;
         let options = if chain.model.steps == search.problem.steps {
@@ -128,8 +130,8 @@ fn improved<const N: usize>(search: &Search<N>, method: &InteriorPoint, from: Ca
     search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 
-/// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest
-/// of all at the head. If a solve does not converge, the next coarse plan is tried.
+/// Solves the cheapest coarse plans again on the requested grid, sorts the results by cost and puts
+/// them before the others. If a solve does not converge, the next coarse plan is tried.
 pub fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
     let (close, carried_at_most) = (search.context.tuning.close, search.context.tuning.carried);
     found.reorder(|plans| distinct(plans, search.context.tuning.one));
@@ -142,7 +144,7 @@ pub fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     let (mut carried, mut rivals) = (Vec::<Attempt>::new(), Vec::new());
     let mut best = f64::INFINITY;
     for (index, plan) in coarse_plans.iter().enumerate() {
-        // On the fine grid the order of costs may be another.
+        // The order of costs may differ on the fine grid.
         let least = carried.iter().map(|plan| plan.cost).fold(f64::INFINITY, f64::min);
         let hopeful = carried.is_empty() || plan.cost <= (best + close * best.abs()).max(least);
         if search.stopped() || !hopeful || carried.len() == carried_at_most {
@@ -166,14 +168,13 @@ pub fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     if !carried.is_empty() {
         found.reorder(|_| cheapest_first(carried).into_iter().chain(rivals).collect());
     } else if same_grid && search.stopped() {
-        // As far as the search has come.
+        // A stopped search keeps its results so far.
         found.reorder(|_| rivals);
     }
 }
 
-/// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose
-/// costs differ by a part of less than
-/// `one`.
+/// Returns the plans sorted by the estimated costs of their optima. Of several plans whose costs
+/// differ by less than the fraction `one`, the first is kept.
 pub fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
     plans.sort_by(|a, b| a.foreseen().total_cmp(&b.foreseen()).then(a.cost.total_cmp(&b.cost)));
     let mut kept = Vec::<Attempt>::new();
@@ -185,7 +186,7 @@ pub fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
     kept
 }
 
-/// The maneuver without limits, constraints and wheels.
+/// Returns the maneuver without limits, constraints and wheels.
 pub fn relaxed(problem: &Problem) -> Problem {
     let mut relaxed = problem.clone();
     relaxed.constraints.clear();
@@ -193,7 +194,7 @@ pub fn relaxed(problem: &Problem) -> Problem {
     relaxed
 }
 
-/// The path of a recorded trajectory.
+/// Returns the path of a recorded trajectory.
 pub fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candidate {
     let pose = |(index, quaternion): (usize, &[f64; 4])| Pose {
         position: trajectory.position.get(index).map_or(Vector3::zeros(), |x| x / dynamics.units.length),
@@ -202,7 +203,8 @@ pub fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candi
     path(start, &dynamics.grid, trajectory.quaternion.iter().enumerate().map(pose))
 }
 
-/// The path of a plan without constraints on the grid of a chain; none where there is no plan.
+/// Returns the path of a plan without constraints on the grid of a chain; empty if there is no
+/// plan.
 pub fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
     let Some(duration) = quick.time.last() else { return Vec::new() };
     let grid = &chain.model.dynamics.grid;

@@ -1,12 +1,12 @@
-//! Descents on paths: the minima of the coarse grid, made extremals there.
+//! Descents on paths: minima on the coarse grid, which are converted to extremals there.
 //!
-//! # How is the best way found?
+//! # How is the best homotopy class found?
 //!
-//! The lifted Newton is also what carries a minimum of an unstable body, where single shooting
-//! amplifies. The coarse grid resolves how fast a field may swing the body, and not only the turn
-//! asked for: on 32 steps the cheapest plan of a stiff pendulum does not exist. No count of starts
-//! makes the lowest cost found the global minimum: how often it is the best known is counted
-//! (`cargo run --release -p evidence -- families`).
+//! The lifted Newton method also transfers a minimum of an unstable body, for which single shooting
+//! amplifies errors. The coarse grid resolves how fast a field may swing the body, and not only the
+//! requested turn: on 32 steps the cheapest plan of a stiff pendulum does not exist. No number of
+//! starts proves that the lowest cost found is the global minimum; how often it is the best known
+//! one is measured (`cargo run --release -p evidence -- families`).
 
 use crate::Vector3;
 use crate::maneuver::problem::Path;
@@ -28,35 +28,40 @@ use crate::optimize::search::strategies::authority::Authority;
 use crate::optimize::search::strategies::minima::{Minima, SAME_MINIMUM};
 use crate::optimize::search::strategies::shots::shoot;
 
-/// Tolerance of the lifted Newton, which the shooting polishes.
+/// Tolerance of the lifted Newton method, whose result shooting polishes.
 pub const LIFTED_TOLERANCE: f64 = 1e-10;
-/// What a descent on the coarse grid may leave of the cost, relative.
+/// Predicted relative decrease of the cost at which a descent on the coarse grid ends.
 const DESCENT_TOLERANCE: f64 = 1e-9;
-/// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
-/// cheapest.
+/// Relative excess over the cheapest cost on the coarse grid up to which a minimum may become the
+/// cheapest on the requested grid.
 pub const MARGIN: f64 = 0.15;
-/// Starts without a lower minimum after which a search that is half done ends, unless it is to be
-/// thorough.
+/// Number of starts without a lower minimum after which a search that has done half of its starts
+/// ends, unless it is thorough.
 const IDLE: usize = 20;
-/// Costs of a minimum and of its extremal on one grid differ by less, relative.
+/// Relative difference of costs below which a minimum and an extremal on one grid are the same
+/// branch.
 pub const SAME_BRANCH: f64 = 1e-4;
-/// The same where the last of a widened authority is taken away.
+/// Relative difference of costs below which they are the same branch when the last widened
+/// authority is removed.
 pub const NARROW: f64 = 0.02;
-/// Most minima that authority is taken away from, counted level by level.
+/// Most steps of reducing the authority of a minimum, summed over all minima and levels.
 const MOST_BRANCHES: usize = 100;
-/// So many of the lowest minima are twisted to either side, and hopped from in turn: by so much
-/// \[rad\], and so many times the hops in vain at most.
+/// Number of the lowest minima that are twisted and hopped from.
 const LOWEST: usize = 4;
+/// Sizes of the random bends of a hop \[rad\].
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
+/// Factor between the number of hops without success after which the search ends and the most hops
+/// in all.
 const MOST_HOPS: usize = 10;
-/// Most minima that are twisted.
+/// Most minima to which turns about the axis of the smallest moment are added.
 const MOST_TWISTED: usize = 40;
-/// Most paths that the lifted Newton is tried on directly.
+/// Most paths on which the lifted Newton method is tried directly.
 const MOST_LIFTED: usize = 2;
-/// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
+/// Relative excess over the cheapest cost on the coarse grid up to which a minimum on a rougher
+/// grid is followed.
 const ROUGH_MARGIN: f64 = 0.5;
 
-/// Descents from all starts; the cheapest minima, made extremals of the coarse grid.
+/// Descends from all starts, and converts the cheapest minima to extremals on the coarse grid.
 pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     pool.descended = true;
     let coarse = search.coarse.clone();
@@ -92,7 +97,7 @@ pub fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     }
 }
 
-/// What descents from all starts end at, with the authority of a level.
+/// Descends from all starts with the authority of a level, and returns the minima.
 fn minima_from<const N: usize>(
     search: &Search<N>,
     pool: &Pool<N>,
@@ -126,8 +131,8 @@ fn minima_from<const N: usize>(
     minima
 }
 
-/// Descends from the lowest minima with a turn more, and with one less, about the axis of the least
-/// moment, until all of the lowest have been tried.
+/// Descends from the lowest minima with one turn more and one turn fewer about the axis of the
+/// smallest moment of inertia, until all of the lowest have been tried.
 fn twist<const N: usize>(
     search: &Search<N>,
     coarse: &BoundaryValueProblem<N>,
@@ -151,8 +156,9 @@ fn twist<const N: usize>(
     }
 }
 
-/// Hops from the lowest minima to others near them: bent at random, and descended again. Where
-/// minima are many the lowest lie side by side, and are met sooner from one another than from afar.
+/// Hops from the lowest minima to others near them by random bends and further descents. If there
+/// are many minima, the lowest are close together, and are found sooner from one another than from
+/// distant starts.
 fn hop<const N: usize>(
     search: &Search<N>,
     coarse: &BoundaryValueProblem<N>,
@@ -173,7 +179,7 @@ fn hop<const N: usize>(
     }
 }
 
-/// Extremals that the lifted Newton finds from the first of the paths, saddles among them.
+/// Finds extremals by the lifted Newton method from the first of the paths, including saddles.
 fn lift<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -195,7 +201,7 @@ fn lift<const N: usize>(
     }
 }
 
-/// The dynamics on which a descent works at a level.
+/// Returns the dynamics that descents use at a level of authority.
 pub fn descends_on(dynamics: &Dynamics, level: usize) -> Dynamics {
     let levels = Authority::of(dynamics).levels();
     match levels[level.min(levels.len() - 1)] {
@@ -204,8 +210,8 @@ pub fn descends_on(dynamics: &Dynamics, level: usize) -> Dynamics {
     }
 }
 
-/// A descent from a path, on dynamics that may have more authority than those of `bvp`; it ends
-/// where it runs into one of the `known` minima of the same dynamics.
+/// Descends from a path, with dynamics that may have more authority than those of `bvp`. The
+/// descent ends early if it approaches one of the `known` minima of these dynamics.
 pub fn descended<const N: usize>(
     search: &Search<N>,
     bvp: &BoundaryValueProblem<N>,
@@ -220,8 +226,8 @@ pub fn descended<const N: usize>(
     search.context.attempt(Rung::Descent, &descent, start)
 }
 
-/// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body
-/// may forbid, else by the lifted Newton.
+/// Converts a minimum on the coarse grid to its extremal there: by shooting, or by the lifted
+/// Newton method if shooting fails, as for unstable bodies.
 fn arrive<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -237,10 +243,10 @@ fn arrive<const N: usize>(
     }
 }
 
-/// Follows minima of a widened authority to the true one, always the lowest first: authority that
-/// is taken away only makes a branch dearer, so none that is dearer than what was found needs to be
-/// followed. Those of a rougher grid are carried to the coarse one first. With some authority about
-/// every axis `ended` takes what this ends at.
+/// Follows minima with widened authority to the true authority, always the lowest first. A
+/// reduction of the authority only increases the cost of a branch; a branch that costs more than a
+/// plan already found is therefore not followed. Minima on a rougher grid are first transferred to
+/// the coarse one. If every axis has some authority, the resulting minima are added to `ended`.
 fn narrow<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -265,7 +271,8 @@ fn narrow<const N: usize>(
         if !given && minimum.cost > found * (1.0 + margin) {
             continue;
         }
-        // With little left to take away the true extremal is within Newton's reach.
+        // With little authority left to remove, the true extremal is within Newton's region of
+        // convergence.
         let near = |cost: f64| (cost - minimum.cost).abs() <= NARROW * cost;
         if authority == Authority::Missing
             && !rough
@@ -275,7 +282,7 @@ fn narrow<const N: usize>(
             continue;
         }
         if level == last && !rough {
-            // A valley too long for one descent is followed further on the requested grid.
+            // A valley that is too long for one descent is followed further on the requested grid.
             if authority == Authority::Missing || !minimum.converged() {
                 pool.lose(minimum);
             } else {
@@ -301,8 +308,8 @@ fn narrow<const N: usize>(
     }
 }
 
-/// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the
-/// extremal.
+/// Applies the lifted Newton method to the states and costates of all nodes, then shooting. Returns
+/// the cost of the extremal; `None` if either does not converge.
 fn lift_nodes<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,

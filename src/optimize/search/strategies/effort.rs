@@ -1,5 +1,5 @@
-//! The rung of least effort in a given duration on the chain: by the interior point, or by SCP
-//! where the settings request it. It is the only road, or the last resort behind the shooting.
+//! Strategy for minimum effort with a given duration on the chain: the interior-point method, or
+//! SCP if the settings request it. It is the only strategy, or the last one after shooting.
 
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
@@ -27,8 +27,9 @@ use crate::optimize::search::strategies::chains::{
 };
 use crate::optimize::search::strategies::seeds;
 
-/// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort
-/// its miss says more where something is limited, and that of the shooting where nothing is.
+/// Finds the optima near all initial paths, and the cheapest of them on the requested grid. As the
+/// last strategy it reports its own nearest miss for a constrained maneuver, and that of shooting
+/// otherwise.
 pub struct Effort;
 
 impl<const N: usize> Climb<N> for Effort {
@@ -46,8 +47,8 @@ impl<const N: usize> Climb<N> for Effort {
     }
 }
 
-/// Solves from all seeds; leaves the winner on the requested grid, before its rivals on the coarse
-/// one.
+/// Solves from all initial paths; keeps the best plan on the requested grid, followed by its rivals
+/// on the coarse one.
 fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let problem = search.problem;
     if let Some(trajectory) = search.ask.along {
@@ -76,8 +77,8 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     {
         descend(search, found, &coarse, seed);
     }
-    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best
-    // plan may lie near none of those paths.
+    // With momentum stored in wheels the body moves differently: the relaxed costs are no bounds,
+    // and the best plan may be near none of these paths.
     let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
     for (cost, seed) in seeds {
         let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
@@ -91,7 +92,7 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     }
     match search.context.settings.search {
         Thoroughness::Quick => {}
-        // SCP has its paths for comparison; more of them take seconds.
+        // SCP has its paths for comparison only; more of them take seconds.
         _ if search.context.settings.method == Method::Scp => {}
         Thoroughness::Default => from_bent(search, found, &coarse),
         Thoroughness::Thorough => {
@@ -99,7 +100,7 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
             from_paths(search, found, Starts::all(), &relaxed, &coarse);
         }
     }
-    // What goes the other way round is told where nothing goes as asked.
+    // Plans in the other homotopy class are reported only if no plan is in the requested one.
     found.reorder(|mut plans| {
         if plans.iter().any(|plan| goes_round_as_asked(search, &plan.candidate)) {
             plans.retain(|plan| goes_round_as_asked(search, &plan.candidate));
@@ -124,8 +125,8 @@ fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     }
 }
 
-/// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones
-/// among them: optima within limits need not lie near any extremal without them.
+/// Solves from the paths from which descents of the relaxed maneuver start, including bent and
+/// random ones: optima within limits need not be near any extremal without limits.
 fn from_paths<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -146,8 +147,8 @@ fn from_paths<const N: usize>(
     }
 }
 
-/// The solution of the problem without limits: the shooting's, or where torques about an axis are
-/// missing and that may arrive nowhere, that of the chain.
+/// Returns the solution of the problem without limits: by shooting, or also by the chain if torques
+/// about an axis are missing, where shooting may fail.
 fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
     let convex = search.problem.is_constrained() && !search.fine.dynamics.has_all_axes();
     let ask = Ask { convex, last: ScpOptions::default(), ..search.ask.of_relaxed() };
@@ -155,7 +156,7 @@ fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
     conclude(&search, &mut search.climb())
 }
 
-/// The relaxed solution, where it meets every limit as it is.
+/// Returns the relaxed solution if it satisfies every limit.
 fn unlimited<const N: usize>(
     search: &Search<N>,
     relaxed: &Problem,
@@ -163,7 +164,8 @@ fn unlimited<const N: usize>(
 ) -> Option<Solution> {
     let problem = search.problem;
     let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
-    // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
+    // A clear violation on the coarse grid avoids the fine solve, if only one best path is
+    // possible.
     let coarse = Chain::new(problem, seed.steps());
     if search.fine.dynamics.has_all_axes()
         && worst_violation(&coarse, &coarse.opened(seed))? > search.context.tuning.clear_violation
@@ -186,19 +188,18 @@ fn unlimited<const N: usize>(
     if worst_violation(&fine, &candidate)? > 0.0 {
         return None;
     }
-    // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the
-    // limits.
+    // The rivals are those of the relaxed maneuver, and may violate limits.
     Some(Solution { rivals: Vec::new(), ..solution })
 }
 
-/// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation
-/// that is given.
+/// Returns whether a guess is in the requested homotopy class; for a given rotation, any guess may
+/// lead to it.
 fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
     matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
 }
 
-/// The answer of a search without limits, made to land: where its true motion then exceeds a
-/// constraint, it is planned again along its path.
+/// Makes the solution of a search without limits land. If its true motion then violates a
+/// constraint, the maneuver is planned again along this path.
 fn made_to_land<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
     if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
         return answer;
@@ -230,7 +231,7 @@ fn made_to_land<const N: usize>(search: &Search<N>, answer: Solution) -> Solutio
     written
 }
 
-/// Whether the true motion of a plan exceeds a constraint.
+/// Returns whether the true motion of a plan violates a constraint.
 fn exceeds<const N: usize>(search: &Search<N>, plan: &Trajectory) -> bool {
     let Some(mut excess) = Excess::of(search.problem) else { return false };
     let steps = Flight::of_plan(search.problem, plan);

@@ -1,14 +1,15 @@
-//! The rung of the maneuver without limits: ballistic starts, descents on paths, the lifted Newton.
+//! Strategy for the maneuver without limits: ballistic starts, descents on paths, and the lifted
+//! Newton method.
 //!
-//! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high
-//! rates and then rank wrongly: every one that may be the cheapest is carried to the requested
-//! grid, and compared there.
+//! All extremals are searched for on a coarse grid. Costs there are wrong by some percent at high
+//! rates, so that their order may be wrong. Every extremal that may be the cheapest is transferred
+//! to the requested grid, and compared there.
 //!
-//! # How is the best way found?
+//! # How is the best homotopy class found?
 //!
-//! An extremal of the coarse grid whose cost on the requested one differs by more than 15 %, or
-//! whose nodes there are a radian off its path, was lost on the way (costs alone let one extremal
-//! pass for another); its path is descended again there.
+//! An extremal of the coarse grid was lost if its cost on the requested grid differs by more than
+//! 15 %, or if its nodes there deviate by a radian from its path. (With costs alone, one extremal
+//! could be mistaken for another.) A descent from its path is then made on the requested grid.
 
 use crate::lie;
 use crate::maneuver::problem::Path;
@@ -28,13 +29,13 @@ use crate::optimize::search::strategies::descents::{MARGIN, descents};
 use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requested_grid};
 use crate::optimize::search::strategies::shots::{finish, shoot};
 
-/// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by
-/// up to 0.4.
+/// Largest distance of corresponding nodes of one extremal on two grids \[rad\]; on the coarsest
+/// grid they differ by up to 0.4.
 const SAME_PATH: f64 = 1.0;
 
-/// The extremals without limits: those that Newton meets from the ballistic starts, and the minima
-/// that descents end at. The shorter and the longer way of a body that rests at both ends, and can
-/// do all, are each what Newton meets, unless the search is to be thorough.
+/// Finds the extremals without limits: those of Newton from the ballistic starts, and the minima of
+/// descents. For a fully actuated body that rests at both ends, a requested short or long way is
+/// what Newton finds, unless the search is thorough.
 pub struct Extremals;
 
 impl<const N: usize> Climb<N> for Extremals {
@@ -54,16 +55,16 @@ impl<const N: usize> Climb<N> for Extremals {
     }
 }
 
-/// Whether an extremal on the coarse grid goes the way that was asked for.
+/// Returns whether an extremal on the coarse grid is in the requested homotopy class.
 fn is_as_asked<const N: usize>(search: &Search<N>, pool: &Pool<N>) -> bool {
     match search.problem.path {
-        // Told on the requested grid, where it costs nothing more.
+        // Determined on the requested grid, at no additional cost.
         Path::Shortest | Path::Best => !pool.waiting().is_empty(),
         Path::Long | Path::AsGiven(_) => pool.waiting().iter().any(|found| astray(search, found) < ASTRAY),
     }
 }
 
-/// Newton shooting from the ballistic starts.
+/// Shoots by Newton from the ballistic starts.
 fn ballistic<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     for fraction in [1.0, 0.3] {
         let steps = search.coarse.dynamics.grid.steps();
@@ -87,11 +88,11 @@ fn ballistic<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     }
 }
 
-/// Carries the extremals that may be the best to the requested grid; the others stay rivals.
+/// Transfers the extremals that may be the best to the requested grid; the others remain rivals.
 pub fn carry_extremals<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let waiting = ranked(search, found.pool.take_waiting());
     let enough = waiting.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
-    // Newton alone finds one extremal of a way round, descents find several.
+    // Newton alone finds one extremal of a homotopy class, descents find several.
     let several = search.problem.path == Path::Best || found.pool.descended;
     let most = most_minima(search.problem);
     for extremal in waiting {
@@ -112,7 +113,7 @@ pub fn carry_extremals<const N: usize>(search: &Search<N>, found: &mut Found<N>)
     on_requested_grid(search, found);
 }
 
-/// The paths that were lost on the way to the requested grid, descended there where they may still
+/// Descends on the requested grid from the paths that were lost on the transfer, if they may still
 /// be the best.
 fn on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let lost = found.pool.take_lost();
@@ -129,9 +130,9 @@ fn on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     }
 }
 
-/// Whether what an extremal of the cost was carried to is the same one: on another grid it costs
-/// some percent more or less, and where the nodes are kept they lie along its path. By its cost
-/// alone another one within that could pass for it.
+/// Returns whether the result of a transfer is the same extremal. On another grid the cost differs
+/// by some percent; kept nodes must be near its path, because another extremal may have a similar
+/// cost.
 fn is_near(found: &Attempt, cost: f64, path: Option<&Candidate>) -> bool {
     let along = |path: &Candidate, nodes: &[Node]| {
         let (few, many) = (path.steps(), nodes.len() - 1);

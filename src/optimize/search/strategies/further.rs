@@ -1,5 +1,5 @@
-//! The rung behind a saddle, the wrong way round, or nothing at all, of the maneuver without
-//! limits.
+//! Strategy for the maneuver without limits after a saddle, a result in the other homotopy class,
+//! or no result.
 
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method;
@@ -14,10 +14,10 @@ use crate::optimize::search::strategies::descents::descents;
 use crate::optimize::search::strategies::extremals::carry_extremals;
 use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requested_grid};
 
-/// Saddles that are left, one after the other.
+/// Most successive saddles from which a descent is made.
 const MOST_SADDLES: usize = 3;
 
-/// Minima near the saddle that was found, and descents where the rungs before did without.
+/// Finds minima near a saddle; also makes descents if earlier strategies did not.
 pub struct Further;
 
 impl<const N: usize> Climb<N> for Further {
@@ -32,8 +32,8 @@ impl<const N: usize> Climb<N> for Further {
     }
 }
 
-/// What is left to try where the requested grid shows a saddle, the wrong way round or nothing at
-/// all.
+/// Tries the remaining methods if the result on the requested grid is a saddle, is in the other
+/// homotopy class, or does not exist.
 fn look_further<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -55,7 +55,8 @@ fn look_further<const N: usize>(
     solution
 }
 
-/// Leaves a saddle of the requested grid for a minimum. Whether it led to another extremal.
+/// Descends from a saddle of the requested grid to a minimum; returns whether that led to another
+/// extremal.
 fn leave<const N: usize>(search: &Search<N>, found: &mut Found<N>, saddle: &Candidate) -> bool {
     if search.problem.steps > MOST_STEPS {
         return false;

@@ -1,4 +1,4 @@
-//! The rung of costates that are given.
+//! Strategy for given costates.
 
 use crate::optimize::search::asked::goes_round_as_asked;
 use crate::optimize::search::found::Found;
@@ -6,8 +6,9 @@ use crate::optimize::search::ladder::{Climb, Search};
 use crate::optimize::search::starts::GUESS;
 use crate::optimize::search::strategies::shots::shoot_from;
 
-/// Newton from a costate guess, on the requested grid. The plan of a guess beside the search is put
-/// aside: no other rung knows of it, so that all of them do what they do without a guess.
+/// Shoots by Newton from a costate guess, on the requested grid. The plan of a guess that is used
+/// in addition to the search is put aside, so that the other strategies run as they do without a
+/// guess.
 pub struct Given;
 
 impl<const N: usize> Climb<N> for Given {
@@ -25,7 +26,7 @@ impl<const N: usize> Climb<N> for Given {
     }
 }
 
-/// Adds the plan that was put aside to those that the search found.
+/// Adds the plan that was put aside to the results of the search.
 pub struct Beside;
 
 impl<const N: usize> Climb<N> for Beside {
@@ -36,7 +37,7 @@ impl<const N: usize> Climb<N> for Beside {
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         for plan in std::mem::take(&mut found.aside) {
             let cost = plan.cost;
-            // Plans on equal steps are ranked already, and the first of them is the winner.
+            // Plans on a uniform grid are sorted already, and the first of them is the best.
             let wins = goes_round_as_asked(search, &plan.candidate)
                 && found.best().is_none_or(|best| cost < best.cost);
             found.keep(plan);

@@ -1,10 +1,9 @@
-//! The rung of time, of fuel, and of a duration that is sought: the interior point along the paths
-//! that are given.
+//! Strategy for time, fuel and a free duration: the interior-point method along the given paths.
 //!
-//! A solve from a path ends in an optimum within all limits or in the least violation near the
-//! path. The paths therefore need variety more than accuracy: about the fixed axis, bent to six
-//! sides, past either side of each cone. On few steps each takes milliseconds. The cheapest coarse
-//! plan starts the solve on the requested grid.
+//! A solve from a path ends in an optimum within all limits, or in the smallest violation near the
+//! path. The paths therefore need variety more than accuracy: turns about the fixed axis, bent to
+//! six sides, past either side of each cone. On few steps each solve takes milliseconds. The
+//! cheapest coarse plan is the initial guess on the requested grid.
 
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::found::Found;
@@ -13,7 +12,7 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::strategies::chains::{carry, descend, optimised_along};
 
-/// The strategy that finds local minima of a goal, and the cheapest of them on the requested grid.
+/// Finds local minima of an objective, and solves the cheapest of them on the requested grid.
 pub struct Interior;
 
 impl<const N: usize> Climb<N> for Interior {

@@ -1,4 +1,4 @@
-//! The rungs of the ladder, each a type in a file of its own, and their order.
+//! Strategies of the fallback sequence, each a type in its own file, and their order.
 
 pub mod advice;
 mod authority;
@@ -18,33 +18,33 @@ pub mod shots;
 
 use crate::optimize::search::ladder::{Climb, Ladder};
 
-/// All steps of the ladder, for the tangent dimension of a motion.
+/// All steps of the fallback sequence, for the tangent dimension `N` of a motion.
 struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
-    /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one
-    /// first.
+    /// The steps in order. A guess, `Saturated` and `Shortest` work on the requested grid, the
+    /// others first on a coarse one.
     const LADDER: [&'static dyn Climb<N>; 8] = [
         // guess
         &given::Given,
         // newton, descent and lifted
         &extremals::Extremals,
-        // saturated, and interior_point where only the shooting is asked for
+        // saturated, and interior_point if only shooting is requested
         &saturated::Saturated,
-        // interior_point: of time, fuel and a duration that is sought
+        // interior_point: for time, fuel and a free duration
         &interior::Interior,
-        // interior_point, or scp and polish: of effort in a given duration
+        // interior_point, or scp and polish: for effort with a given duration
         &effort::Effort,
-        // the same from a plan in less time
+        // the previous strategies again, from a plan with a shorter duration
         &shortest::Shortest,
-        // the plan of a guess beside all of these
+        // the plan of a guess in addition to all of these
         &given::Beside,
         // descent and lifted, from a saddle
         &further::Further,
     ];
 }
 
-/// The ladder.
+/// Returns the fallback sequence of strategies.
 pub const fn ladder<const N: usize>() -> Ladder<N> {
     &Steps::<N>::LADDER
 }

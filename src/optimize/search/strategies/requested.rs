@@ -1,12 +1,13 @@
-//! Descents on the requested grid, and what is made of the nodes that they end at.
+//! Descents on the requested grid, and the use of their nodes.
 //!
-//! # How is the best way found?
+//! # How is the best homotopy class found?
 //!
 //! On the requested grid an extremal may satisfy all conditions at its nodes and still not be
-//! reached from λ₋₁, because round-off of the costates grows along the way. Then the nodes are the
-//! plan: the chain takes their path, which is optimal already, and writes states, inputs and
-//! multipliers of every step. Where the Newton stalls because the last of the authority leaves the
-//! problem nearly singular, the interior point goes on from the path of the minimum.
+//! reproduced from λ₋₁, because round-off of the costates grows along the path. The nodes are then
+//! the plan: the chain uses their path, which is optimal already, and records states, inputs and
+//! multipliers of every step. If the lifted Newton method stalls because the removal of the last
+//! authority makes the problem nearly singular, the interior-point method continues from the path
+//! of the minimum.
 
 use crate::maneuver::solution::{Outcome, Rung};
 use crate::optimize::chain::path;
@@ -23,18 +24,18 @@ use crate::optimize::search::strategies::descents::{
 };
 use crate::optimize::search::strategies::shots::shoot_fine;
 
-/// The same on the requested grid.
+/// Predicted relative decrease of the cost at which a descent on the requested grid ends.
 const FINE_TOLERANCE: f64 = 1e-14;
-/// How often the lifted Newton may take its iterations on the requested grid: the valley from the
+/// Factor on the iterations of the lifted Newton method on the requested grid: the valley from the
 /// last authority to none is long.
 const PATIENCE: usize = 4;
-/// Levels through which a path goes on the requested grid.
+/// Levels of authority that a path passes on the requested grid.
 const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
-/// Most steps of a descent or a lifted Newton on the requested grid: they keep the matrices of
-/// every step.
+/// Most steps of a descent or a lifted Newton iteration on the requested grid, which keep the
+/// matrices of every step.
 pub const MOST_STEPS: usize = 20_000;
 
-/// From a path on the requested grid to a minimum there, and to its extremal.
+/// Descends from a path on the requested grid to a minimum, and solves for its extremal.
 pub fn descend_on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>, path: Candidate) {
     let fine = search.fine.clone();
     let all = fine.dynamics.has_all_axes();
@@ -56,15 +57,15 @@ pub fn descend_on_requested_grid<const N: usize>(search: &Search<N>, found: &mut
             replay(search, found, &lifted.candidate);
         }
     } else if !all {
-        // What is singular without the last of the authority stops a Newton on all nodes, and the
-        // interior point not.
+        // A problem that is singular without the last authority stops a Newton method on all nodes,
+        // but not the interior-point method.
         replay(search, found, &minimum.candidate);
     }
 }
 
-/// An extremal of the requested grid that the shooting cannot follow from its start, where
-/// round-off of the costates grows along the way: as a plan of the chain, which holds the states of
-/// all nodes. Or what is made of a path there.
+/// Adds a plan of the chain, which holds the states of all nodes. It serves for an extremal of the
+/// requested grid that shooting cannot reproduce from its start, because round-off of the costates
+/// grows along the path, and for other paths there.
 fn replay<const N: usize>(search: &Search<N>, found: &mut Found<N>, nodes: &Candidate) {
     if search.ask.convex && !search.stopped() {
         let chain = search.chain(search.problem.steps);

@@ -1,10 +1,10 @@
-//! The rung of limited inputs: extremals of the saturated control law.
+//! Strategy for limited inputs: extremals of the saturated control law.
 //!
-//! The ladder first solves the maneuver as if nothing were limited. From each extremal that it
-//! finds, cheapest first, Newton goes on with the saturated law. Where that fails, the interior
-//! point comes next; if only the shooting is asked for, Newton starts from its costates. Tighter
-//! limits make an extremal costlier: one that is costlier without them than the best within them is
-//! left out.
+//! The maneuver is first solved without limits. From each extremal found, the cheapest first,
+//! Newton continues with the saturated law. If that fails, the interior-point method is next; if
+//! only shooting is requested, Newton starts from the costates of the interior-point method.
+//! Tighter limits increase the cost of an extremal: one that costs more without limits than the
+//! best plan within them is skipped.
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
@@ -15,17 +15,17 @@ use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::strategies::shots::shoot_fine;
 
-/// Limits that many times as large do not act.
+/// Factor on the limits at which they are never active.
 const LIMITLESS: f64 = 1e12;
 
-/// An extremal without limits and what it demands of them.
+/// An extremal without limits, and the limits that it would need.
 struct Unlimited {
     found: Attempt,
-    /// How many times as large the limits would have to be.
+    /// Factor by which the limits would have to be larger.
     demand: f64,
 }
 
-/// All starts under limits.
+/// Shoots with the saturated law from all extremals without limits.
 pub struct Saturated;
 
 impl<const N: usize> Climb<N> for Saturated {
@@ -40,7 +40,7 @@ impl<const N: usize> Climb<N> for Saturated {
                 break;
             }
             if demand <= 1.0 && wide.converged() && wide.candidate.steps() == search.problem.steps {
-                // No limit acts on it: it is an extremal within them as it is.
+                // No limit is active: it is an extremal within the limits.
                 found.keep(wide);
             } else {
                 shoot_fine(search, found, Rung::Saturated, wide.candidate);
@@ -52,11 +52,11 @@ impl<const N: usize> Climb<N> for Saturated {
     }
 }
 
-/// Newton with the saturated law from the costates of the interior point.
+/// Shoots with the saturated law from the costates of the interior-point method.
 fn from_interior_point<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let ask = Ask { shooting: false, convex: true, ..search.ask.clone() };
     let mut within = search.of(search.problem, ask).climb();
-    // What it lacks says more than where Newton stopped.
+    // The shortfall of the interior-point method says more than the last iterate of Newton.
     if let Some(missed) = within.take_missed() {
         found.tell_missed(Some(missed));
     }
@@ -68,7 +68,7 @@ fn from_interior_point<const N: usize>(search: &Search<N>, found: &mut Found<N>)
     }
 }
 
-/// The extremals without limits, cheapest first.
+/// Returns the extremals without limits, the cheapest first.
 fn unlimited_extremals<const N: usize>(search: &Search<N>) -> Vec<Unlimited> {
     let actuation = search.problem.actuation.without_limits();
     let free = Problem { actuation, ..search.problem.clone() };

@@ -1,9 +1,9 @@
-//! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent
-//! to several sides.
+//! Initial paths for maneuvers within limits: turns about a fixed axis and coasts, bent to several
+//! sides.
 //!
-//! The interior point ends in an optimum near its first path, so the paths need variety: a turn
-//! about a fixed axis is often a saddle, and several optima may lie about it. `cargo run --release
-//! -p evidence -- guard` counts what the paths lead to.
+//! The interior-point method converges to an optimum near its initial path, so that the paths need
+//! variety: a turn about a fixed axis is often a saddle, with several optima about it.
+//! `cargo run --release -p evidence -- guard` counts the plans that the paths lead to.
 
 use crate::Vector3;
 use crate::maneuver::constraint::Rule;
@@ -20,11 +20,11 @@ use crate::optimize::search::starts::detour::past;
 use crate::optimize::search::starts::{self, paths};
 use std::f64::consts::{PI, TAU};
 
-/// Sides to which a path is bent, evenly about its axis.
+/// Number of sides to which a path is bent, evenly spaced about its axis.
 const SIDES: usize = 6;
 
-/// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is
-/// so thorough.
+/// Returns initial paths on a grid of `steps` steps, the most promising first. Their number depends
+/// on the thoroughness.
 pub fn of<const N: usize>(search: &Search<N>, steps: usize, thoroughness: Thoroughness) -> Vec<Candidate> {
     let bvp = BoundaryValueProblem::<N>::new(search.problem, steps);
     let rests =
@@ -47,8 +47,8 @@ pub fn of<const N: usize>(search: &Search<N>, steps: usize, thoroughness: Thorou
         let rotation = paths::rotation(&bvp, *turn);
         let name = starts::name_of(*turn);
         found.push((false, paths::smooth(&bvp, name.clone(), &rotation, paths::straight)));
-        // Of two ways that are about as long both are bent, and all where the search is to be
-        // thorough.
+        // If both homotopy classes turn by about half a turn, paths in both are bent; in a thorough
+        // search all are.
         let is_bent = index == 0 || thorough || index == 1 && nearly_half;
         let bends = if is_bent && thoroughness != Thoroughness::Quick { SIDES } else { 0 };
         for (side, bend) in sides(&rotation, search.context.tuning.bend).into_iter().enumerate().take(bends) {
@@ -61,14 +61,14 @@ pub fn of<const N: usize>(search: &Search<N>, steps: usize, thoroughness: Thorou
     let written = found.into_iter().map(|(is_bent, seed)| {
         let grid = if seed.grid.duration() == bvp.dynamics.grid.duration() { grid } else { &seed.grid };
         let seed = path(&seed.provenance.start, grid, poses(&seed).into_iter());
-        // Paths past either side of every cone are those of the straight path.
+        // Paths past either side of every cone are derived from the straight path.
         if is_bent { past(search.problem, seed) } else { seed }
     });
     written.collect()
 }
 
-/// Returns the ways that a body turns by itself with the given turns more: in the duration, or in
-/// several where it is sought, as the body makes more turns in a longer one.
+/// Returns the motions that a body makes by itself with additional turns: for the given duration,
+/// or for several if the duration is free, because the body makes more turns in a longer one.
 fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<Candidate> {
     let sought = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.counts_time());
     let parts = if sought { &search.context.tuning.durations[..] } else { &[1.0] };
@@ -80,13 +80,13 @@ fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<
     parts.iter().filter_map(way).collect()
 }
 
-/// Returns the turns beside the shortest rotation, the likeliest first.
+/// Returns the numbers of turns to add to the shortest rotation, the most promising first.
 fn turns<const N: usize>(search: &Search<N>, spins: bool, nearly_half: bool) -> Vec<i32> {
     let asked = starts::wanted_turns(search.problem);
     if search.problem.path != Path::Best {
         return asked;
     }
-    // Cones may leave the longer way alone, or make the other one long.
+    // Cones may leave only the long way, or lengthen the short one.
     let aside = search.problem.constraints.iter().any(|one| matches!(one.rule, Rule::Pointing(_)));
     match (spins, nearly_half || aside) {
         (true, _) => vec![0, -1, 1],
@@ -96,7 +96,7 @@ fn turns<const N: usize>(search: &Search<N>, spins: bool, nearly_half: bool) -> 
     }
 }
 
-/// Returns bends by an angle across a rotation, evenly about its axis.
+/// Returns bends by an angle perpendicular to a rotation, evenly spaced about its axis.
 fn sides(rotation: &Vector3, bend: f64) -> [Vector3; SIDES] {
     let axis = rotation.try_normalize(1e-9).unwrap_or_else(Vector3::x);
     let least = axis.iamin();

@@ -1,4 +1,5 @@
-//! The rung of a plan in less time, where none was found in the time that is given.
+//! Strategy that starts from a plan with a shorter duration, if none was found for the given
+//! duration.
 
 use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
@@ -14,12 +15,13 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::transfer::Interpolant;
 use crate::optimize::search::strategies::chains::{carry, descend, unlimited_paths};
 
-/// Solves from the plan of the shortest duration that is found: a plan that is quicker than the
-/// maneuver asks for is on a way that the seeds have missed.
+/// Solves from the plan of the shortest duration that is found: a plan that is quicker than
+/// required is near a path that the other initial paths have missed.
 pub struct Shortest;
 
 impl<const N: usize> Climb<N> for Shortest {
-    /// Where nothing was found, the search was not cut short, and the duration can be sought.
+    /// Applies if no plan was found, the search was not stopped early, and a shortest duration
+    /// exists.
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
         let cut_short = found.missed().is_some_and(|missed| missed.outcome == Outcome::IterationLimit);
         let searched = !found.is_done() && found.answer.is_none() && !cut_short && !search.stopped();
@@ -48,7 +50,7 @@ impl<const N: usize> Climb<N> for Shortest {
     }
 }
 
-/// Whether anything keeps a maneuver from being as quick as one likes: cones do not, nor wheels
+/// Returns whether a maneuver has a shortest duration: cones do not impose one, nor do wheels
 /// without limits.
 fn has_a_shortest_duration(problem: &Problem) -> bool {
     let slowed = |constraint: &Constraint| !matches!(constraint.rule, Rule::Pointing(_));

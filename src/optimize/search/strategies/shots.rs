@@ -1,4 +1,4 @@
-//! Newton shooting: on the coarse grid, on the requested one, and from the one to the other.
+//! Newton shooting on the coarse grid and on the requested one, and the transfer between them.
 
 use crate::maneuver::solution::Rung;
 use crate::optimize::discrete::candidate::Candidate;
@@ -11,8 +11,8 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::pool::Pool;
 use crate::optimize::search::starts;
 
-/// Newton shooting on the coarse grid from one start. The cost of the extremal that it led to, new
-/// or known.
+/// Shoots by Newton on the coarse grid from one start; returns the cost of the extremal found, new
+/// or known, or `None`.
 pub fn shoot<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -27,7 +27,7 @@ pub fn shoot<const N: usize>(
     Some(cost)
 }
 
-/// Newton shooting on the requested grid. The cost of the extremal that it led to.
+/// Shoots by Newton on the requested grid; returns the cost of the extremal found, or `None`.
 pub fn shoot_fine<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -40,8 +40,8 @@ pub fn shoot_fine<const N: usize>(
     found.keep(attempt).then_some(cost)
 }
 
-/// Carries a coarse extremal to the requested grid, and keeps what this leads to. Whether that is
-/// near it.
+/// Transfers a coarse extremal to the requested grid, and keeps the result; returns whether it
+/// converged and `near` is true.
 pub fn finish<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -55,8 +55,8 @@ pub fn finish<const N: usize>(
     found.keep(attempt) && near
 }
 
-/// Newton on the requested grid from costates as a solution gives them: SI units, `λ_0` for
-/// Lie–Euler, `λ_{−1}` for Lie–Verlet.
+/// Shoots by Newton on the requested grid from costates in the form of a solution (SI units, `λ_0`
+/// for Lie–Euler, `λ_{−1}` for Lie–Verlet); returns whether that converged.
 pub fn shoot_from<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,

@@ -1,7 +1,8 @@
-//! Extremals whose inputs switch, followed from the end of a maneuver to others.
+//! Bang-bang extremals, followed from one terminal state of a maneuver to others.
 //!
-//! The end changes with its roll, and with the time at which it is come to where the target moves.
-//! A whole search at one end finds all extremals. Newton on the arcs of each leads to ends nearby.
+//! The terminal state depends on the roll and, for a moving target, on the arrival time. A complete
+//! search for one terminal state finds all extremals. Newton on the arcs of each leads to nearby
+//! terminal states.
 
 use super::{Extremals, Scaled};
 use crate::Vector3;
@@ -12,25 +13,24 @@ use crate::optimize::search::context::Context;
 use crate::optimize::search::halt::Halt;
 use std::iter::once;
 
-/// An extremal of a maneuver to one end.
+/// An extremal of a maneuver to one terminal state.
 #[derive(Clone)]
 pub(in crate::optimize::search) struct Followed {
     limit: BranchEnd,
-    /// What it costs in continuous time, in the unit of the objective.
+    /// Cost in continuous time, in the unit of the objective.
     pub cost: f64,
-    /// How long it takes \[s\].
+    /// Duration of the extremal \[s\].
     pub duration: f64,
-    /// The costates of the attitude, in body axes, and of the momentum at the end, per radian and
-    /// per N·m·s.
+    /// Costates of attitude (body axes) and momentum at the end, in cost per radian and per N·m·s.
     pub costates: [Vector3; 2],
 }
 
 impl Followed {
-    /// Returns the extremals that go the way that is asked for, the cheapest first: all that cost
-    /// more than it by a part of `close` at most.
+    /// Returns the extremals in the requested homotopy class, the cheapest first. They cost at most
+    /// the fraction `close` more than the cheapest.
     ///
     /// # Errors
-    /// What the search ends with where nothing is to move, or somebody asks to stop.
+    /// The solution of the search, if a stop was requested. Without extremals the result is empty.
     pub fn all(problem: &Problem, context: &Context, close: f64) -> Result<Vec<Self>, Halt> {
         let extremals = match Extremals::of(problem, context, true) {
             Ok(extremals) => extremals,
@@ -46,7 +46,7 @@ impl Followed {
         Ok(once(best).chain(found.take_while(|next| next.cost <= dearest)).collect())
     }
 
-    /// Returns the same to another end; `None` where Newton does not lead there.
+    /// Returns the extremal to another terminal state; `None` if Newton does not converge.
     pub fn led(&self, problem: &Problem, context: &Context) -> Option<Self> {
         let of = Scaled::of(problem, context)?;
         let limit = context.within(|budget| self.limit.led(&of.extremal, &Work::of(budget.watch)))?;

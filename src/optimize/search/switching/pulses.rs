@@ -1,7 +1,8 @@
-//! Minimum fuel by pulses: inputs that are off or at a limit, and on for a shortest time at least.
+//! Minimum fuel by pulses: inputs that are off or at a limit, and on for at least the minimum pulse
+//! width.
 //!
-//! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are
-//! made of, and what their cost is told against.
+//! The maneuver without a minimum pulse width is solved first: its extremals provide the pulses,
+//! and its cost is the reference for the cost of the pulses.
 
 use super::{Extremals, Planned, Scaled, ended, finished, noted, rivals};
 use crate::maneuver::problem::Problem;
@@ -16,13 +17,15 @@ use crate::optimize::methods::switching::pulses::search;
 use crate::optimize::methods::switching::scaled::input_of;
 use crate::optimize::methods::switching::work::Work;
 
-/// A pulse shorter by this part is as long as it has to be.
+/// Relative amount by which a pulse may be shorter than the minimum pulse width because of
+/// round-off.
 const ROUND_OFF: f64 = 1e-10;
-/// How many dearer schedules are told.
+/// Most rivals that are reported.
 const RIVALS: usize = 4;
 
 impl Extremals<'_, '_> {
-    /// The best pulses that have a place on the grid and go the way that is asked for.
+    /// Returns the best pulses that have a discrete optimum on the grid and are in the requested
+    /// homotopy class.
     pub(super) fn pulsed(self, shortest: f64, lands: bool) -> Solution {
         if self.found.branches == 0 {
             return self.without_plan();
@@ -39,7 +42,7 @@ impl Extremals<'_, '_> {
         context.enter(Rung::Pulses, "all", 0);
         let mut found =
             context.within(|budget| search::search(extremal, &without.limits, &ask, &Work::of(budget.watch)));
-        // A bound of what is sought; what is given has none.
+        // A longest duration bounds a free duration; a given duration has no bound.
         let longest = problem.duration.at_most().filter(|_| ask.sought);
         let allowed = |duration: f64| longest.is_none_or(|longest| duration * units.time <= longest);
         found.best.retain(|best| allowed(best.schedule.duration));
@@ -92,7 +95,8 @@ impl Extremals<'_, '_> {
 }
 
 impl Scaled<'_> {
-    /// Pulses on their grid as a plan; `least` is what fuel costs without a shortest pulse.
+    /// Returns the plan of pulses on their grid; `least` is the cost of fuel without a minimum
+    /// pulse width.
     fn pulses_planned(&self, Placed { schedule, arcs, grid }: &Placed, least: f64) -> Option<Planned> {
         let mut plan = self.record(grid)?;
         plan.solution.start = "pulses".into();
@@ -100,7 +104,7 @@ impl Scaled<'_> {
         switching.structure = Structure::Pulses;
         switching.continuous_duration_s = arcs.duration * self.units.time;
         switching.continuous_cost = schedule.cost(&self.extremal) * self.units.cost();
-        // Pulses are a plan without a shortest one too.
+        // Pulses are also a plan without a minimum pulse width.
         let least = least.min(switching.continuous_cost);
         switching.gap = switching.continuous_cost - least;
         switching.switches = arcs.switches.len();
@@ -111,8 +115,8 @@ impl Scaled<'_> {
     }
 }
 
-/// Tells the shortest pulse of a plan that was solved again, where it has pulses; false where one
-/// is shorter than it may be.
+/// Updates the shortest pulse of a plan that was solved again, if it has pulses; returns false if a
+/// pulse is shorter than the minimum pulse width.
 pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
     let (Some(pulses), Some(least)) = (&mut plan.switching.pulses, problem.shortest_pulse()) else {
         return true;
@@ -121,7 +125,7 @@ pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
     pulses.shortest_s >= least * (1.0 - ROUND_OFF)
 }
 
-/// The shortest time for which an input of a recorded plan is on without a change \[s\].
+/// Returns the shortest time for which an input of a recorded plan is on without a change \[s\].
 fn shortest(trajectory: &Trajectory) -> f64 {
     let rows = trajectory.torque.len();
     let mut shortest = f64::INFINITY;
@@ -130,7 +134,7 @@ fn shortest(trajectory: &Trajectory) -> f64 {
         let mut first = 0;
         while first < rows {
             let mut last = first;
-            // Exactly: on a pulse all rows hold one number.
+            // Exact comparison: all rows of a pulse hold the same number.
             #[expect(clippy::float_cmp, reason = "rows of one pulse are copies of one number")]
             while last + 1 < rows && at(last + 1) == at(first) {
                 last += 1;

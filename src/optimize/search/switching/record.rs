@@ -1,5 +1,5 @@
-//! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units,
-//! from the start on.
+//! Record of a plan on its grid: the motion from the start under the inputs of its steps, in SI
+//! units.
 
 use super::Scaled;
 use crate::maneuver::problem::Problem;
@@ -17,50 +17,49 @@ use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Vector1, Vector6};
 
-/// An input of a smoothed plan stays within its limits where it is within this part of them, on
-/// this part of the steps.
+/// Fraction of its limits below which an input of a smoothed plan counts as between its limits.
 const WITHIN: f64 = 0.9;
+/// Fraction of the steps on which an input must be between its limits to be singular.
 const FOR: f64 = 1.0 / 12.0;
 
-/// Steps of the motion without inputs.
+/// Number of steps with which the motion without inputs is computed.
 const COAST_STEPS: usize = 256;
 
-/// A plan on its grid.
+/// A plan on its grid, with its recorded solution.
 pub(super) struct Planned {
-    /// What is written of it, but for its rivals and the course of the search.
+    /// The solution, without its rivals and the record of the search.
     pub solution: Solution,
     pub switching: Switching,
-    /// Turn and momentum by which the end is missed, scaled.
+    /// Rotation and momentum error at the end, scaled.
     pub miss: Vector6<f64>,
     pub path: Follower,
     pub grid: OnGrid,
 }
 
 impl Planned {
-    /// The largest terminal error.
+    /// Returns the largest terminal error.
     pub fn error(&self) -> f64 {
         self.solution.terminal.largest()
     }
 }
 
-/// Terminal errors above this, half of the default tolerance, are taken for those of last digits.
+/// Terminal error above which a plan is corrected for round-off: half of the default tolerance.
 const OF_ROUND_OFF: f64 = 5e-13;
 
 impl Scaled<'_> {
     /// Replays a plan from the start and records every node.
     ///
-    /// Compensated sums show what the products of ten thousand rotations on the grid round off, and
-    /// costates and lengths make up for that. In a long duration a burn is so short that the last
-    /// digits of the recorded times are a part of it that matters: then inputs are recorded that
-    /// give the impulse of the plan in the time that is recorded, and are below their limits by
-    /// these digits.
+    /// Compensated sums reveal the round-off in the products of ten thousand rotations on the grid;
+    /// costates and lengths are corrected for it. For a long duration a burn is so short that the
+    /// last digits of the recorded times are a noticeable part of it. Then the recorded inputs give
+    /// the impulses of the plan in the recorded times, and are below their limits by these digits.
     pub(super) fn record(&self, grid: &OnGrid) -> Option<Planned> {
         let mut best = self.replayed(grid, false)?;
         for impulses in [false, true] {
             let next = match impulses {
                 _ if best.error() <= OF_ROUND_OFF => None,
                 false => grid.clone().nearer(&self.extremal, &best.miss),
-                // Pulses are off or at a limit, to the last bit.
+                // Pulses are exactly off or at a limit.
                 true => self.problem.shortest_pulse().is_none().then(|| grid.clone()),
             };
             let next = next.and_then(|grid| self.replayed(&grid, impulses));
@@ -69,7 +68,8 @@ impl Scaled<'_> {
         Some(best)
     }
 
-    /// The same with the inputs of the plan, or with its impulses.
+    /// Replays a plan from the start with its inputs, or with inputs that give its impulses in the
+    /// recorded times.
     fn replayed(&self, grid: &OnGrid, impulses: bool) -> Option<Planned> {
         let Self { problem, extremal, units } = self;
         let least = NO_LENGTH * grid.duration();
@@ -77,8 +77,8 @@ impl Scaled<'_> {
             (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
         let count = problem.actuation.count();
         let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
-        // What ten thousand additions round off would be some parts in 1e12 of the rates at the
-        // end.
+        // Plain sums of ten thousand terms would have an error of some parts in 1e12 of the rates
+        // at the end.
         let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
         let mut m_e = (grid.m, grid.nodes[0].e);
         let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
@@ -115,13 +115,13 @@ impl Scaled<'_> {
                 _ => shared(problem, units, &grid.torques[k])?,
             };
             let length = grid.step_length(step);
-            // The step as the witnesses will take it: of the length that the recorded times give.
+            // The step as the witnesses compute it, with the length from the recorded times.
             clock.add(&Vector1::new(length));
             let mut reached = clock.value.x * units.time;
-            // No input is beyond its limit for the sake of a last digit.
+            // An input must not exceed its limit because of a last digit.
             let needed = length * units.time;
             if impulses && reached - time < needed && row.iter().any(|input| *input != 0.0) {
-                // The burns before are ahead of the clock by a last digit each.
+                // Earlier burns advance the clock by a last digit each.
                 reached = reached.max((time + needed).next_down());
                 while reached - time < needed {
                     reached = reached.next_up();
@@ -152,7 +152,7 @@ impl Scaled<'_> {
         let solution = Solution {
             steps: kept.len(),
             step: if kept.is_empty() { 0.0 } else { before / steps },
-            // The clock of the last node is what the duration is everywhere.
+            // The time of the last node is the duration everywhere.
             cost: if problem.objective.is_duration() { before } else { cost },
             iterations: grid.iterations,
             terminal: TerminalError {
@@ -181,7 +181,7 @@ impl Scaled<'_> {
     }
 }
 
-/// Of a structure, nothing else being known.
+/// Returns a structure with all other fields unknown.
 pub(super) fn untold(structure: Structure) -> Switching {
     Switching {
         structure,
@@ -198,13 +198,13 @@ pub(super) fn untold(structure: Structure) -> Switching {
     }
 }
 
-/// The rotation of a step whose momentum, times its length, is given, less the identity.
+/// Returns the rotation of a step minus the identity, from its momentum times its length.
 fn drifted(extremal: &Extremal, momentum: &Vector3) -> Option<Matrix3> {
     drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley_minus_identity(&c))
 }
 
-/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest
-/// rotation to the end.
+/// Returns the homotopy class of a path: short if the path ends on the sheet that the motion
+/// without inputs reaches by the shortest rotation to the end.
 fn sense(problem: &Problem, extremal: &Extremal, duration: f64, path: &Follower) -> Sense {
     let start = &problem.start.attitude;
     let h = duration / COAST_STEPS as f64;

@@ -7,9 +7,9 @@
 //! 0 = −g_ν  (ν < s)        0 = J_r(ξ_s) P − g_s                    then Π_1 = exp S(ξ_s)ᵀ P
 //! ```
 //! The last equation is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0` without its inverse.
-//! Because `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the sum of the
-//! old momentum and the impulses, rotated. So the momentum is exact to round-off, whatever error
-//! the iteration leaves.
+//! Because `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end does not need `g_s`: it is the sum of
+//! the old momentum and the impulses, rotated. The momentum balance is therefore exact to
+//! round-off, whatever error the iteration leaves.
 
 use super::convergence::relative;
 use super::kinetic::Chart;
@@ -22,35 +22,35 @@ use std::f64::consts::PI;
 /// The curve of one body's attitude over a step.
 #[derive(Clone, Debug)]
 pub(super) struct Arc {
-    /// `ξ_1 … ξ_s`.
+    /// Control values `ξ_1 … ξ_s` of the curve.
     pub xi: Vec<Vector3>,
-    /// The chart at the quadrature points.
+    /// The natural chart at each quadrature point.
     pub charts: Vec<Chart>,
-    /// `h Σ b_i exp S(ξ_i) M_i` of the last evaluation of the equations.
+    /// Impulse `h Σ b_i exp S(ξ_i) M_i` from the last evaluation of the equations.
     pub impulse: Vector3,
-    /// The contributions of the quadrature points to the Jacobian.
+    /// Contributions of the quadrature points to the Jacobian.
     hessians: Vec<Hessian>,
 }
 
-/// Second derivatives at a quadrature point, times its weight.
+/// Second derivatives of the action at a quadrature point, times its weight.
 #[derive(Clone, Copy, Debug)]
 struct Hessian {
     vv: Matrix3,
     v_xi: Matrix3,
     xi_xi: Matrix3,
-    /// The value of `J_r(ξ_s) exp S(ξ) M`, in the last row alone.
+    /// The negative derivative of `J_r(ξ_s) exp S(ξ) M` by ξ, which enters the last row only.
     carried: Matrix3,
-    /// The derivatives by slope and by value of a column, in the current row of the Jacobian.
+    /// Derivatives by the slope and by the value of a column, for the current row of the Jacobian.
     of_row: [Matrix3; 2],
 }
 
-/// The data at the start of a step.
+/// The data of a body at the start of a step.
 pub(super) struct Start {
-    /// Inertia.
+    /// Inertia of the body.
     pub j: Matrix3,
-    /// Step.
+    /// Length of the step.
     pub h: f64,
-    /// `Π_0`.
+    /// Momentum `Π_0` at the start of the step.
     pub momentum: Vector3,
 }
 
@@ -66,8 +66,8 @@ impl Arc {
         }
     }
 
-    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were
-    /// constant.
+    /// Sets an initial curve from an angular velocity [rad/s] and a constant angular acceleration
+    /// [rad/s²].
     pub fn constant_acceleration(&mut self, scheme: &Scheme, h: f64, rate: &Vector3, acceleration: &Vector3) {
         for (xi, d) in self.xi.iter_mut().zip(&scheme.times) {
             let t = h * d;
@@ -75,11 +75,11 @@ impl Arc {
         }
     }
 
-    /// Starts from where the curve of the last step leads.
+    /// Sets an initial curve by extrapolating the curve of the last step.
     pub fn extrapolate(&mut self, scheme: &Scheme) {
         let back = crate::lie::exp(&-self.xi[scheme.degree - 1]);
-        // The charts are overwritten, because they are not needed until the next evaluation, and
-        // each unknown has at least one.
+        // The charts serve as a buffer, because they are not needed until the next evaluation, and
+        // there are at least as many as unknowns.
         for (chart, row) in self.charts.iter_mut().zip(&scheme.ahead) {
             chart.xi = crate::lie::log(&(back * crate::lie::exp(&combine(row, &self.xi))));
         }
@@ -88,14 +88,14 @@ impl Arc {
         }
     }
 
-    /// Puts the charts at the quadrature points of the curve.
+    /// Computes the charts at the quadrature points of the curve.
     pub fn place(&mut self, scheme: &Scheme) {
         for (chart, values) in self.charts.iter_mut().zip(&scheme.values) {
             *chart = Chart::at(combine(values, &self.xi));
         }
     }
 
-    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the
+    /// Adds a Newton correction. Returns its size relative to the curve, which is not finite if the
     /// curve has left the chart.
     pub fn correct(&mut self, correction: &[f64]) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
@@ -111,7 +111,8 @@ impl Arc {
         relative(change.sqrt(), size.sqrt())
     }
 
-    /// Writes the right-hand sides under the moments `M_i`, and stores the impulse.
+    /// Computes the right-hand sides of the equations under the moments `M_i`, and stores the
+    /// impulse.
     pub fn residual(
         &mut self,
         scheme: &Scheme,
@@ -187,7 +188,7 @@ impl Arc {
     }
 }
 
-/// Returns `Σ w_ν ξ_ν`.
+/// Returns the linear combination `Σ w_ν ξ_ν`.
 pub(super) fn combine(weights: &[f64], vectors: &[Vector3]) -> Vector3 {
     weights.iter().zip(vectors).map(|(weight, vector)| vector * *weight).sum()
 }

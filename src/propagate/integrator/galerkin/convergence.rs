@@ -1,16 +1,16 @@
 //! The stopping criterion of an iteration on the stage equations.
 
-/// The relative accuracy that counts as exact.
+/// Relative accuracy that counts as exact.
 const ROUND_OFF: f64 = 2e-16;
 
-/// Below this, relative, a correction that no longer shrinks is noise.
+/// Relative size below which a correction that no longer shrinks is round-off.
 const NOISE: f64 = 1e-11;
 
-/// The largest number of iterations. Newton needs 2–4, iterations without the potential's gradient
-/// up to a dozen.
+/// Largest number of iterations. Newton's method needs 2–4; iterations without the gradient of the
+/// potential need up to a dozen.
 pub(super) const MAX_ITERATIONS: u32 = 40;
 
-/// Watches the corrections, each relative to the size of its quantity.
+/// Monitors the corrections of an iteration, each relative to the size of its quantity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convergence {
     /// Whether the Jacobian is exact, so that convergence is quadratic.
@@ -18,7 +18,7 @@ pub(super) struct Convergence {
     last: f64,
 }
 
-/// The next action of the iteration.
+/// The action that the iteration takes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     Iterate,
@@ -31,14 +31,14 @@ impl Convergence {
         Self { exact, last: f64::INFINITY }
     }
 
-    /// Returns the next action after a correction.
+    /// Returns the next action after a correction of this relative size.
     pub fn after(&mut self, correction: f64) -> Next {
         if !correction.is_finite() {
             return Next::GiveUp;
         }
         let ratio = correction / self.last;
-        // The remaining error is Δθ² if corrections shrink like Δ, CΔ², C³Δ⁴, …, and Δθ/(1 − θ) if
-        // they shrink by a factor.
+        // The remaining error is Δθ² for quadratic convergence (corrections Δ, CΔ², C³Δ⁴, …), and
+        // Δθ/(1 − θ) for linear convergence with the factor θ.
         let left = match (ratio < 0.5, self.exact) {
             (true, true) => correction * ratio * ratio,
             (true, false) => correction * ratio / (1.0 - ratio),
@@ -52,8 +52,8 @@ impl Convergence {
     }
 }
 
-/// Returns `|Δ|` over the size of the corrected quantity.
+/// Returns the size of a correction relative to the size of the corrected quantity.
 pub(super) fn relative(correction: f64, size: f64) -> f64 {
-    // A body at rest has the size zero and needs no correction.
+    // The size of the curve of a body at rest is zero; it needs no correction.
     if correction == 0.0 { 0.0 } else { correction / size }
 }

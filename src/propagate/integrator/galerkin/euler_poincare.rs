@@ -1,11 +1,12 @@
-//! The higher-order discrete Euler–Poincaré equations: a Galerkin method reduced by the rotations.
+//! The higher-order discrete Euler–Poincaré equations: a Galerkin method reduced by the rotational
+//! symmetry.
 //!
-//! The free body's Lagrangian does not know its attitude, so the stage equations close in `Π`
-//! alone:
+//! The Lagrangian of a free body does not depend on its attitude, so the stage equations involve
+//! `Π` only:
 //! ```text
 //! g_ν(ξ) = 0 (ν < s) ,   J_r⁻¹(ξ_s) g_s(ξ) = Π_0 ,   F = exp S(ξ_s) ,   Π_1 = FᵀΠ_0
 //! ```
-//! `R_1 = R_0 F` reconstructs the attitude afterwards.
+//! The attitude follows afterwards from `R_1 = R_0 F`.
 
 use super::attitude::{Arc, Start};
 use super::convergence::{Convergence, MAX_ITERATIONS, Next};
@@ -15,7 +16,7 @@ use crate::mechanics::body::Inertia;
 use crate::propagate::integrator::{StepError, SystemError};
 use crate::{Matrix3, Vector3, lie};
 
-/// The reduced integrator of one free body.
+/// The reduced integrator for one free body.
 ///
 /// ```
 /// use slewkit::{Inertia, Vector3};
@@ -39,29 +40,31 @@ pub struct EulerPoincare {
     j: Matrix3,
     j_inverse: Matrix3,
     step: f64,
-    /// `h` over the mean principal moment.
+    /// The step `h` divided by the mean principal moment.
     scale: f64,
     arc: Arc,
     matrix: Dense,
     right: Vec<f64>,
 }
 
-/// One step of the reduced integrator.
+/// The result of one step of the reduced integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReducedStep {
-    /// `F − I`, for `R_1 = R_0 + R_0 (F − I)`.
+    /// Rotation of the step minus the identity, `F − I`, for `R_1 = R_0 + R_0 (F − I)`.
     pub turn: Matrix3,
-    /// `Π_1`, body axes.
+    /// Momentum `Π_1` at the end of the step, body axes [N·m·s].
     pub momentum: Vector3,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub iterations: u32,
 }
 
 impl EulerPoincare {
-    /// Builds the curves of `degree` 1 … 6, order twice that, with steps of `step` \[s\].
+    /// Builds the integrator with curves of degree 1 to 6 and steps of `step` \[s\]. Its order is
+    /// twice the degree.
     ///
     /// # Errors
-    /// [`SystemError::Degree`], [`SystemError::Step`].
+    /// [`SystemError::Degree`] for another degree, [`SystemError::Step`] if the step is not
+    /// positive.
     pub fn new(
         inertia: &Inertia,
         degree: usize,
@@ -75,7 +78,7 @@ impl EulerPoincare {
             return Err(SystemError::Step { step });
         }
         let scheme = Scheme::new(degree, quadrature);
-        // The inertia is in units of the mean principal moment.
+        // The inertia is stored in units of the mean principal moment.
         let mean = inertia.mean();
         Ok(Self {
             j: inertia.j() / mean,
@@ -89,12 +92,13 @@ impl EulerPoincare {
         })
     }
 
-    /// Advances the body momentum `Π` [N·m·s].
+    /// Advances the body momentum `Π` [N·m·s] by one step.
     ///
     /// # Errors
-    /// [`StepError::NotConverged`] when the step is too long, [`StepError::NotFinite`].
+    /// [`StepError::NotConverged`] if the step is too long, [`StepError::NotFinite`] if the
+    /// momentum is not finite or too large.
     pub fn step(&mut self, momentum: &Vector3) -> Result<ReducedStep, StepError> {
-        // hΠ is the momentum over a step of unit length.
+        // In these units `hΠ` is the momentum for a step of length one.
         let g = momentum * self.scale;
         if !g.iter().all(|value| value.is_finite()) {
             return Err(StepError::NotFinite);

@@ -6,8 +6,8 @@
 //! T_vv = J_rᵀ J J_r/h²     T_vξ = (J_rᵀ J D/h + ∂(J_rᵀp)/∂ξ)/h     ∂(J_r(ξ)ᵀp)/∂ξ = −D(−ξ, p)
 //! T_ξξ = (Dᵀ J D/h + ∂²(p·J_r v)/∂ξ²)/h
 //! ```
-//! (section 2.2 with the corrections of the left-trivialised derivative: J_r, not J_l; 1/h in Ω; a
-//! term in D.)
+//! (Section 2.2, with the corrections for the left-trivialised derivative: J_r instead of J_l, 1/h
+//! in Ω, and a term in D.)
 
 use crate::lie::{Second, hat, skew_polynomial};
 use crate::{Matrix3, Vector3};
@@ -16,18 +16,18 @@ use crate::{Matrix3, Vector3};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chart {
     pub xi: Vector3,
-    /// `J_r(ξ)`.
+    /// Right Jacobian `J_r(ξ)`.
     pub j_r: Matrix3,
     kernels: Second,
 }
 
-/// Kinetic energy at one point of a curve: gradient and Hessian with respect to (v, ξ).
+/// Kinetic energy at one point of a curve: its gradient and Hessian with respect to (v, ξ).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kinetic {
     pub by_v: Vector3,
     pub by_xi: Vector3,
     pub vv: Matrix3,
-    /// `∂(∂T/∂v)/∂ξ`; the other mixed block is its transpose.
+    /// Mixed second derivative `∂(∂T/∂v)/∂ξ`; the other mixed block is its transpose.
     pub v_xi: Matrix3,
     pub xi_xi: Matrix3,
 }
@@ -39,18 +39,20 @@ impl Chart {
         Self { xi, j_r, kernels }
     }
 
-    /// Returns `exp S(ξ) − I`, with `sin t/t = 1 − t² C`.
+    /// Returns the rotation of the chart minus the identity, `exp S(ξ) − I`, with
+    /// `sin t/t = 1 − t² C`.
     pub fn turn(&self) -> Matrix3 {
         let a = 1.0 - self.xi.norm_squared() * self.kernels.c;
         skew_polynomial(a, self.kernels.b, &self.xi)
     }
 
-    /// Returns `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ`.
+    /// Returns the derivative `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ` of the right Jacobian times `v`.
     pub fn directional(&self, v: &Vector3) -> Matrix3 {
         self.derivative(&self.xi, v)
     }
 
-    /// Returns `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)`.
+    /// Returns the derivative `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)` of the transposed right Jacobian times
+    /// `p`.
     pub fn transposed_directional(&self, p: &Vector3) -> Matrix3 {
         -self.derivative(&-self.xi, p)
     }
@@ -64,8 +66,8 @@ impl Chart {
         d
     }
 
-    /// Returns `∂²(p·J_r(ξ)v)/∂ξ²` of `p·v − B ξ·w + C γ`, with `w = v×p` and
-    /// `γ = (p·ξ)(ξ·v) − (p·v) t²`.
+    /// Returns the second derivative `∂²(p·J_r(ξ)v)/∂ξ²`, where `p·J_r(ξ)v = p·v − B ξ·w + C γ`
+    /// with `w = v×p` and `γ = (p·ξ)(ξ·v) − (p·v) t²`.
     fn curvature(&self, p: &Vector3, v: &Vector3) -> Matrix3 {
         let Second { b_prime, c, c_prime, b_second, c_second, .. } = self.kernels;
         let xi = &self.xi;
@@ -73,7 +75,7 @@ impl Chart {
         let (beta, p_xi, v_xi, pv) = (xi.dot(&w), p.dot(xi), v.dot(xi), p.dot(v));
         let gamma = p_xi * v_xi - pv * xi.norm_squared();
         let slope = p * v_xi + v * p_xi - xi * (2.0 * pv);
-        // Half of each symmetric sum; completed by its transpose below.
+        // Half of each symmetric sum; the transpose below completes it.
         let along =
             slope * (2.0 * c_prime) - w * (2.0 * b_prime) + xi * (2.0 * (c_second * gamma - b_second * beta));
         let half = along * xi.transpose() + c * (p * v.transpose());
@@ -81,8 +83,8 @@ impl Chart {
         half + half.transpose() + Matrix3::from_diagonal_element(diagonal)
     }
 
-    /// Returns the kinetic energy of a body of inertia `j` at velocity `v = dξ/dτ`, over a step
-    /// `h`.
+    /// Returns the derivatives of the kinetic energy of a body with inertia `j` and velocity
+    /// `v = dξ/dτ`, for a step of length `h`.
     pub fn kinetic(&self, j: &Matrix3, h: f64, v: &Vector3) -> Kinetic {
         let p = j * (self.j_r * v) / h;
         let d = self.directional(v);
@@ -103,8 +105,8 @@ mod tests {
     use crate::lie;
     use crate::testing::{Random, full_inertia};
 
-    /// Every derivative against central differences of the one below it, below and above the
-    /// switches.
+    /// Compares every derivative with central differences of the next lower one, on both sides of
+    /// the switches between series and closed forms.
     #[test]
     fn derivatives_agree_with_finite_differences() {
         let mut random = Random(5);

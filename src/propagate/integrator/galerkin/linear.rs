@@ -1,6 +1,6 @@
-//! A small dense linear system, solved in buffers that are kept.
+//! A small dense linear system, solved in reusable buffers.
 
-/// Row-major square matrix and its solution by elimination with partial pivoting, in place.
+/// A row-major square matrix, and in-place solution by elimination with partial pivoting.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Dense {
     size: usize,
@@ -16,7 +16,7 @@ impl Dense {
         self.rows.fill(0.0);
     }
 
-    /// Adds a 3×3 block with its corner at (`row`, `column`).
+    /// Adds a 3×3 block whose first element is at (`row`, `column`).
     pub fn add(&mut self, row: usize, column: usize, block: &crate::Matrix3) {
         for i in 0..3 {
             let start = (row + i) * self.size + column;
@@ -26,14 +26,14 @@ impl Dense {
         }
     }
 
-    /// Returns the 3×3 block with its corner at (`row`, `column`).
+    /// Returns the 3×3 block whose first element is at (`row`, `column`).
     pub fn block(&self, row: usize, column: usize) -> crate::Matrix3 {
         let row = |i: usize| &self.rows[(row + i) * self.size + column..][..3];
         let [a, b, c] = [row(0), row(1), row(2)];
         crate::Matrix3::new(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
     }
 
-    /// Sets a 3×3 block.
+    /// Overwrites the 3×3 block whose first element is at (`row`, `column`).
     pub fn put(&mut self, row: usize, column: usize, block: &crate::Matrix3) {
         for i in 0..3 {
             let start = (row + i) * self.size + column;
@@ -41,12 +41,12 @@ impl Dense {
         }
     }
 
-    /// Overwrites `b` by the solution of `A x = b`, and `A` by rubble. A singular matrix leaves
-    /// numbers that are not finite.
+    /// Solves `A x = b`: `b` receives the solution, and the elements of `A` are destroyed. If the
+    /// matrix is singular, the result is not finite.
     pub fn solve(&mut self, b: &mut [f64]) {
         let n = self.size;
-        // Rows are momenta of one kind or another, in different units: pivots compare only after
-        // scaling.
+        // Rows have different units (angular and linear momentum), so pivots are comparable only
+        // after scaling.
         for (row, b) in self.rows.chunks_exact_mut(n).zip(b.iter_mut()) {
             let largest = row.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
             let scale = 1.0 / largest;

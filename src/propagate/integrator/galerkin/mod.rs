@@ -5,21 +5,22 @@
 //! R(τ) = R_0 exp S(Σ ξ_ν l_ν(τ)) ,   x(τ) = x_0 + Σ y_ν l_ν(τ) ,   τ ∈ [0, 1] ,   ν = 1…s
 //! L_d  = ext Σ_i h b_i L(R(c_i), Ω(c_i), x(c_i), ẋ(c_i)) ,   Ω = J_r(ξ) ξ'/h ,   ẋ = y'/h
 //! ```
-//! Stationarity in the interior control points and the discrete Legendre transforms at the ends
-//! give 3s equations per attitude (see `attitude.rs`) and as many per position:
+//! Stationarity with respect to the interior control points, and the discrete Legendre transforms
+//! at the ends, give 3s equations per attitude (see `attitude.rs`) and as many per position:
 //! ```text
 //! g_ν = h Σ b_i [ l'_ν(c_i) m y'(c_i)/h² + l_ν(c_i) f_i ]
 //! 0 = g_ν (ν < s) ,   γ_0 + h Σ b_i f_i = g_s          then γ_1 = γ_0 + h Σ b_i f_i
 //! ```
-//! The chart is centred at the start of the step, and the curve is not a polynomial in the chart
-//! at its end. For s ≥ 2 the methods are symplectic and keep momenta, but are not symmetric in
-//! time.
+//! The chart is centred at the start of the step, and the curve is not a polynomial in the chart at
+//! the end of the step. For s ≥ 2 the methods are symplectic and conserve momenta, but are not
+//! symmetric in time.
 //!
-//! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). Newton solves all
-//! equations together. If the gradient of the potential is available, or loads do not depend on the
-//! poses, the Jacobian is exact and 2–4 iterations suffice. If the gradient is not available, or
-//! the bodies are too many, the gradient's part of the Jacobian is omitted and every body is solved
-//! alone. Each iteration then reduces the error by a factor of about h²‖U''‖.
+//! Inputs act like forces of the potential (discrete Lagrange–d'Alembert principle). Newton's
+//! method solves all equations together. If the gradient of the potential is available, or loads do
+//! not depend on the poses, the Jacobian is exact and 2–4 iterations suffice. If the gradient is
+//! not available, or the bodies are too many, the contribution of the gradient to the Jacobian is
+//! omitted and every body is solved separately. Each iteration then reduces the error by a factor
+//! of about h²‖U''‖.
 
 mod attitude;
 mod convergence;
@@ -43,14 +44,14 @@ use linear::Dense;
 use nalgebra::DMatrix;
 use scheme::Scheme;
 
-/// The largest number of unknowns of one dense system; with more unknowns each body is solved
-/// alone.
+/// Largest number of unknowns in one dense system. With more unknowns each body is solved
+/// separately.
 const MOST_COUPLED: usize = 144;
 
-/// Square of the turn of a step beyond which its Cayley vector, infinite at π, is not formed.
+/// Square of the turn in a step up to which its Cayley vector, which is infinite at π, is used.
 const LARGE_TURN: f64 = 2.0;
 
-/// Returns `tan(t/2)/t`.
+/// Returns the factor `tan(t/2)/t` between rotation vector and Cayley vector.
 fn half_tangent(t: f64) -> f64 {
     if t > f64::EPSILON { (0.5 * t).tan() / t } else { 0.5 }
 }
@@ -61,19 +62,19 @@ pub(crate) struct Galerkin {
     scheme: Scheme,
     course: Course,
     curves: Vec<Curve>,
-    /// Wrenches at the quadrature points, a row of bodies per point.
+    /// Wrenches at the quadrature points, one row of bodies per point.
     wrenches: Vec<Wrench>,
     poses: Vec<Pose>,
-    /// The gradient of the potential, if available: n×n blocks at one point, and the matrix of
-    /// all unknowns.
+    /// The n×n blocks of the potential's gradient at one point, and the matrix of all unknowns;
+    /// `None` if the gradient is not used.
     coupled: Option<(Vec<Blocks>, Dense)>,
-    /// The matrix of one attitude, for bodies solved for alone.
+    /// The matrix of one attitude, for bodies that are solved separately.
     single: Dense,
     right: Vec<f64>,
     stiffness: Stiffness,
     /// Whether the loads on the bodies depend on their poses.
     posed: bool,
-    /// Whether the curves come from the last step.
+    /// Whether curves of the last step exist, from which new curves are extrapolated.
     warm: bool,
 }
 
@@ -81,13 +82,13 @@ pub(crate) struct Galerkin {
 #[derive(Clone, Debug)]
 struct Curve {
     arc: Arc,
-    /// `y_1 … y_s`; empty for a body that only turns.
+    /// Control values `y_1 … y_s` of the position; empty for a body that only rotates.
     shifts: Vec<Vector3>,
-    /// Index of the first unknown of the curve.
+    /// Index of the curve's first unknown in the vector of all unknowns.
     offset: usize,
 }
 
-/// `K_νμ = (1/h) Σ b_i l'_ν l'_μ`, the kinetic part of the positions per mass, and its inverse.
+/// The kinetic matrix of positions per unit mass, `K_νμ = (1/h) Σ b_i l'_ν l'_μ`, and its inverse.
 #[derive(Clone, Debug)]
 struct Stiffness {
     matrix: DMatrix<f64>,
@@ -101,7 +102,8 @@ impl Stiffness {
             terms.sum::<f64>()
         };
         let matrix = DMatrix::from_fn(scheme.degree, scheme.degree, element);
-        // Positive definite: a curve of degree s without velocity at s points stands still.
+        // The matrix is positive definite: a curve of degree s whose velocity is zero at s points
+        // is constant.
         let inverse = matrix.clone().try_inverse().expect("the slopes of the basis are independent");
         Self { matrix: matrix / h, inverse: inverse * h }
     }
@@ -143,7 +145,7 @@ impl Galerkin {
         }
     }
 
-    /// Goes on from another state, with the curves of none before.
+    /// Continues from another state, without curves of a preceding step.
     pub fn restart(&mut self, state: &SystemState) {
         self.course.state = state.clone();
         self.warm = false;
@@ -154,8 +156,8 @@ impl Galerkin {
         Facts { order, explicit: false, force_evaluations: None, ..Facts::VARIATIONAL }
     }
 
-    /// Computes initial curves: the continuation of the curves of the last step, or the rates and
-    /// velocities of each body, with its angular acceleration, which is known beforehand.
+    /// Computes initial curves. They continue the curves of the last step, or follow from the rates
+    /// and velocities of each body and its angular acceleration, which is known at the start.
     fn predict(&mut self, warm: bool) {
         let h = self.course.loads.step;
         for (index, curve) in self.curves.iter_mut().enumerate() {
@@ -165,7 +167,7 @@ impl Galerkin {
             if warm {
                 curve.arc.extrapolate(&self.scheme);
                 let Some(&end) = curve.shifts.last() else { continue };
-                // Highest first: the combination needs the old values of all, so they go through a
+                // Each combination needs all old values, so the new values are first written to a
                 // buffer.
                 let right = &mut self.right[curve.offset..];
                 for (row, out) in self.scheme.ahead.iter().zip(right.chunks_exact_mut(3)) {
@@ -187,8 +189,8 @@ impl Galerkin {
         }
     }
 
-    /// Moves all bodies to the quadrature points and evaluates the loads at these points, if they
-    /// depend on the poses.
+    /// Places all bodies at the quadrature points, and evaluates the loads there if they depend on
+    /// the poses.
     fn look(&mut self, inputs: &[Input]) {
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);
@@ -211,8 +213,8 @@ impl Galerkin {
         }
     }
 
-    /// Computes the right-hand sides, solves for the corrections and applies them. Returns the size
-    /// of the corrections.
+    /// Computes the right-hand sides, solves for the corrections and applies them. Returns the
+    /// relative size of the corrections.
     fn correct(&mut self) -> f64 {
         let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         if let Some((blocks, matrix)) = &mut self.coupled {
@@ -246,7 +248,7 @@ impl Galerkin {
             let linear = &mut linear[..3 * s];
             for (nu, out) in linear.chunks_exact_mut(3).enumerate() {
                 let last = if nu == s - 1 { 1.0 } else { 0.0 };
-                // γ_0 + h Σ b f in the last row, less g_ν in all.
+                // The last row has γ_0 + h Σ b f; every row has g_ν subtracted.
                 let mut sum = momentum.linear * last;
                 for (mu, shift) in curve.shifts.iter().enumerate() {
                     sum -= shift * (mass * self.stiffness.matrix[(nu, mu)]);
@@ -282,7 +284,7 @@ impl Galerkin {
                 size += shift.norm_squared();
             }
             for part in [curve.arc.correct(angular), relative(change.sqrt(), size.sqrt())] {
-                // Written so that a NaN stays.
+                // A NaN value stays in this comparison.
                 worst = if part <= worst { worst } else { part };
             }
         }
@@ -300,7 +302,8 @@ impl Galerkin {
                 Next::Iterate => {}
                 Next::Done => {
                     if !free {
-                        // The impulses belong to the curves before the last correction.
+                        // The stored impulses belong to the curves before the last correction, so
+                        // they are computed again.
                         self.look(inputs);
                     }
                     return Ok(());
@@ -313,7 +316,7 @@ impl Galerkin {
         Err(StepError::NotConverged { step: self.course.loads.step, iterations: MAX_ITERATIONS })
     }
 
-    /// Moves the state to the end of the curves.
+    /// Advances the state to the end of the curves.
     fn advance(&mut self) {
         let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         for (index, curve) in self.curves.iter().enumerate() {
@@ -326,7 +329,7 @@ impl Galerkin {
             let xi = &curve.arc.xi[s - 1];
             let momentum = self.course.state.momenta()[index].angular + moment;
             if xi.norm_squared() < LARGE_TURN {
-                // The Cayley vector is used, because its update preserves steady rotations.
+                // The Cayley vector is used because its update preserves steady rotations.
                 let turn = xi * half_tangent(xi.norm());
                 self.course.state.add_angular(index, &(carried(&turn, &momentum) + moment));
                 self.course.state.turn_attitude(index, &turn);
@@ -358,7 +361,7 @@ fn place(curves: &[Curve], scheme: &Scheme, state: &SystemState, i: usize, poses
     }
 }
 
-/// Applies `(mK)⁻¹` to the right-hand side of one position, in place.
+/// Applies `(mK)⁻¹` in place to the right-hand side of the position of one body.
 fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
     let mut solution = [Vector3::zeros(); *DEGREES.end()];
     for (nu, solution) in solution.iter_mut().enumerate().take(right.len() / 3) {
@@ -371,7 +374,7 @@ fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
     }
 }
 
-/// Adds the contribution of the gradient of the potential at point `i` to the matrix.
+/// Adds the contribution of the potential's gradient at quadrature point `i` to the matrix.
 ///
 /// `δM = rx δy + rr J_r δξ` and `δf = xx δy + xr J_r δξ` enter row ν with
 /// `h b (l_ν J_rᵀ − [ν = s] J_r(ξ_s) exp S(ξ))` and `h b (l_ν − [ν = s])`.

@@ -1,45 +1,46 @@
-//! Degree and quadrature of a Galerkin method, with the values of its basis at the quadrature
-//! points.
+//! The degree and the quadrature rule of a Galerkin method, with the values of its basis at the
+//! quadrature points.
 
 use std::ops::RangeInclusive;
 
-/// The available degrees.
+/// The available degrees of the curves.
 pub const DEGREES: RangeInclusive<usize> = 1..=6;
 
-/// The points at which the action of a step is sampled.
+/// The quadrature rule for the action of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
-    /// s Gauss points, exact to degree 2s − 1.
+    /// The s Gauss points, exact to degree 2s − 1.
     Gauss,
-    /// s + 1 Lobatto points, both ends among them, exact to degree 2s − 1.
+    /// The s + 1 Lobatto points, including both ends of the step, exact to degree 2s − 1.
     Lobatto,
 }
 
-/// Curves of degree s through the s + 1 Lobatto points of a step, and a quadrature.
+/// A Galerkin scheme: polynomials of degree s through the s + 1 Lobatto points of a step, with a
+/// quadrature rule.
 ///
-/// `l_ν`, ν = 1…s, are the Lagrange polynomials of all control times but the first, where the
-/// curves vanish.
+/// `l_ν`, ν = 1…s, are the Lagrange polynomials of all control times except the first. The
+/// displacement at the first control time is zero.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheme {
-    /// Degree s.
+    /// Degree s of the polynomials.
     pub degree: usize,
-    /// Control times `d_1 … d_s`, the last one 1.
+    /// Control times `d_1 … d_s` as fractions of the step; the last one is 1.
     pub times: Vec<f64>,
     /// Quadrature points and weights on [0, 1].
     pub points: Vec<f64>,
     pub weights: Vec<f64>,
-    /// `l_ν(c_i)` and `l'_ν(c_i)`, a row per point.
+    /// Values `l_ν(c_i)` and slopes `l'_ν(c_i)` of the basis, one row per quadrature point.
     pub values: Vec<Vec<f64>>,
     pub slopes: Vec<Vec<f64>>,
-    /// `l_μ(1 + d_ν)`: where a curve leads in the next step.
+    /// Values `l_μ(1 + d_ν)`, which extrapolate a curve to the next step.
     pub ahead: Vec<Vec<f64>>,
 }
 
 impl Scheme {
-    /// Builds the scheme of a degree, with its rules and its basis.
+    /// Builds the scheme of a degree, with its quadrature rule and its basis.
     ///
     /// # Panics
-    /// Panics for a degree outside [`DEGREES`], and if rules and basis do not pass their check.
+    /// Panics for a degree outside [`DEGREES`], or if rule and basis do not pass their check.
     pub fn new(degree: usize, quadrature: Quadrature) -> Self {
         assert!(DEGREES.contains(&degree), "degree {degree}");
         let (controls, lobatto_weights) = lobatto(degree + 1);
@@ -85,7 +86,7 @@ fn lagrange(nodes: &[f64], index: usize, t: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Legendre's `P_n` and `P_{n−1}` at `x`.
+/// Returns the Legendre polynomials `P_n` and `P_{n−1}` at `x`.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut p, mut before) = (1.0, 0.0);
     for k in 0..n {
@@ -94,13 +95,14 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (p, before)
 }
 
-/// Gauss's rule of n points on [0, 1]: the zeros of `P_n`, weights `2/((1 − x²) P_n'²)`.
+/// Returns Gauss's rule with n points on [0, 1], from the zeros of `P_n`; weights
+/// `2/((1 − x²) P_n'²)`.
 fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     let rule = (0..n).map(|i| {
         let mut x = -((i as f64 + 0.75) / (n as f64 + 0.5) * std::f64::consts::PI).cos();
         let mut slope = 1.0;
-        // Newton's method from Tricomi's guess converges in three or four iterations; more change
-        // nothing.
+        // Newton's method from Tricomi's guess converges in three or four iterations; further ones
+        // have no effect.
         for _ in 0..10 {
             let (p, before) = legendre(n, x);
             slope = n as f64 * (before - x * p) / (1.0 - x * x);
@@ -111,7 +113,7 @@ fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     rule.unzip()
 }
 
-/// Lobatto's rule of n ≥ 2 points on [0, 1]: ±1 and the zeros of `P'_{n−1}`, weights
+/// Returns Lobatto's rule with n ≥ 2 points on [0, 1], from ±1 and the zeros of `P'_{n−1}`; weights
 /// `2/(n(n−1) P_{n−1}²)`.
 fn lobatto(n: usize) -> (Vec<f64>, Vec<f64>) {
     let m = n - 1;
@@ -151,7 +153,7 @@ mod tests {
         }
     }
 
-    /// A polynomial of the degree that vanishes at 0 is its own interpolant, at any point.
+    /// A polynomial of this degree that vanishes at 0 equals its interpolant at any point.
     #[test]
     fn the_basis_reproduces_polynomials_and_their_slopes() {
         for degree in DEGREES {

@@ -1,4 +1,4 @@
-//! Two roads to the same motion.
+//! Tests that two independent methods compute the same motion.
 
 use super::*;
 use crate::maneuver::problem::Problem;
@@ -7,7 +7,7 @@ use crate::propagate::simulate::SimulationRow;
 use crate::verify::propagation::{self, Propagator};
 use std::ops::ControlFlow;
 
-/// The frame of an orbit turns under the body; the witnesses treat it in inertial axes, by
+/// The orbital frame rotates relative to the inertial axes. The witnesses use inertial axes and
 /// another method.
 #[test]
 fn a_turning_frame_agrees_with_the_inertial_treatment() {
@@ -62,7 +62,7 @@ fn both_forms_of_verlet_are_one_map() {
     }
 }
 
-/// Velocity Verlet in Π is Lie–Euler in the variable `Π̃ = Π + (h/2) M`, step by step.
+/// Velocity Verlet in Π equals Lie–Euler in the variable `Π̃ = Π + (h/2) M` in every step.
 #[test]
 fn lie_euler_is_conjugate_to_verlet_by_half_kicks() {
     for (system, state) in [pendulum(), dumbbells(2.5, 4.0)] {

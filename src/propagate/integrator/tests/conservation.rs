@@ -1,12 +1,12 @@
-//! Long runs: the conservation of compensated updates over 10⁶ steps (10⁷:
+//! Conservation by compensated updates in long runs of 10⁶ steps (10⁷:
 //! `cargo bench -p benches --bench integrators`).
 
 use super::*;
 use crate::mechanics::body::Inertia;
 use crate::propagate::integrator::Quadrature;
 
-/// Returns the rotation about the axis of the largest moment of a body whose axes are tilted: every
-/// step rounds alike.
+/// Returns a steady rotation about the axis of the largest moment, for a body with tilted axes.
+/// Every step has the same rounding errors.
 fn steady_rotation() -> (System, SystemState) {
     let axes = lie::exp(&Vector3::new(0.5, -0.4, 0.3));
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.7, 2.2));
@@ -16,7 +16,7 @@ fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// Returns the rise of a least-squares line over the whole run, and its standard error.
+/// Returns the rise of a least-squares line over the whole run, and the standard error of the rise.
 fn trend(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let t = |index: usize| (index as f64 + 0.5) / n - 0.5;
@@ -56,22 +56,23 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
                 assert!(now.orthogonality <= 1e-12, "{kind} {name} {step}: {:e}", now.orthogonality);
                 energies.push(now.energy - before.energy);
             }
-            // Means over stretches of many periods, which are noise around a line.
+            // Means over intervals of many periods, which scatter about a line.
             let stretches: Vec<f64> = energies
                 .chunks(steps / 100)
                 .map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64)
                 .collect();
             let (slope, noise) = trend(&stretches);
             println!("{name} {kind}: trend {slope:.1e} ± {noise:.1e}");
-            // Rounding alone walks by √k ulps; the bounded oscillation is far larger in most cases.
+            // Rounding alone causes a random walk of √k ulps; the bounded oscillation is usually
+            // far larger.
             let floor = 1e-15 * before.energy.abs() * (steps as f64).sqrt();
             assert!(slope.abs() <= 4.0 * noise + floor, "{kind} {name}: {slope:e} ± {noise:e}");
         }
     }
 }
 
-/// Curves of a degree that is seldom used for a million steps, in a steady rotation, where rounding
-/// adds up soonest.
+/// Tests a degree that is rarely used, over a million steps of a steady rotation, where rounding
+/// errors accumulate fastest.
 #[test]
 fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     let (system, state) = steady_rotation();
@@ -88,8 +89,8 @@ fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     }
 }
 
-/// Shows that the update without compensation, `R⁺ = R F` and `Π⁺ = FᵀΠ`, fails the requirement
-/// of the test above over as many steps of a steady rotation.
+/// The update without compensation, `R⁺ = R F` and `Π⁺ = FᵀΠ`, fails the requirement of the test
+/// above over the same number of steps of a steady rotation.
 #[test]
 fn a_naive_update_does_not_hold() {
     let (system, start) = steady_rotation();

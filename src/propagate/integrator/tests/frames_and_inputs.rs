@@ -1,9 +1,9 @@
-//! Turning frames and inputs, in every method.
+//! Tests of rotating frames and of inputs with every method.
 
 use super::*;
 use crate::mechanics::environment::{Blocks, CentralGravity, Environment, GravityGradient, PointMass, Pose};
 
-/// The central field seen from a frame that turns about its center: the same field.
+/// A central field in a frame that rotates about its center, in which the field is unchanged.
 #[derive(Debug)]
 struct Turning(CentralGravity, Vector3);
 
@@ -25,8 +25,8 @@ impl Environment for Turning {
     }
 }
 
-/// A dumbbell about an attracting point: seen from a turning frame, the motion is the inertial one
-/// turned back.
+/// The motion of a dumbbell about an attracting point, computed in a rotating frame, equals the
+/// inertial motion transformed to that frame.
 #[test]
 fn a_frame_turns_positions_attitudes_and_momenta_alike() {
     let rate = Vector3::new(0.3, -0.4, 0.6);
@@ -60,7 +60,7 @@ fn a_frame_turns_positions_attitudes_and_momenta_alike() {
             }],
         );
         let error = distance(turned.state(), &expected);
-        // Error-controlled methods choose other parts, and iterations stop elsewhere.
+        // Error-controlled methods choose other parts, and iterations stop at other points.
         assert!(error < 2e-12, "{kind}: {error:e}");
         if let Kind::Galerkin { .. } = kind {
             assert!(turned.work().iterations <= 4 * turned.work().steps, "{kind}: {:?}", turned.work());
@@ -68,8 +68,8 @@ fn a_frame_turns_positions_attitudes_and_momenta_alike() {
     }
 }
 
-/// A torque and a force, smooth in time, handed out as straight lines over the steps: all methods
-/// converge to the motion under them.
+/// All methods converge to the motion under a torque and a force that are smooth in time and are
+/// given as linear functions over each step.
 #[test]
 fn inputs_act_alike_in_every_method() {
     let duration = 1.6;
@@ -111,7 +111,7 @@ fn inputs_act_alike_in_every_method() {
         for kind in Kind::all() {
             let error = distance(&run(kind), &end);
             let limit = match kind.facts().order {
-                // A half kick is missing at either end: (h/2)|f(T) − f(0)| = 0.08.
+                // A half kick is missing at each end: (h/2)|f(T) − f(0)| = 0.08.
                 1 => 0.1,
                 2 => 1e-3,
                 3 => 2e-5,

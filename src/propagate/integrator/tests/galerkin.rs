@@ -1,4 +1,4 @@
-//! The Galerkin methods against reference steps, the reduced equations, and other degrees.
+//! Tests of the Galerkin methods against reference steps, the reduced equations, and other degrees.
 
 use super::*;
 use crate::mechanics::environment::Pose;
@@ -27,7 +27,7 @@ fn single_steps_meet_the_reference() {
         assert!(error < 1e-13, "{kind} {name}: R {error:e}");
         let error = (momentum.angular - vector::<3>(&case["Pi1"])).amax();
         assert!(error < 1e-13, "{kind} {name}: Π {error:e}");
-        // 2–4 iterations with the exact Jacobian.
+        // With the exact Jacobian 2–4 iterations suffice.
         assert!((2..=4).contains(&method.work().iterations), "{kind} {name}: {:?}", method.work());
     }
 }
@@ -52,7 +52,7 @@ fn the_reduced_equations_give_the_same_free_body() {
     }
 }
 
-/// A moment held in body axes that reports its independence of the pose, or does not.
+/// A moment held in body axes that reports whether it depends on the pose, as chosen.
 #[derive(Debug)]
 struct Held {
     moment: Vector3,
@@ -73,8 +73,8 @@ impl Potential for Held {
     }
 }
 
-/// Claim: if a load is known not to depend on the pose, Newton is exact, and two iterations suffice
-/// from the first step on.
+/// Claim: if a load is known not to depend on the pose, Newton's method has the exact Jacobian, and
+/// two iterations suffice from the first step on.
 #[test]
 fn a_held_moment_takes_two_iterations_a_step() {
     let moment = Vector3::new(0.3, -0.5, 0.4);

@@ -1,4 +1,4 @@
-//! The implicit equation three ways.
+//! Tests of the three solution methods for the implicit attitude equation.
 
 use super::*;
 use crate::mechanics::body::Inertia;
@@ -22,7 +22,8 @@ fn three_ways_to_solve_it_meet_the_reference() {
     }
 }
 
-/// Newton needs 2–3 iterations up to 0.3 rad in a step, and one or two with Chebyshev's correction.
+/// Newton's method needs 2–3 iterations up to 0.3 rad in a step; with Chebyshev's correction one or
+/// two.
 #[test]
 fn a_few_iterations_do() {
     let mut random = crate::testing::Random(7);
@@ -43,7 +44,7 @@ fn a_few_iterations_do() {
     }
 }
 
-/// A step beyond 90° has no solution by any method, and a number that is NaN gives no solution.
+/// For a step beyond 90° no method finds a solution, and a NaN momentum has no solution either.
 #[test]
 fn too_long_a_step_has_no_solution() {
     let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

@@ -1,5 +1,5 @@
-//! The conservation laws of the variational methods: momenta, the symplectic form, the direction
-//! of time.
+//! Tests of the conservation laws of the variational methods: momenta, the symplectic form, and
+//! time reversal.
 
 use super::*;
 use crate::propagate::integrator::Quadrature;
@@ -9,7 +9,7 @@ fn variational() -> Vec<Kind> {
     Kind::all().filter(|kind| kind.facts().symplectic).collect()
 }
 
-/// Returns a state displaced by (ζ, δΠ) per body, and (δx, δγ) where it translates.
+/// Returns a state displaced by (ζ, δΠ) for each body, and by (δx, δγ) for bodies that translate.
 fn displaced(system: &System, state: &SystemState, z: &[f64]) -> SystemState {
     let (mut poses, mut momenta) = (state.poses().to_vec(), state.momenta().to_vec());
     let mut parts = z.chunks_exact(3).map(Vector3::from_column_slice);
@@ -24,7 +24,7 @@ fn displaced(system: &System, state: &SystemState, z: &[f64]) -> SystemState {
     SystemState::new(poses, momenta)
 }
 
-/// Returns the displacement that leads from `a` to `b`.
+/// Returns the displacement between the states `a` and `b`.
 fn displacement(system: &System, a: &SystemState, b: &SystemState) -> Vec<f64> {
     let mut z = Vec::new();
     for (index, body) in system.bodies().iter().enumerate() {
@@ -63,7 +63,8 @@ fn form(system: &System, state: &SystemState) -> DMatrix<f64> {
     form
 }
 
-/// Returns the largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, A by central differences.
+/// Returns the largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, with the derivative A of the
+/// step from central differences.
 fn twisted(kind: Kind, (system, state): &(System, SystemState), h: f64) -> f64 {
     let step = |state: &SystemState| {
         let mut method = method(kind, system, state, h);
@@ -75,7 +76,7 @@ fn twisted(kind: Kind, (system, state): &(System, SystemState), h: f64) -> f64 {
     let width = 1e-4;
     let mut a = DMatrix::zeros(size, size);
     for column in 0..size {
-        // Fourth order, so that the error of the difference stays below 1e-10.
+        // The differences are of fourth order, so that their error stays below 1e-10.
         let mut sum = vec![0.0; size];
         for (steps, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
             let mut z = vec![0.0; size];
@@ -96,14 +97,14 @@ fn a_step_keeps_the_symplectic_form() {
             assert!(error < 2e-9, "{kind}: {error:e}");
         }
     }
-    // The test can fail.
+    // Other methods violate the law, which shows that the test can fail.
     for kind in [Kind::ImplicitMidpoint, Kind::CrouchGrossman2, Kind::MuntheKaas4] {
         let error = twisted(kind, &pendulum(), 0.2);
         assert!(error > 1e-7, "{kind}: {error:e}");
     }
 }
 
-/// Symmetric methods return to their start if the momenta are reversed.
+/// Symmetric methods return to their start when the momenta are reversed.
 #[test]
 fn symmetric_methods_are_reversible_in_time() {
     let reversed = |state: &SystemState| {
@@ -121,9 +122,10 @@ fn symmetric_methods_are_reversible_in_time() {
             distance(&reversed(second.state()), &state)
         };
         for kind in variational() {
-            // For degree 2 and higher the natural chart treats the start of the step differently.
+            // For degrees of 2 and higher the natural chart distinguishes the start of the step
+            // from its end.
             let symmetric = !matches!(kind, Kind::Galerkin { degree: 2.., .. });
-            // The adjoint of one Lie–Euler is the other.
+            // The two Lie–Euler methods are adjoint to each other.
             let back = match kind {
                 Kind::LieEuler => Kind::LieEulerAdjoint,
                 Kind::LieEulerAdjoint => Kind::LieEuler,
@@ -141,8 +143,9 @@ fn symmetric_methods_are_reversible_in_time() {
     }
 }
 
-/// Spatial momentum of a free body, its vertical component for the pendulum, linear and angular
-/// momentum of two bodies: kept to round-off by every variational method.
+/// Every variational method conserves these momenta to round-off: the spatial momentum of a free
+/// body, its vertical component for the pendulum, and the linear and angular momentum of two
+/// bodies.
 #[test]
 fn momentum_maps_are_kept_to_round_off() {
     for kind in variational() {
@@ -161,7 +164,7 @@ fn momentum_maps_are_kept_to_round_off() {
                     (change.x, change.y) = (0.0, 0.0);
                 }
                 let scale = before.angular_momentum.norm();
-                // The Lagrangian form has no sum to compensate.
+                // The Lagrangian form has no compensated momentum.
                 let limit = if kind == Kind::LieVerletLagrangian { 1e-12 } else { 5e-14 };
                 assert!(change.norm() < limit * scale, "{kind} {name} step {step}: {change:?}");
                 assert!(after.linear_momentum.norm() < 2e-15, "{kind} {name} step {step}");
@@ -171,7 +174,7 @@ fn momentum_maps_are_kept_to_round_off() {
     }
 }
 
-/// The energy error at N = 16 steps over T = 1.6 is about 5e-12 for s = 3, and bounded.
+/// For s = 3 and N = 16 steps over T = 1.6 the energy error is about 5e-12 and bounded.
 #[test]
 fn galerkin_energy_errors_are_small_and_bounded() {
     for (system, state) in [free_body(), pendulum()] {

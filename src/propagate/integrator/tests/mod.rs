@@ -1,4 +1,4 @@
-//! The methods against reference values, their laws and each other.
+//! Tests of the integration methods against reference values, conservation laws and each other.
 
 mod agreement;
 mod conservation;
@@ -22,14 +22,14 @@ fn attitude_body() -> Body {
     Body { inertia: full_inertia(), mass: None }
 }
 
-/// Returns the free asymmetric body of the reference files.
+/// Returns the free asymmetric body of the reference files, with its start.
 fn free_body() -> (System, SystemState) {
     let system = System::new(vec![attitude_body()], None).unwrap();
     let state = start(&system, &lie::exp(&Vector3::new(0.4, -0.3, 0.5)), Vector3::new(1.0, -0.6, 0.8));
     (system, state)
 }
 
-/// Returns the 3D pendulum of the reference files.
+/// Returns the 3D pendulum of the reference files, with its start.
 fn pendulum() -> (System, SystemState) {
     let field = UniformGravity::new(1.0, 1.7, Vector3::z(), Vector3::new(0.1, -0.2, 0.9)).unwrap();
     let system = System::single(attitude_body(), Arc::new(field)).unwrap();
@@ -42,7 +42,7 @@ fn start(system: &System, attitude: &Matrix3, momentum: Vector3) -> SystemState 
     system.state(&[State::attitude(*attitude, rate)]).unwrap()
 }
 
-/// Returns two dumbbells at the separation `d`, with spins scaled by `spin`.
+/// Returns two dumbbells at the distance `d`, with spins scaled by `spin`.
 fn dumbbells(d: f64, spin: f64) -> (System, SystemState) {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });
@@ -65,7 +65,7 @@ fn method(kind: Kind, system: &System, state: &SystemState, step: f64) -> Box<dy
     kind.start(system, state, step, &ErrorControl::default()).unwrap()
 }
 
-/// Returns the largest difference of poses and momenta.
+/// Returns the largest difference between two states in poses and momenta.
 fn distance(a: &SystemState, b: &SystemState) -> f64 {
     let mut worst = 0.0;
     let mut see = |difference: f64| {

@@ -1,11 +1,11 @@
-//! Measured orders of convergence, and the two independent references against each other and closed
-//! forms.
+//! Measured orders of convergence, and the two independent reference methods compared with each
+//! other and with closed forms.
 
 use super::*;
 
 const DURATION: f64 = 1.6;
 
-/// Returns the end of a case by one of the references, tightest tolerance.
+/// Returns the end of a case computed by one of the reference methods at the tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
     let settings = ErrorControl { tolerance: 1e-14 };
     let mut reference = kind.start(system, state, duration / 192.0, &settings).unwrap();
@@ -33,10 +33,11 @@ fn cases() -> [(&'static str, (System, SystemState)); 3] {
     [("free", free_body()), ("pendulum", pendulum()), ("dumbbells", dumbbells(2.5, 1.0))]
 }
 
-/// The duration, and the steps between which the slope is measured: asymptotic, and above the
-/// plateau of rounding. Short steps over a long time, where the leading coefficient of order 8
-/// nearly cancels (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12
-/// have their window on the pendulum alone.
+/// Returns the duration and the two numbers of steps between which the slope is measured; `None` if
+/// no suitable range exists. The range must be asymptotic and above the plateau of round-off. It
+/// has short steps over a long time if the leading coefficient of order 8 nearly cancels (free
+/// body), and a short time if motions diverge (dumbbells). Orders 10 and 12 have a suitable range
+/// for the pendulum only.
 fn window(order: u32, case: &str) -> Option<(f64, u32, u32)> {
     Some(match (order, case) {
         (1 | 2, _) => (DURATION, 128, 256),
@@ -63,8 +64,7 @@ fn every_method_of_fixed_steps_has_its_published_order() {
             assert!(distance(&end, &other) < 1e-14 * duration, "the references agree");
             let errors = [coarse, fine].map(|n| error(kind, &case, duration, n, &end));
             let slope = (errors[0] / errors[1]).ln() / (f64::from(fine) / f64::from(coarse)).ln();
-            // Lie–Euler equals Lie–Verlet if there is no field, because its missing half kicks
-            // vanish.
+            // Without a field Lie–Euler equals Lie–Verlet, because its missing half kicks vanish.
             let expected = if name == "free" && order == 1 { 2 } else { order };
             println!(
                 "{name:10} {:24} {expected:3} {slope:6.2}  {:.1e} {:.1e}",
@@ -77,8 +77,8 @@ fn every_method_of_fixed_steps_has_its_published_order() {
                 6 | 8 => 0.2,
                 _ => 1.0,
             };
-            // Two methods miss the band above the plateau, and are listed with their measured
-            // order.
+            // The slopes of two methods are outside of the tolerance above the plateau; their
+            // measured orders are listed here.
             let expected = match (name, kind.name()) {
                 ("free", "galerkin_lobatto_4") => 8.25,
                 ("dumbbells", "rkf78") => 7.74,
@@ -96,7 +96,7 @@ fn error_control_keeps_the_error_near_the_tolerance() {
         for kind in [Kind::Dop853, Kind::Verner98, Kind::Fehlberg78Adaptive] {
             let mut last = 0;
             for tolerance in [1e-5, 1e-8, 1e-11] {
-                // One step: all is left to the error control.
+                // A single step leaves all subdivision to the error control.
                 let mut method = kind.start(&system, &state, DURATION, &ErrorControl { tolerance }).unwrap();
                 method.step(&[]).unwrap();
                 let error = distance(method.state(), &end);
@@ -111,7 +111,7 @@ fn error_control_keeps_the_error_near_the_tolerance() {
     }
 }
 
-/// Jacobi's `sn`, `cn`, `dn` of modulus `k`, by descending Landen transformations.
+/// Returns Jacobi's `sn`, `cn`, `dn` of modulus `k`, by descending Landen transformations.
 fn jacobi(u: f64, k: f64) -> (f64, f64, f64) {
     let (mut a, mut b) = (vec![1.0], (1.0 - k * k).sqrt());
     let mut c = vec![k];
@@ -131,8 +131,8 @@ fn jacobi(u: f64, k: f64) -> (f64, f64, f64) {
     (phi.sin(), phi.cos(), phi.cos() / (after - phi).cos())
 }
 
-/// The momentum of a free body with moments `J₁ < J₂ < J₃` and `|Π|² > 2EJ₂`, in Jacobi's functions
-/// (Landau, Lifshitz, Mechanics, §37).
+/// Compares the momentum of a free body with moments `J₁ < J₂ < J₃` and `|Π|² > 2EJ₂` with Jacobi's
+/// functions (Landau, Lifshitz, Mechanics, §37).
 #[test]
 fn the_free_body_meets_jacobis_elliptic_functions() {
     let (j1, j2, j3): (f64, f64, f64) = (1.0, 1.7, 2.2);

@@ -1,4 +1,4 @@
-//! One-step and five-step values computed elsewhere.
+//! Tests against values of one and five steps that were computed by other programs.
 
 use super::*;
 use crate::mechanics::environment::{Environment, Free, GravityGradient};

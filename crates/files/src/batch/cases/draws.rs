@@ -1,15 +1,15 @@
-//! Random draws: `[dispersion]` of the spec, a case each.
+//! Random cases: each case is one draw of the quantities in `[dispersion]` of the spec.
 //!
 //! The draw of quantity k in case i is a function of the seed, i and k, which are the key and the
-//! counter of the random numbers. A case is therefore equal alone, in any shard and in a run of
-//! more cases.
+//! counter of a counter-based random number generator. A case is therefore identical if it is
+//! planned alone, in any shard, or in a run of more cases.
 
 use crate::batch::{BatchError, Case};
 use crate::spec::{Dispersion, Distribution, Override, Varied};
 use nalgebra::DVector;
 use slewkit::numerics::random::Stream;
 
-/// The draws of a dispersion.
+/// Random draws from the distributions of a spec.
 #[derive(Debug)]
 pub(super) struct Draws(pub Dispersion);
 
@@ -18,7 +18,7 @@ impl Draws {
         self.0.varied.iter().map(|varied| varied.key.clone()).collect()
     }
 
-    /// Returns the case of this number.
+    /// Returns the case with this number.
     pub fn case(&self, number: u64) -> Result<Case, BatchError> {
         let Dispersion { seed, varied, .. } = &self.0;
         let draw = |(index, varied): (usize, &Varied)| {
@@ -32,7 +32,7 @@ impl Draws {
     }
 }
 
-/// Returns the offset of the nominal numbers.
+/// Draws the deviation from the nominal values of a quantity.
 fn offset(varied: &Varied, stream: &mut Stream) -> Vec<f64> {
     let count = varied.map.ncols();
     let standard = match varied.distribution {

@@ -1,4 +1,4 @@
-//! A folder of specs: one case a file.
+//! A folder of specs as a source of cases: each file is one case.
 
 use super::{Fingerprint, MAX_CASES};
 use crate::batch::error::shown;
@@ -8,19 +8,19 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// A folder with the sorted names of its specs.
+/// A folder, with the names of its specs in order.
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
     names: Vec<String>,
-    /// The files that the specs name.
+    /// Paths of the files that the specs refer to.
     beside: Vec<PathBuf>,
 }
 
 impl Folder {
-    /// Returns the files of `path` that end in `.toml` or `.json`, in the order of the bytes of
-    /// their names, and the hash of their names and contents, and of the orbits that they name as
-    /// files.
+    /// Finds the files of `path` that end in `.toml` or `.json`, in the byte order of their names.
+    /// Also returns the hash, to which the names and contents of the specs and of the orbit files
+    /// that they refer to were added.
     pub fn open(path: &Path, mut fingerprint: Fingerprint) -> Result<(Self, Fingerprint), BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let mut names = Vec::new();
@@ -52,12 +52,12 @@ impl Folder {
         for name in &names {
             let file = path.join(name);
             let mut content = Vec::new();
-            // A file that is too long, or cannot be read, is reported as the result of its case.
+            // A file that is too long or unreadable is reported as the result of its case.
             if let Ok(input) = File::open(&file) {
                 let _ = input.take(MAX_BYTES as u64 + 1).read_to_end(&mut content);
             }
             fingerprint = fingerprint.and(name.as_bytes()).and(&content);
-            // An error of a spec is reported as the result of its case, too.
+            // An error of a spec is also reported as the result of its case.
             if let Ok(base) = Base::open(&file, Format::of(&file), &[]) {
                 fingerprint =
                     base.texts().skip(1).fold(fingerprint, |found, text| found.and(text.as_bytes()));
@@ -71,7 +71,7 @@ impl Folder {
         &self.path
     }
 
-    /// Returns the files that the specs name.
+    /// Returns the paths of the files that the specs refer to.
     pub fn beside(&self) -> &[PathBuf] {
         &self.beside
     }
@@ -80,7 +80,7 @@ impl Folder {
         self.names.len() as u64
     }
 
-    /// Returns the case with this number, which must be in the folder.
+    /// Returns the case with this number, which must not exceed the number of specs.
     pub fn case(&self, number: u64) -> Case {
         let name = self.names[number as usize - 1].clone();
         Case { number, spec: Some(self.path.join(&name)), name: Some(name), set: Vec::new() }

@@ -1,10 +1,10 @@
-//! Grids: a list of values for each of some keys, and every combination of them.
+//! Grids as a source of cases: all combinations of given values of some keys.
 
 use super::{MAX_CASES, check_distinct};
 use crate::batch::{BatchError, Case};
 use crate::spec::{Base, Override, cut};
 
-/// One key and its values.
+/// An axis of a grid: a key with its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     key: String,
@@ -12,11 +12,11 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Reads `key=start:stop:count`, which gives `count` values at equal distances, including
-    /// both ends; or `key=a,b,c`, any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
+    /// Parses an axis. `key=start:stop:count` gives `count` uniformly spaced values, including both
+    /// ends. `key=a,b,c` gives any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
     ///
     /// # Errors
-    /// Fails when the text does not describe an axis.
+    /// Returns an error if the text does not describe an axis.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let remedy = "write key=start:stop:count, as in maneuver.duration_s=20:200:37, or key=a,b,c";
         let wrong = |reason: String| Err(BatchError::argument("E0110", format!("--over: {reason}"), remedy));
@@ -45,37 +45,37 @@ impl Axis {
         if values.iter().any(|value| value.is_empty()) {
             return wrong(format!("`{key}` has an empty value", key = cut(key, 60)));
         }
-        // Overrides define valid key paths and values.
+        // The type `Override` checks the key path and the notation of the value.
         if let Err(reason) = Override::new(key, &values[0]) {
             return wrong(reason);
         }
         Ok(Self { key: key.into(), values })
     }
 
-    /// Returns the dotted key.
+    /// Returns the key of the axis, a dotted path of the spec.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Returns the values of the axis as a spec would hold them.
+    /// Returns the values of the axis, in the notation of a spec.
     pub fn values(&self) -> &[String] {
         &self.values
     }
 }
 
-/// Returns the numbers at equal distances. Whole numbers stay whole, so that a number of steps can
-/// be swept.
+/// Returns uniformly spaced numbers as texts. Integers are written without a decimal point, so that
+/// a number of steps can be swept.
 fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     let value = |index: u64| match index {
         0 => start,
         index if index + 1 == count => stop,
-        // A weighted mean does not accumulate rounding errors, unlike a sum of steps.
+        // A weighted mean does not accumulate rounding errors, unlike repeated addition of a step.
         index => {
             let part = index as f64 / (count - 1) as f64;
             start * (1.0 - part) + stop * part
         }
     };
-    // Weights of the mean are rounded: 20:40:3 does not mean 30.000000000000004.
+    // Rounding errors of the mean are removed: 20:40:3 gives 30 and not 30.000000000000004.
     let text = |value: f64| {
         let short: f64 = format!("{value:.13e}").parse().unwrap_or(value);
         let value = if (short - value).abs() <= 2.0 * f64::EPSILON * value.abs() { short } else { value };
@@ -84,7 +84,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     (0..count).map(|index| text(value(index))).collect()
 }
 
-/// Returns the parts between commas; commas in brackets, braces and quotes do not count.
+/// Splits a text at its commas, except at those within brackets, braces and quotes.
 fn split(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i32, None);
     for (at, sign) in text.char_indices() {
@@ -110,7 +110,7 @@ fn too_many(count: u128) -> BatchError {
     BatchError::argument("E0034", reason, "use coarser grids, or fewer keys")
 }
 
-/// All combinations of the values of some axes.
+/// A grid: all combinations of the values of its axes.
 #[derive(Debug)]
 pub(super) struct Grid {
     axes: Vec<Axis>,
@@ -146,20 +146,20 @@ impl Grid {
         self.axes.iter().map(|axis| axis.key.clone()).collect()
     }
 
-    /// Returns the definition of the grid as text.
+    /// Returns the keys and values of all axes as texts, for the hash of the batch.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.axes
             .iter()
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// Returns the case with this number, which must be in the grid.
+    /// Returns the case with this number, which must not exceed the number of points of the grid.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());
         for axis in self.axes.iter().rev() {
             let values = axis.values.len() as u64;
-            // Every value has been set once by `new`.
+            // `new` has checked that every value can be set.
             set.extend(setting(&axis.key, &axis.values[(place % values) as usize]));
             place /= values;
         }
@@ -215,7 +215,8 @@ mod tests {
             "a=1:2:99999999999",
             "a..b=1",
         ] {
-            // `1:2` is a text, which no number takes: it is refused where the key is known.
+            // `1:2` is parsed as a text. The error appears when the text is set to a key that needs
+            // a number.
             assert_eq!(Axis::parse(text).is_err(), text != "a=1:2", "{text}");
         }
     }

@@ -1,5 +1,5 @@
-//! The sources of cases: a table, a folder, a grid, random draws. Each gives cases with a number,
-//! a name and keys to set.
+//! Sources of cases: a table, a folder, a grid or random draws. Each case has a number, an optional
+//! name and the keys that it sets.
 
 mod draws;
 mod folder;
@@ -18,10 +18,10 @@ use grid::Grid;
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// The largest number of cases of one batch: the summary keeps some bytes of each.
+/// Largest number of cases of one batch; the summary stores some bytes for each case.
 pub const MAX_CASES: u64 = MOST_CASES as u64;
 
-/// A source of cases that counts them and returns them in order.
+/// A source of cases, which knows their number and returns them in order.
 #[derive(Debug)]
 enum Source {
     Table(Table),
@@ -30,39 +30,39 @@ enum Source {
     Draws(Draws),
 }
 
-/// A base spec and the cases that change it, or a folder of specs.
+/// A batch: a base spec with the cases that change it, or a folder of specs.
 #[derive(Debug)]
 pub struct Batch {
     base: Option<Base>,
-    /// The keys that are set in every case, if there is no base.
+    /// Keys that are set in every case of a folder, which has no base spec.
     overrides: Vec<Override>,
     source: Source,
-    /// The header of the results, of all cases.
+    /// Header of the results for all cases of the batch.
     header: Header,
 }
 
-/// Cases in their order.
+/// Iterator over cases in increasing order of their numbers.
 pub type Stream<'a> = Box<dyn Iterator<Item = Result<Case, BatchError>> + Send + 'a>;
 
 impl Batch {
-    /// Returns one case for each row of the table at `path`: comma-separated, its head has dotted
-    /// keys of the spec. A column `name` names the cases, an empty cell leaves its key as the spec
-    /// has it.
+    /// Creates a batch with one case for each row of the comma-separated table at `path`. The
+    /// header of the table has dotted keys of the spec. A column `name` gives the names of the
+    /// cases. An empty cell leaves the key at its value in the spec.
     ///
     /// # Errors
-    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their
-    /// places.
+    /// Returns an error if the file cannot be read, if a key does not exist in a spec, or if a row,
+    /// a value or a name is invalid; the position in the table is stated.
     pub fn of_table(base: Base, path: &Path) -> Result<Self, BatchError> {
         let (table, cases, fingerprint) = Table::open(path, &base, of_base(&base))?;
         let keys = table.keys();
         Self::new(Some(base), Vec::new(), Source::Table(table), Kind::Table, cases, keys, fingerprint)
     }
 
-    /// Returns one case for each spec in a folder, in the order of their names; `overrides` hold
-    /// for all.
+    /// Creates a batch with one case for each spec in the folder at `path`, in the order of their
+    /// names. `overrides` are set in every case.
     ///
     /// # Errors
-    /// Fails when the folder, or one of its files, cannot be read.
+    /// Returns an error if the folder or one of its files cannot be read.
     pub fn of_folder(path: &Path, overrides: Vec<Override>) -> Result<Self, BatchError> {
         let set = overrides.iter().flat_map(|set| [set.path(), set.value()]);
         let begun = set.fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()));
@@ -71,10 +71,12 @@ impl Batch {
         Self::new(None, overrides, Source::Folder(folder), Kind::Folder, cases, vec![], fingerprint)
     }
 
-    /// Returns one case for each point of a grid. The first axis changes slowest, the last fastest.
+    /// Creates a batch with one case for each point of a grid. The first axis changes slowest, the
+    /// last axis fastest.
     ///
     /// # Errors
-    /// Returns an error for unknown keys, wrong values, and too many points.
+    /// Returns an error if a key is unknown, if a value is invalid, or if the grid has too many
+    /// points.
     pub fn of_grid(base: Base, axes: Vec<Axis>) -> Result<Self, BatchError> {
         let grid = Grid::new(axes, &base)?;
         let keys = grid.keys();
@@ -83,10 +85,10 @@ impl Batch {
         Self::new(Some(base), Vec::new(), Source::Grid(grid), Kind::Sweep, cases, keys, texts)
     }
 
-    /// Returns one case for each draw of the `[dispersion]` of the spec.
+    /// Creates a batch with one case for each draw of the `[dispersion]` of the spec.
     ///
     /// # Errors
-    /// Returns an error of the spec, or of its dispersion.
+    /// Returns an error if the spec or its dispersion is invalid.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
         let maneuver = base.read(&[])?.maneuver();
         let Some(dispersion) = maneuver.and_then(|loaded| loaded.dispersion) else {
@@ -130,7 +132,8 @@ impl Batch {
         Ok(Self { base, overrides, source, header })
     }
 
-    /// Returns the files that the specs of the cases name, which no output may replace.
+    /// Returns the paths of the files that the specs of the cases refer to; no output may replace
+    /// them.
     pub fn files(&self) -> Vec<PathBuf> {
         match (&self.base, &self.source) {
             (Some(base), _) => base.files(),
@@ -139,20 +142,21 @@ impl Batch {
         }
     }
 
-    /// Returns the number of cases.
+    /// Returns the number of cases of the whole batch.
     pub fn count(&self) -> u64 {
         self.header.cases
     }
 
-    /// Returns the header of the results of a shard; `times`: lines hold wall times.
+    /// Returns the header of the results of a shard; `times` states whether result lines hold wall
+    /// times.
     pub fn header(&self, shard: Shard, times: bool) -> Header {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// Returns the cases of a shard without the first `done` cases.
+    /// Returns the cases of a shard, without its first `done` cases.
     ///
     /// # Errors
-    /// The table cannot be read any more.
+    /// Returns an error if the table cannot be read again.
     pub fn stream(&self, shard: Shard, done: u64) -> Result<Stream<'_>, BatchError> {
         let left = (done..shard.count(self.count())).map(move |place| shard.case(place));
         Ok(match &self.source {
@@ -169,10 +173,10 @@ impl Batch {
         })
     }
 
-    /// Returns the case of this number.
+    /// Returns the case with this number.
     ///
     /// # Errors
-    /// Returns an error if the case does not exist.
+    /// Returns an error if the batch has no case with this number.
     pub fn case(&self, number: u64) -> Result<Case, BatchError> {
         let none = || {
             let reason = format!("--case: case {number} does not exist");
@@ -184,15 +188,15 @@ impl Batch {
         self.stream(Shard::ALL, number - 1)?.next().unwrap_or_else(|| Err(none()))
     }
 
-    /// Returns the maneuver of a case.
+    /// Reads the spec of a case, with its keys set.
     ///
     /// # Errors
-    /// All errors of the spec of the case.
+    /// Returns all errors of the spec of the case.
     pub fn read(&self, case: &Case) -> Result<Spec, Diagnostics> {
         match (&self.base, &case.spec) {
             (Some(base), None) => base.read(&case.set),
             (_, Some(path)) => read_planned(path, Format::of(path), &self.overrides),
-            // A case without its own spec uses the base. A batch has at least one of the two.
+            // Unreachable: a batch has a base spec, or a spec for each case.
             (None, None) => Err(Diagnostics(Vec::new())),
         }
     }
@@ -202,7 +206,7 @@ fn of_base(base: &Base) -> Fingerprint {
     base.texts().fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()))
 }
 
-/// Refuses two keys if one sets the other too.
+/// Checks that no key occurs twice or lies within another key of the list.
 fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
     for (index, key) in keys.iter().enumerate() {
         let inside = |other: &&String| **other == *key || other.starts_with(&format!("{key}."));

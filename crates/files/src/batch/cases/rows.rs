@@ -1,4 +1,4 @@
-//! Rows of a table of cases, with the places of their cells.
+//! Rows of a table of cases, with the positions of their cells for error messages.
 
 use crate::batch::BatchError;
 use crate::batch::error::shown;
@@ -10,36 +10,37 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// One cell.
+/// A cell of the table.
 #[derive(Debug)]
 pub(super) struct Cell {
     pub text: String,
-    /// The column of its start in characters, from 1.
+    /// Column at which the cell begins, in characters, counted from 1.
     pub column: usize,
 }
 
-/// One row.
+/// A row of the table.
 #[derive(Debug)]
 pub(super) struct Row {
-    /// Line of the row, from 1.
+    /// Line number of the row, counted from 1.
     pub line: usize,
     pub cells: Vec<Cell>,
 }
 
-/// The rows of a file, without blank lines.
+/// Reader of the rows of a file, which skips blank lines.
 #[derive(Debug)]
 pub(super) struct Rows {
     path: PathBuf,
     name: String,
     input: BufReader<File>,
     line: usize,
-    /// The sign between cells, once the head has been read; its outer `None` before.
+    /// Separator of the cells, or `Some(None)` for a table with one column; `None` until the header
+    /// has been read.
     separator: Option<Option<char>>,
     fingerprint: Fingerprint,
 }
 
 impl Rows {
-    /// Opens a file that can be read more than once, and adds its contents to the hash.
+    /// Opens a file, which must be readable repeatedly. The text that is read is added to the hash.
     pub fn open(path: &Path, fingerprint: Fingerprint) -> Result<Self, BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
@@ -58,24 +59,24 @@ impl Rows {
         })
     }
 
-    /// Returns the hash of the text that has been read.
+    /// Returns the hash, including the text read so far.
     pub fn fingerprint(&self) -> Fingerprint {
         self.fingerprint
     }
 
-    /// Returns the place of a cell, for messages.
+    /// Returns the position of a cell, for messages.
     pub fn origin(&self, row: &Row, cell: &Cell) -> Origin {
         Origin { file: self.name.clone(), line: row.line, column: cell.column }
     }
 
-    /// Returns an error of a row, or of the whole file before the first row.
+    /// Creates an error for a row, or for the whole file if `row` is `None`.
     pub fn refuse(&self, row: Option<&Row>, code: &'static str, reason: String, remedy: &str) -> BatchError {
         let origin = Origin { file: self.name.clone(), line: row.map_or(1, |row| row.line), column: 1 };
         let text = row.and_then(|row| row.cells.first()).map_or("", |cell| cell.text.as_str());
         BatchError::Spec(Diagnostics(vec![Diagnostic::in_text(code, &origin, text, reason, remedy)]))
     }
 
-    /// Returns the next row that is not blank.
+    /// Returns the next row that is not blank; `None` at the end of the file.
     pub fn next(&mut self) -> Result<Option<Row>, BatchError> {
         loop {
             let mut bytes = Vec::new();
@@ -121,9 +122,9 @@ impl Rows {
     }
 }
 
-/// Returns the cells of a line.
+/// Splits a line into cells with their columns.
 fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str> {
-    // A table of one column has no sign between its cells, and its cells may hold blanks.
+    // A table with one column has no separator, and its cells may contain blanks.
     let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;
     let column = |start: usize| line[..start.min(line.len())].chars().count() + 1;
     Ok(cells

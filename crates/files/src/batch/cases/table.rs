@@ -1,7 +1,8 @@
-//! A table of cases: the head names keys, each row is a case.
+//! A table as a source of cases: its header names keys of the spec, and each row is a case.
 //!
-//! The table is read twice: once as a whole, so that an error in row 9000 is reported before the
-//! first case is planned, and once as a stream. Only the names are held in memory.
+//! The table is read twice. The first pass reads all of it, so that an error in row 9000 is
+//! reported before the first case is planned. The second pass reads row by row. Only the names are
+//! stored in memory.
 
 use super::rows::{Row, Rows};
 use super::{Fingerprint, MAX_CASES, check_distinct};
@@ -10,29 +11,29 @@ use crate::spec::{Base, Diagnostics, Override};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The column that names the cases.
+/// Header of the column with the names of the cases.
 const NAME: &str = "name";
-/// The name of a column that is ignored: an index that a program wrote next to the rows.
+/// Header of a column that is ignored; some programs write a row index without a header.
 const UNNAMED: &str = "";
-/// Longest name, as of a spec.
+/// Largest length of a name, as for specs.
 const LONGEST_NAME: usize = 200;
-/// The largest number of reported findings.
+/// Largest number of findings that are reported.
 const MOST_FINDINGS: usize = 100;
 
-/// A table that has been checked.
+/// A table whose rows have been checked.
 #[derive(Debug)]
 pub(super) struct Table {
     path: PathBuf,
-    /// Keys by column.
+    /// Header of each column: a key, or the name of a special column.
     columns: Vec<String>,
-    /// The number of its cases, and its hash before and after the text.
+    /// Number of cases, and the hashes before and after the text of the table was added.
     count: u64,
     hashes: [Fingerprint; 2],
 }
 
 impl Table {
-    /// Reads all of the table at `path` once: its keys, the number of its rows and the hash of its
-    /// bytes.
+    /// Reads the whole table at `path` once and checks its keys and rows. Counts the rows and adds
+    /// the bytes to the hash.
     pub fn open(
         path: &Path,
         base: &Base,
@@ -95,8 +96,8 @@ impl Table {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
 
-    /// Reads its cases from the file again. If the file has changed since it was opened, the last
-    /// case is an error.
+    /// Reads the cases from the file again. If the file has changed since it was opened, an error
+    /// takes the place of the last case.
     pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
         let mut rows = Rows::open(&self.path, self.hashes[0])?;
         rows.next()?;
@@ -110,7 +111,7 @@ impl Table {
         }))
     }
 
-    /// Returns the next case of a reading.
+    /// Returns the case in the next row.
     fn read(&self, number: u64, rows: &mut Rows) -> Result<Case, BatchError> {
         let Some(row) = rows.next()? else { return Err(changed(rows)) };
         let case = self.case(number, &row, rows)?;

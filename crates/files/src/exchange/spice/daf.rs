@@ -1,4 +1,4 @@
-//! SPICE's array files (DAF): records of 1024 bytes, here little-endian with one segment.
+//! Array files of SPICE (DAF): records of 1024 bytes, written little-endian with one segment.
 //!
 //! ```text
 //! file record | comments | summaries | names | numbers …
@@ -6,38 +6,38 @@
 
 use std::io::{self, Write};
 
-/// Bytes of a record.
+/// Size of a record \[bytes\].
 const RECORD: usize = 1024;
-/// Characters of a comment record.
+/// Number of characters in a comment record.
 const COMMENT: usize = 1000;
-/// A string that a transfer in text mode damages, which reveals such a transfer.
+/// A byte string that a transfer in text mode damages, by which readers detect such a transfer.
 const TRANSFER: &[u8] = b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP";
-/// The position of that string in the file record.
+/// Position of this string in the file record \[bytes\].
 const TRANSFER_AT: usize = 699;
-/// Numbers and integers of a summary.
+/// Number of doubles and number of integers in a summary.
 const SUMMARY: (i32, i32) = (2, 6);
-/// The number of characters in the name of a segment: the words of a summary.
+/// Number of characters in the name of a segment; it has as many bytes as the summary.
 const NAME: usize = 40;
 
 /// One array with its summary.
 pub(super) struct Segment {
     /// Name of the array.
     pub name: String,
-    /// First and last time.
+    /// First and last time of the array, in clock ticks.
     pub bounds: [f64; 2],
-    /// Structure, reference frame, type, and whether the segment has rates.
+    /// Structure, reference frame, type, and 1 if the segment has rates.
     pub integers: [i32; 4],
-    /// The array.
+    /// The numbers of the array.
     pub numbers: Vec<f64>,
 }
 
-/// A file of one segment.
+/// An array file with one segment.
 pub(super) struct Daf {
-    /// "CK" and the like.
+    /// Kind of the file, such as "CK".
     pub kind: &'static str,
-    /// The internal name.
+    /// Internal name of the file.
     pub name: String,
-    /// Lines of comments.
+    /// Lines of the comment area.
     pub comment: Vec<String>,
     pub segment: Segment,
 }
@@ -46,7 +46,7 @@ impl Daf {
     /// Writes the file.
     pub fn write(&self, output: &mut dyn Write) -> io::Result<()> {
         let comments = self.comments();
-        // Records count from 1, words (of eight bytes) too.
+        // Records and words of eight bytes are numbered from 1.
         let summaries = 2 + comments.len() / RECORD;
         let begin = (summaries + 1) * RECORD / 8 + 1;
         let end = begin + self.segment.numbers.len() - 1;
@@ -69,7 +69,7 @@ impl Daf {
         output.write_all(&file)?;
         output.write_all(&comments)?;
 
-        // No next, no previous record of summaries, one summary.
+        // The summary record has no next and no previous record, and contains one summary.
         let mut summary: Vec<u8> =
             [0.0, 0.0, 1.0].into_iter().chain(self.segment.bounds).flat_map(f64::to_le_bytes).collect();
         let integers = self.segment.integers.into_iter().chain([begin, end]);
@@ -81,12 +81,12 @@ impl Daf {
         for number in &self.segment.numbers {
             output.write_all(&number.to_le_bytes())?;
         }
-        // The last record is whole.
+        // The last record is padded to its full length.
         let over = self.segment.numbers.len() * 8 % RECORD;
         output.write_all(&vec![0; (RECORD - over) % RECORD])
     }
 
-    /// Returns the comment area: lines parted by NUL, the last followed by EOT, in records of 1000
+    /// Returns the comment area: lines separated by NUL and terminated by EOT, in records of 1000
     /// characters.
     fn comments(&self) -> Vec<u8> {
         let mut text: Vec<u8> = Vec::new();
@@ -109,7 +109,7 @@ fn put(bytes: &mut [u8], at: usize, what: &[u8]) {
     bytes[at..at + what.len()].copy_from_slice(what);
 }
 
-/// Returns ASCII with exactly `width` characters.
+/// Returns the ASCII characters of a text, cut or padded with blanks to exactly `width` characters.
 fn padded(text: &str, width: usize) -> String {
     let ascii = text.chars().filter(char::is_ascii).take(width).collect::<String>();
     format!("{ascii:<width$}")

@@ -1,9 +1,9 @@
-//! SPICE: a C-kernel of type 3 with rates, and its clock and frame kernels.
+//! SPICE kernels of a plan: a C-kernel of type 3 with rates, and its clock and frame kernels.
 //!
-//! The C-matrix of SPICE maps reference to body components, so the quaternion is the conjugate of
-//! ours, scalar first; the rate is in reference axes, in rad/s. The clock counts microseconds of
-//! terrestrial time from the epoch of the maneuver. The structure has the number of the
-//! spacecraft times 1000, from which SPICE finds the clock.
+//! The C-matrix of SPICE maps reference to body components. The quaternion is therefore the
+//! conjugate of the one in plan files, scalar first. The rate is in reference axes, in rad/s. The
+//! clock counts microseconds of terrestrial time from the epoch of the maneuver. The structure
+//! number is the number of the spacecraft times 1000, from which SPICE finds the clock.
 
 mod daf;
 
@@ -14,14 +14,14 @@ use daf::{Daf, Segment};
 use slewkit::lie;
 use std::io::Write;
 
-/// Ticks of the clock a second.
+/// Clock ticks per second.
 const TICKS: f64 = 1e6;
-/// The type of the segment: pointing with rates, interpolated about one axis.
+/// Type of the segment: pointing with rates, interpolated by rotation about a fixed axis.
 const TYPE: i32 = 3;
-/// The number of entries of a list for each entry of its directory.
+/// Number of list entries for each entry of the directory of the list.
 const DIRECTORY: usize = 100;
 
-/// Returns SPICE's number of the reference frame.
+/// Returns the SPICE number of the reference frame; `None` if SPICE does not have the frame.
 pub(super) fn inertial_frame(identity: &Identity) -> Option<i32> {
     match identity.reference_frame() {
         "J2000" | "ICRF" | "EME2000" => Some(1),
@@ -40,8 +40,8 @@ pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<()
     let number = number(record)?;
     let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
     let ticks: Vec<f64> = record.trajectory.time.iter().map(|time| time * TICKS).collect();
-    // Attitudes and rates, then times, every hundredth time, the start of the one interval of
-    // interpolation, no directory of such starts, and both counts.
+    // The array holds the attitudes and rates, the times, every hundredth time, the start of the
+    // only interpolation interval, and both counts. A single interval needs no directory.
     let mut numbers = Vec::with_capacity(9 * ticks.len());
     for (k, quaternion) in record.trajectory.quaternion.iter().enumerate() {
         let [w, x, y, z] = *quaternion;
@@ -62,7 +62,7 @@ pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<()
     Ok(Daf { kind: "CK", name: record.name(), comment, segment }.write(output)?)
 }
 
-/// Returns the comment area: the text kernels of the file, and remarks.
+/// Returns the lines of the comment area: object and name, remarks, structure, clock and epoch.
 fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError> {
     let mut lines = vec![format!("Attitude of {}: {}", record.object(), record.name())];
     lines.extend(record.notes.iter().cloned());

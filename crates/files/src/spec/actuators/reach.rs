@@ -1,13 +1,13 @@
-//! The direction that inputs lack, if they do not reach every direction.
+//! Finds a direction in which the inputs have no effect, if they do not reach every direction.
 
 use slewkit::Vector3;
 use slewkit::mechanics::{Actuation, ActuatorSet};
 
-/// The part of the length of an axis that counts as zero.
+/// Size below which a component of a unit axis counts as zero.
 const NOTHING: f64 = 1e-9;
 
-/// Describes a direction in which the inputs have no effect, as in "nothing turns the body about
-/// (0, 0, -1)", if torques or forces do not reach every direction.
+/// Describes a direction in which the inputs have no effect, such as "nothing turns the body about
+/// (0, 0, -1)". Returns `None` if torques and forces reach every direction.
 pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     if actuation.reaches_every_direction(moves) {
         return None;
@@ -23,13 +23,13 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
         })
 }
 
-/// Returns a unit vector along which no input has an output, or none of both signs and this one
-/// lacks.
+/// Returns a unit vector along which no input acts. For one-sided inputs, no input acts in the
+/// direction of this vector, though some may act in the opposite direction.
 fn direction(set: &ActuatorSet) -> Option<Vector3> {
     match set.rank() {
         (3, _) if !set.limits().one_sided => None,
         (2, normal) => normal,
-        // All are along one line: any way across it lacks.
+        // All axes are parallel, so any perpendicular direction is not reached.
         (1, Some(line)) => {
             let across = Vector3::ith(line.iamin(), 1.0);
             Some((across - line * line.dot(&across)).normalize())
@@ -38,8 +38,8 @@ fn direction(set: &ActuatorSet) -> Option<Vector3> {
     }
 }
 
-/// Returns a direction with which no axis has a positive product: the middle of the edges of the
-/// cone of all such directions, each of which is normal to two axes.
+/// Returns a direction that has no positive scalar product with any axis. All such directions form
+/// a cone whose edges are normal to two axes each; the mean of the edges is returned.
 fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     let units: Vec<Vector3> = axes.iter().map(|axis| axis.normalize()).collect();
     let mut amid = Vector3::zeros();
@@ -56,7 +56,7 @@ fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     (amid.norm() > NOTHING).then(|| amid.normalize())
 }
 
-/// Writes three components to three decimals.
+/// Formats three components with three decimals.
 fn shown(vector: &Vector3) -> String {
     let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| (part * 1e3).round() / 1e3 + 0.0);
     format!("({x}, {y}, {z})")
@@ -73,8 +73,8 @@ mod tests {
         ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap()
     }
 
-    /// Checks that the named direction is lacking, because no axis has a positive product with
-    /// it, and that no direction is named if none lacks.
+    /// A reported direction has no positive scalar product with any axis, and no direction is
+    /// reported if the axes reach all directions.
     #[test]
     fn a_direction_is_named_where_one_lacks_and_nowhere_else() {
         const PAIRS: [[f64; 3]; 6] = [

@@ -1,9 +1,9 @@
-//! `[[actuators.thruster]]`: thrusters, which push to one side only.
+//! Reading of `[[actuators.thruster]]`: one-sided (unidirectional) thrusters.
 //!
-//! If only the attitude is planned, a thruster is an input in N·m: its torque about the mass
-//! center. Its limit is the limit of its torque, or of its force times the lever; its price
-//! belongs to the torque or the force likewise. If the body moves, the input is its force in N,
-//! which pushes and turns at once.
+//! If only the attitude is planned, the input of a thruster is its torque about the center of
+//! mass \[N·m\]. Its limit is the limit of its torque, or of its force times the lever arm; its
+//! price refers to the torque or the force in the same way. If the body also translates, the input
+//! is the force of the thruster \[N\], which translates and rotates the body.
 
 use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
 use crate::spec::{Section, short};
@@ -11,23 +11,24 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Motion, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 
-/// One thruster as written.
+/// A thruster as the spec defines it.
 struct Thruster {
-    /// The position from the mass center \[m\]; absent for a thruster that is given by its
+    /// Position relative to the center of mass \[m\]; `None` for a thruster that is defined by its
     /// torque.
     position: Option<Vector3>,
-    /// Direction of the force of the thruster, or axis of its torque; a unit vector.
+    /// Direction of the force, or axis of the torque, as a unit vector.
     axis: Vector3,
-    /// Largest force \[N\], or torque [N·m].
+    /// Largest force \[N\] or torque \[N·m\].
     limit: f64,
-    /// Price of a unit of force or torque, per second.
+    /// Fuel price per unit of force or torque and second.
     price: f64,
 }
 
-/// A lever shorter than this, relative to the distance from the mass center, produces no torque.
+/// Ratio of the lever arm to the distance from the center of mass below which a thruster produces
+/// no torque.
 const NO_LEVER: f64 = 1e-9;
 
-/// Returns the inputs of the thrusters, and the price of each.
+/// Reads the thrusters and returns their inputs with the price of each.
 pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
@@ -88,7 +89,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices })
 }
 
-/// Converts a thruster that is given by its force to its torque.
+/// Converts a thruster that is defined by its force to one that is defined by its torque.
 fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vector3) -> Option<Thruster> {
     let torque = position.cross(&thruster.axis);
     let lever = torque.norm();

@@ -1,4 +1,4 @@
-//! `[[actuators.wheel]]`: reaction wheels behind the torque inputs.
+//! Reading of `[[actuators.wheel]]`: reaction wheels, which produce the torque inputs.
 
 use super::{SMALLEST, TORQUE_LIMITS, called, limits_of_each};
 use crate::spec::{Section, short, show};
@@ -7,7 +7,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{BOUNDARY_ROUNDING, Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 
-/// One wheel as written.
+/// A wheel as the spec defines it.
 struct Wheel {
     axis: Vector3,
     torque_limit: Option<f64>,
@@ -16,11 +16,11 @@ struct Wheel {
     weight: f64,
 }
 
-/// Length defect of an axis that needs no warning: four digits, each rounded by 5e-5 at most, leave
-/// 9e-5.
+/// Deviation of the length of an axis from 1 that needs no warning. Four digits, each rounded by at
+/// most 5e-5, give a deviation of 9e-5.
 const SILENT: f64 = 1e-4;
 
-/// Returns the torque channel of the wheels, and the wheels.
+/// Reads the wheels and returns the actuators and weights of their torques.
 pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let [size, norm, rate] = TORQUE_LIMITS;
@@ -119,7 +119,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
 }
 
-/// Returns the spin axis, made of length 1.
+/// Reads the spin axis, scaled to unit length.
 fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let size = axis.amax();
@@ -153,7 +153,8 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     Some(section.unit(axis))
 }
 
-/// Returns the torque limits: of every wheel or of none.
+/// Returns the torque limits of all wheels, or `Some(None)` if no wheel has one; reports an error
+/// if only some have one.
 fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f64>>> {
     let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
     if limits.is_empty() {

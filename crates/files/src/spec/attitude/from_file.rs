@@ -1,4 +1,4 @@
-//! Attitudes of ends that are read from files.
+//! Reading of start and end attitudes from files.
 
 use super::super::shape::open;
 use super::super::{Section, cut};
@@ -9,23 +9,24 @@ use slewkit::Matrix3;
 use slewkit::lie::{log, rotation_from_quaternion};
 use std::path::Path;
 
-/// The time at which an attitude of a file is needed, and the frames that it must have.
+/// The time for which an attitude is read from a file, and the frames that it must have.
 pub(in super::super) struct Moment<'a> {
-    /// The moment at which the maneuver begins.
+    /// Epoch of the maneuver, if the spec has one.
     epoch: Option<Epoch>,
-    /// Whether the epoch of the spec has an error.
+    /// True if the epoch of the spec is invalid, which has been reported.
     epoch_is_wrong: bool,
-    /// The seconds from the epoch to the attitude; `None` if only the plan determines them.
+    /// Time of the attitude after the epoch \[s\]; `None` if the plan determines it.
     seconds: Option<f64>,
     reference_frame: Option<&'a str>,
     body_frame: Option<&'a str>,
-    /// Whether the reference frame of the spec turns.
+    /// True if the reference frame of the spec turns.
     turns: bool,
     folder: &'a Path,
 }
 
 impl<'a> Moment<'a> {
-    /// Returns the moment of a spec, `seconds` after its epoch. Files are relative to `folder`.
+    /// Creates the data for an attitude at `seconds` after the epoch of a spec. Relative paths
+    /// refer to `folder`.
     pub fn of(root: &'a Section, seconds: Option<f64>, folder: &'a Path) -> Self {
         let names = root.section("names");
         let turns =
@@ -33,7 +34,7 @@ impl<'a> Moment<'a> {
         let epoch = root.word("epoch").and_then(|text| Epoch::parse(text).ok());
         Self {
             epoch,
-            // The error is reported with the other names.
+            // An invalid epoch is reported with the names of the spec.
             epoch_is_wrong: epoch.is_none() && root.has("epoch"),
             seconds,
             reference_frame: names.and_then(|names| names.word("reference_frame")),
@@ -44,7 +45,7 @@ impl<'a> Moment<'a> {
     }
 }
 
-/// Returns the attitude in the file that a table names.
+/// Reads the attitude from the file that the table names.
 pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Option<Rotation> {
     const KEY: &str = "file";
     if let Some(other) = section.given.iter().find(|given| given.name != KEY && section.knows(&given.name)) {

@@ -1,27 +1,27 @@
-//! Chances of limits, and the margins and reserves that a plan holds.
+//! Reading of the chances of limits, and of the margins and reserves in a plan.
 
 use crate::spec::{Limits, Section, escape};
 use slewkit::assured::{self, Over};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::mechanics::LimitKind;
 
-/// A chance that a limit keeps, or several together.
+/// Allowed probability of violating a limit, or any of several limits.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
-    /// Names of constraints, and of limits of the torques as reports call them.
+    /// Names of constraints and of torque limits, as in reports.
     pub limits: Vec<String>,
-    /// The chance, at most.
+    /// Largest allowed probability of a violation.
     pub at_most: f64,
-    /// Whether the chance is over the whole motion; else at the worst instant.
+    /// True if the probability refers to the whole motion, false if it refers to the worst instant.
     pub of_motion: bool,
-    /// Whether the chance is joint, as in `[uncertainty]`.
+    /// True if the probability is the joint one of several limits, from `[uncertainty]`.
     pub is_joint: bool,
-    /// The key of `[actuators]` for a chance of a limit of the torques.
+    /// Key of `[actuators]`, if the chance belongs to a torque limit.
     pub(crate) key: Option<&'static str>,
 }
 
-/// Keys of `[actuators]` for a limit of the torques: its chance, and its reserve.
+/// Kinds of torque limits with their keys in `[actuators]`: chance and reserve.
 pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
     (LimitKind::Size, "torque_limit_chance", "torque_limit_reserve_n_m"),
     (LimitKind::Norm, "torque_norm_limit_chance", "torque_norm_limit_reserve_n_m"),
@@ -33,8 +33,8 @@ fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// Checks a limit of the actuators under `key`: the actuators must have it, and a reserve of it
-/// must be possible.
+/// Checks that the key `key` can be used: the actuators must have a limit of this kind, and it must
+/// be possible to reserve a part of it.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -51,7 +51,7 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// Returns the chances of limits; each needs an uncertainty.
+/// Reads the chances of limits, each of which requires an uncertainty.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
@@ -61,7 +61,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // The margin in a spec that slew wrote is the margin that the chance requires.
+        // A spec that this program wrote contains the margin that the chance requires.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
@@ -112,7 +112,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
     chances
 }
 
-/// Returns the chance under `key`, and whether it is over the motion.
+/// Reads the chance under `key`, and whether it refers to the whole motion.
 fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<(f64, bool)> {
     let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
     let at_most = if section.has(key) { section.number(key)? } else { return None };
@@ -138,8 +138,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// Returns the chance that any of several limits is exceeded at any time. The limits are named, or
-/// they are all constraints without an individual chance.
+/// Reads the joint chance that any of several limits is exceeded at any time. The limits are named
+/// in `chance_of`; the default is all constraints without a chance of their own.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {

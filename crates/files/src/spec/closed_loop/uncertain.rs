@@ -1,4 +1,4 @@
-//! `[uncertainty]`: deviations and covariances.
+//! Reading of `[uncertainty]`: standard deviations and covariances.
 
 use crate::spec::{Limits, Section, short, show};
 use nalgebra::{DMatrix, SMatrix};
@@ -7,8 +7,8 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, Parameter};
 use slewkit::uncertainty::Uncertainty;
 use slewkit::{Matrix3, Vector3};
 
-/// Reads deviations: one number for all, or one for each; zero if the key is absent. `all` names
-/// the items.
+/// Reads standard deviations: a common one, or one for each item; zero if the key is absent. In
+/// messages `all` names the items.
 fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &str) -> Vec<f64> {
     let Some((section, limits)) = section.and_then(|section| Some((section, section.limits(key)?))) else {
         return vec![0.0; count];
@@ -25,17 +25,17 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
     }
 }
 
-/// Reads three standard deviations, about the body axes.
+/// Reads the standard deviations of three body-axis components.
 fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
     Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
 }
 
-/// The relative asymmetry of a covariance, or negative eigenvalue, that is accepted: the rounding
-/// of numbers with six digits.
+/// Relative asymmetry or negative eigenvalue of a covariance that is accepted, for the rounding to
+/// six digits.
 const ROUNDING: f64 = 1e-6;
 
-/// Reads a covariance: symmetric and positive semidefinite. Returns `None` if the key is absent,
-/// or if the matrix is wrong, which is reported.
+/// Reads a covariance, which must be symmetric and positive semidefinite. Returns `None` if the key
+/// is absent, or after an error was reported.
 fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
     let rows = if section.has(key) { section.square(key)? } else { return None };
     if rows.len() != N {
@@ -56,7 +56,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
         );
         return section.refuse("E0175", key, reason, "a variance is the square of a deviation");
     }
-    // The covariance is scaled to unit variances, because radians and rates differ in size.
+    // The covariance is scaled to unit variances, because radians and rates differ in magnitude.
     let sigma = |row: usize| if given[(row, row)] > 0.0 { given[(row, row)].sqrt() } else { 1.0 };
     let scaled = DMatrix::from_fn(N, N, |row, column| given[(row, column)] / (sigma(row) * sigma(column)));
     let pairs = || (0..N).flat_map(|row| (0..row).map(move |column| (row, column)));
@@ -102,8 +102,8 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     Some(SMatrix::from_fn(|row, column| 0.5 * (given[(row, column)] + given[(column, row)])))
 }
 
-/// Reads the covariance of `[ζ; δΩ]`: each part by deviations or by a block, or the whole by one
-/// matrix.
+/// Reads the covariance of the attitude and rate errors `[ζ; δΩ]`: each part by standard deviations
+/// or by a block, or all of it as one matrix.
 fn variances(section: Option<&Section>) -> Matrix6 {
     let degree = 1_f64.to_radians();
     let Some(of) = section else { return Matrix6::zeros() };
@@ -124,8 +124,8 @@ fn variances(section: Option<&Section>) -> Matrix6 {
     both
 }
 
-/// Returns the errors of the inertia that are independent, with their deviations: the principal
-/// ones of the covariance of its six numbers, which are xx, yy, zz, xy, xz, yz.
+/// Returns independent errors of the inertia with their standard deviations. They are the principal
+/// components of the covariance of the six numbers xx, yy, zz, xy, xz, yz.
 fn inertias(section: Option<&Section>) -> Vec<(Matrix3, f64)> {
     let Some(covariance) = section.and_then(|section| covariance::<6>(section, "covariance_kg2_m4")) else {
         return Vec::new();

@@ -1,8 +1,8 @@
-//! The keys of flights: gains, uncertainty, and the response of actuators.
+//! Keys for flights of a plan: feedback gains, uncertainty, and the response of actuators.
 
 use super::*;
 
-/// Deviations, a block of a covariance, or the whole of it.
+/// Keys of the covariance of a state: standard deviations, a block of the covariance, or all of it.
 const STATE_COVARIANCES: &[&[&str]] = &[
     &["attitude_deg", "attitude_covariance_deg2", "covariance_deg_deg_s"],
     &["angular_velocity_deg_s", "angular_velocity_covariance_deg2_s2", "covariance_deg_deg_s"],

@@ -1,16 +1,16 @@
-//! The keys of `[dispersion]`: the uncertain numbers and their distributions.
+//! Keys of `[dispersion]`: uncertain numbers and their distributions.
 
 use super::Kind::*;
 use super::{Key, Kind, Table, q};
 
-/// The largest number of cases, so that their records fit into memory.
+/// Largest number of cases, so that their records fit into memory.
 pub(crate) const MOST_CASES: i64 = 10_000_000;
-/// The largest number of entries.
+/// Largest number of uncertain quantities.
 const MOST_VARIED: usize = 100;
 const NORMAL: &[&str] = &["normal"];
 const UNIFORM: &[&str] = &["uniform"];
 const ELLIPSOID: &[&str] = &["ellipsoid"];
-/// The keys for the width of a distribution.
+/// Keys for the width of a distribution.
 pub(crate) const SPREADS: &[&str] =
     &["sigma", "sigma_relative", "covariance", "half_width", "half_width_relative", "semi_axes"];
 

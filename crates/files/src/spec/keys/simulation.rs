@@ -1,13 +1,13 @@
-//! The keys of a simulation spec: bodies, shapes, their gravity, the integrator.
+//! Keys of a simulation: bodies, shapes, their gravity, the integrator.
 
 use super::*;
 use slewkit::propagate::integrator;
 
-/// The largest number of bodies; their pairs are summed one by one.
+/// Largest number of bodies; the forces between all pairs are summed directly.
 pub(crate) const MAX_BODIES: usize = 1_000;
-/// The largest number of points, vertices or faces of one body in the spec itself.
+/// Largest number of points, vertices or faces of a body that the spec lists itself.
 pub(crate) const MAX_LISTED: usize = 20_000;
-/// The largest number of steps; a simulation streams.
+/// Largest number of steps of a simulation, whose rows are written as a stream.
 pub(crate) const MAX_STEPS: i64 = 1_000_000_000;
 
 tables! {

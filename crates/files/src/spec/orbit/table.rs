@@ -1,26 +1,28 @@
-//! Checks that the rows of a table of positions lie on an orbit and are near enough to one another.
+//! Checks that the rows of a table of positions lie on an orbit and are close enough for
+//! interpolation.
 //!
-//! Velocities are an independent check. The motion about a point mass leads from each row to the
-//! next one and to the middle between the two, except for the effect of the Earth's flattening,
-//! whose size is known. A row is wrong if it meets neither of its neighbours, while these meet each
-//! other. An interval that is met from no side contains a maneuver, or has a wrong row at its end.
-//! If the polynomial is elsewhere in the middle, the rows are too far apart for it.
+//! The velocities allow an independent check. From each row, two-body motion is propagated to the
+//! next row and to the middle between both. The effect of the Earth's oblateness is not included,
+//! but its size is known. A row is wrong if it disagrees with both of its neighbours while these
+//! agree with each other. An interval whose ends disagree contains a maneuver, or one of its rows
+//! is wrong. If the interpolation polynomial disagrees with the propagated position in the middle,
+//! the rows are too far apart.
 
 use super::super::Section;
 use slewkit::numerics::figures::significant;
 use slewkit_sky::{Table, two_body};
 
-/// The allowed error of positions in addition to the flattening \[m\]: other bodies, drag and
-/// digits within some minutes.
+/// Allowed difference of positions in addition to the effect of the oblateness \[m\]: other bodies,
+/// drag and rounded digits over some minutes.
 const ALLOWED: f64 = 100.0;
-/// The relative error of the distance above which a polynomial is not an orbit.
+/// Relative position error of the interpolation above which the table is rejected.
 const ELSEWHERE: f64 = 1e-3;
 
-/// A line, a reason, and a remedy.
+/// An error: line, reason, remedy.
 type Apart = (usize, String, &'static str);
 
-/// Checks the rows that the maneuver needs, up to `ahead` \[s\]; `line` has the line of each of
-/// them in the file `shown`.
+/// Checks the rows that the maneuver needs, up to `ahead` \[s\] after the epoch; `line` has the
+/// line numbers of the rows in the file, which messages call `shown`.
 pub(super) fn check(
     section: &Section,
     table: &Table,
@@ -40,7 +42,8 @@ pub(super) fn check(
             return Err((line[k], reason, "give positions in km and velocities in km/s: are these metres?"));
         }
     }
-    // Returns the distance by which a row misses another, beyond the allowed one [m].
+    // Returns the difference between a propagated and a tabulated position, and the allowed
+    // difference \[m\].
     let missed = |from: usize, to: usize| {
         let step = time[to] - time[from];
         let of = |from: usize, to: usize, step: f64| {
@@ -126,5 +129,5 @@ pub(super) fn check(
     Ok(())
 }
 
-/// The largest number of rows that a message lists.
+/// Largest number of wrong rows that are reported.
 const MOST_TOLD: usize = 3;

@@ -1,15 +1,14 @@
-//! The times at which a cone is active: `while` and `during_s`.
+//! Reading of the times at which a cone is active: `while` and `during_s`.
 
 use super::super::Section;
 use super::{ADD_EPOCH, Reading};
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
-/// Default of the largest angle, between nodes, between a cone and a boresight that is held on it
-/// \[deg\].
+/// Default of the largest angle between a keep-on cone and its boresight between nodes \[deg\].
 const WITHIN_DEG: f64 = 0.1;
 
-/// Returns the largest angle between a cone and a boresight that is held on it \[rad\].
+/// Reads the largest angle between a keep-on cone and its boresight between nodes \[rad\].
 pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
     if section.has("within_deg") || section.has("within_rad") {
         section.angle("within_deg", "within_rad").map(|angle| angle.radians())
@@ -19,8 +18,8 @@ pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
 }
 
 impl Reading {
-    /// Reads the times of activity of a constraint whose directions have been read; `known`
-    /// targets were read before it.
+    /// Reads the times at which a constraint is active. Its directions have been read; `known` is
+    /// the number of targets that were read before them.
     pub fn during(&self, section: &Section, known: usize) -> Option<During> {
         if section.has("during_s") {
             let pairs = section.square("during_s")?;

@@ -1,4 +1,5 @@
-//! `[scenery]`: the surroundings of the spacecraft, from a plan file or from the orbit.
+//! The surroundings of the spacecraft: from `[scenery]`, as plan files have it, or computed from
+//! the orbit.
 
 use super::super::Section;
 use super::{Named, Reading, track};
@@ -7,8 +8,8 @@ use slewkit::{Direction, Matrix3};
 use slewkit_sky::Target;
 
 impl Reading {
-    /// Returns the surroundings of the spacecraft: from a plan file, or from the orbit if the
-    /// spec aims at a named target.
+    /// Returns the surroundings of the spacecraft. They are read from a plan file, or computed from
+    /// the orbit if the spec has a named target.
     pub fn scenery(&self, root: &Section) -> Option<Scenery> {
         if let Some(section) = root.section("scenery") {
             return told_scenery(section);
@@ -24,7 +25,8 @@ impl Reading {
         })
     }
 
-    /// Returns the target at which an end points, if its direction has been read last.
+    /// Returns how pictures and summaries show the target of the end, which must be the last target
+    /// read.
     pub(super) fn shown(&self, at: &Direction) -> Option<TargetShown> {
         let Named { name, target, .. } = self.targets.last()?;
         let Direction::Moving(track) = at else { return None };
@@ -40,7 +42,7 @@ impl Reading {
     }
 }
 
-/// Returns the scenery as a plan file writes it.
+/// Reads the surroundings in the notation of plan files.
 fn told_scenery(section: &Section) -> Option<Scenery> {
     let way = |name: &str| match track(section.section(name)?)? {
         Direction::Moving(track) => Some(track),

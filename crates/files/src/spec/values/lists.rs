@@ -1,4 +1,4 @@
-//! Values that are lists: of numbers, of vectors, of texts.
+//! Reading of list values: numbers, vectors, matrices, texts, intervals, faces.
 
 use super::{Read, count, limit, number, text, wrong};
 use crate::spec::keys::MAX_LISTED;
@@ -6,14 +6,13 @@ use crate::spec::quantity::{ELAPSED, Quantity};
 use crate::spec::{Limits, Node, Value, show};
 use slewkit::mechanics::ActuatorSet;
 
-/// The largest number of inputs of one kind, which is also the length of the longest meaningful
-/// list of numbers.
+/// Largest number of inputs of one kind; a list with a number for each input is not longer.
 const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 
-/// The largest number of boresights or directions of one constraint.
+/// Largest number of boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
-/// Reads every element; returns all values, or all errors.
+/// Reads every element; returns all values or, if there are errors, all errors.
 pub(crate) fn each<I, T>(
     items: impl IntoIterator<Item = I>,
     mut read: impl FnMut(I) -> Read<T>,
@@ -28,8 +27,8 @@ pub(crate) fn each<I, T>(
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// Returns the elements of a list. If the value is not a list, the message names the expected
-/// elements (`what`) and shows the `sample`.
+/// Returns the elements of a list. If the value is not a list, the message describes the expected
+/// elements by `what` and shows `sample`.
 fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     match &node.value {
         Value::Array(items) => Ok(items),
@@ -40,7 +39,7 @@ fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     }
 }
 
-/// Returns the elements of a list that should have `wanted` of them; `what` names them.
+/// Returns the elements of a list that must have `wanted` elements, which messages call `what`.
 fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     let (described, sample) = (format!("{wanted} {what}"), format!("a list in brackets, {wanted} {what}"));
     let items = list(node, &described, &sample)?;
@@ -51,7 +50,7 @@ fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     wrong("E0026", node, reason, format!("write a list of {wanted}"))
 }
 
-/// Returns the elements of a list that may be long; `sample` shows one.
+/// Returns the elements of a list that may be long; messages show `sample`.
 fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     let items = list(node, what, sample)?;
     if items.len() > MAX_LISTED {
@@ -61,14 +60,14 @@ fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     Ok(items)
 }
 
-/// Reads `N` numbers.
+/// Reads a list of `N` numbers.
 pub(super) fn numbers<const N: usize>(node: &Node, quantity: &Quantity, what: &str) -> Read<[f64; N]> {
     let values = each(items(node, N, what)?, |item| number(item, quantity))?;
-    // There are as many values as items.
+    // The conversion cannot fail, because the list has `N` values.
     <[f64; N]>::try_from(values).map_err(|_| Vec::new())
 }
 
-/// Reads three numbers.
+/// Reads a list of three numbers.
 pub(super) fn vector(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     numbers(node, quantity, "numbers (x, y, z)")
 }
@@ -80,7 +79,7 @@ pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     <[_; 3]>::try_from(rows).map_err(|_| Vec::new())
 }
 
-/// Reads an inertia: three rows, or the diagonal.
+/// Reads an inertia, given as three rows or as its diagonal.
 pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     let is_array = |item: &Node| matches!(item.value, Value::Array(_));
     let count = match &node.value {
@@ -98,7 +97,7 @@ pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     Ok([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
 }
 
-/// Returns an axis: a vector that has a direction.
+/// Reads an axis, which is a vector of nonzero length.
 fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     let axis = vector(node, quantity)?;
     if axis.iter().all(|value| *value == 0.0) {
@@ -108,7 +107,7 @@ fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     Ok(axis)
 }
 
-/// Returns a list of axes, at most [`MAX_AXES`].
+/// Reads a list of at most [`MAX_AXES`] axes.
 pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     let items = list(node, "axes", "one axis per inner list: [[1, 0, 0], [0, 1, 0]]")?;
     if !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Number(_))) {
@@ -122,7 +121,7 @@ pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     each(items, |item| axis(item, quantity))
 }
 
-/// Reads one vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
+/// Reads a vector, or a list of at most [`MAX_AXES`] vectors, all of nonzero length.
 pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     match &node.value {
         Value::Array(items) if items.is_empty() => {
@@ -139,8 +138,8 @@ pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     }
 }
 
-/// Reads one limit for all inputs, or a list of limits: `count` of them if that is known, otherwise
-/// at most [`MAX_AXES`].
+/// Reads a common limit for all inputs, or a list of limits: `count` of them if the number of
+/// inputs is known, otherwise at most [`MAX_AXES`].
 pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(limit(node, quantity)?)) };
     if let Some(count) = count {
@@ -152,7 +151,7 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
     Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
 }
 
-/// Reads one number for all, or a list of at most [`MAX_AXES`].
+/// Reads a common number for all items, or a list of at most [`MAX_AXES`] numbers.
 pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
     if given.is_empty() || given.len() > MAX_AXES {
@@ -162,8 +161,9 @@ pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
 }
 
-/// Reads a square matrix, written as n numbers (its diagonal) or as n rows of n numbers. Returns
-/// its rows. In messages `what` names the numbers, and `which` the items that have one number each.
+/// Reads a square matrix as a list of rows. It is written as n numbers, its diagonal, or as n rows
+/// of n numbers. In messages `what` describes the numbers, and `which` the items to which they
+/// belong.
 pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
@@ -182,7 +182,7 @@ pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) 
     Ok(rows)
 }
 
-/// Texts of one line, at most `most` of them.
+/// Reads a list of at most `most` texts of one line.
 pub(super) fn texts(node: &Node, most: usize) -> Read<Vec<String>> {
     let items = list(node, "texts", "[\"one\", \"two\"]")?;
     if items.len() > most {
@@ -192,16 +192,16 @@ pub(super) fn texts(node: &Node, most: usize) -> Read<Vec<String>> {
     each(items, |item| Ok(text(item, 200)?.to_string()))
 }
 
-/// Returns a list of points.
+/// Reads a list of vertices.
 pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]")?;
     each(items, |item| vector(item, quantity))
 }
 
-/// The largest number of intervals in which a constraint is active.
+/// Largest number of time intervals in which a constraint is active.
 pub(crate) const MAX_INTERVALS: usize = 1000;
 
-/// Returns a list of intervals of time \[s\], one after another.
+/// Reads a list of time intervals \[s\], which must be in order and must not overlap.
 pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     let given = list(node, "intervals", "[[0, 40], [60, 90]]")?;
     if given.len() > MAX_INTERVALS {
@@ -228,7 +228,7 @@ pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     }
 }
 
-/// Returns an interval of time.
+/// Reads a time interval \[s\].
 pub(super) fn interval(node: &Node) -> Read<[f64; 2]> {
     let [from, until] = numbers::<2>(node, &ELAPSED, "numbers (from, until)")?;
     if from > until {
@@ -238,7 +238,7 @@ pub(super) fn interval(node: &Node) -> Read<[f64; 2]> {
     Ok([from, until])
 }
 
-/// Returns a list of triangles, vertices counted from 1.
+/// Reads a list of triangles; vertices are counted from 1.
 pub(super) fn faces(node: &Node) -> Read<Vec<[u32; 3]>> {
     let corner = |node| Ok(u32::try_from(count(node, 1, MAX_LISTED as i64)?).unwrap_or(u32::MAX));
     each(long_list(node, "faces", "[[1, 2, 3], [1, 4, 2], [2, 4, 3], [3, 4, 1]]")?, |face| {

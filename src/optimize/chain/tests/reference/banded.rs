@@ -1,13 +1,15 @@
-//! Gaussian elimination with partial pivoting in a band: the linear systems of chains of stages.
+//! Gaussian elimination with partial pivoting for band matrices, as in the linear systems of
+//! chains.
 
-/// A square band matrix, to be factored in place once.
+/// Square band matrix that is factored once, in place.
 pub(crate) struct Banded {
     size: usize,
-    /// Diagonals below and above.
+    /// Number of diagonals below and above the main one.
     half: usize,
-    /// Row i holds columns `i − half … i + 2 half`: room for the fill that pivoting brings.
+    /// Elements by rows: row i holds columns `i − half … i + 2 half`, with room for the fill-in of
+    /// pivoting.
     rows: Vec<f64>,
-    /// The index after the last nonzero column of each row: most rows end well inside the band.
+    /// Index after the last nonzero column of each row: most rows end well inside the band.
     ends: Vec<usize>,
 }
 
@@ -104,7 +106,7 @@ mod tests {
             let mut full = DMatrix::zeros(size, size);
             for row in 0..size {
                 for column in row.saturating_sub(half)..(row + half + 1).min(size) {
-                    // Weak diagonals force pivoting.
+                    // A weak diagonal forces pivoting.
                     let value = if row == column { 1e-3 } else { 1.0 } * random.uniform();
                     band.add(row, column, value);
                     full[(row, column)] = value;

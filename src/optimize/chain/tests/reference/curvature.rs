@@ -4,8 +4,8 @@
 //! L = Σ κ ½uᵀWu + Σ λ_k·(step_k − y_{k+1}) + η·e + Σ ν c
 //! ```
 //!
-//! All parts are central differences of exact gradients, taken along the group, good to nine
-//! digits. The duration is given.
+//! All parts are central differences of exact gradients, taken along the group, accurate to nine
+//! digits. The duration is fixed.
 
 use super::evaluated::Evaluated;
 use super::rows::{Place, RowValue};
@@ -15,23 +15,24 @@ use crate::optimize::chain::rows::What;
 use crate::optimize::discrete::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
-/// Step of the differences: states and inputs are of order one.
+/// Step of the differences; states and inputs are of order one.
 const STEP: f64 = 1e-5;
 
 /// Second derivatives of one stage's part of the Lagrangian.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
-    /// By state and state, n×n.
+    /// Second derivative with respect to the state, n×n.
     pub state: DMatrix<f64>,
-    /// By state and inputs of the same stage, n×m, of the rows.
+    /// Mixed derivative of the rows with respect to the state and the inputs of one stage, n×m.
     pub mixed: Option<DMatrix<f64>>,
-    /// By inputs and inputs of the same stage, m×m, of the rows.
+    /// Second derivative of the rows with respect to the inputs of one stage, m×m.
     pub inputs: Option<DMatrix<f64>>,
-    /// By state and inputs of the next stage, n×m, of the step.
+    /// Mixed derivative of the step with respect to the state and the inputs of the next stage,
+    /// n×m.
     pub next: Option<DMatrix<f64>>,
 }
 
-/// The second derivatives of all stages.
+/// Computes the second derivatives of all stages.
 pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Block>, StepError> {
     (0..=at.model.steps).map(|stage| block(at, multipliers, stage)).collect()
 }
@@ -48,7 +49,8 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
             && !matches!(at.rows[*index], RowValue::Idle)
     };
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
-    // Gradient of the step's part by the state, and that of the rows' part by state and inputs.
+    // Gradient of the step's part with respect to the state, and of the rows' part with respect to
+    // state and inputs.
     let of_step = |z: &DVector<f64>, next: &[f64]| -> Result<DVector<f64>, StepError> {
         let step = step::step(model, stage, &step::moved(model, state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
@@ -108,8 +110,8 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     Ok(block)
 }
 
-/// What a gradient of `rows` components gains from a step back to a step ahead along each of so
-/// many unknowns.
+/// Computes the central differences, not divided by the step, of a gradient with `rows` components
+/// along each of `columns` unknowns.
 fn differences(
     rows: usize,
     columns: usize,

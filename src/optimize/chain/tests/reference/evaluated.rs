@@ -1,4 +1,4 @@
-//! The chain at an iterate, with all its derivatives.
+//! A chain evaluated at an iterate, with all its derivatives.
 
 use super::rows::{Place, RowValue};
 use super::step::{self, Opening, Step};
@@ -9,26 +9,26 @@ use crate::optimize::discrete::step::StepError;
 use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 
-/// The chain at an iterate.
+/// Chain evaluated at an iterate.
 pub(crate) struct Evaluated<'a> {
     pub model: &'a Model,
     pub limits: &'a LimitRows,
     pub iterate: Iterate,
-    /// The opening kick, and its derivatives.
+    /// Opening kick with its derivatives.
     pub opening: Opening,
-    /// Defects: of the opening, then of every step.
+    /// Defects of the opening and then of every step.
     pub defects: Vec<DVector<f64>>,
     pub steps: Vec<Step>,
-    /// Terminal error and its derivative.
+    /// Terminal error with its derivative.
     pub terminal: DVector<f64>,
     pub terminal_slope: DMatrix<f64>,
-    /// The rows of all limits.
+    /// Values of the rows of all limits.
     pub rows: Vec<RowValue>,
     pub cost: f64,
 }
 
 impl Iterate {
-    /// The chain and all its rows at this iterate.
+    /// Evaluates the chain and all its rows at this iterate.
     pub fn evaluate<'a>(
         &self,
         model: &'a Model,
@@ -85,7 +85,7 @@ impl Iterate {
         })
     }
 
-    /// The iterate moved by a direction.
+    /// Returns the iterate moved along a direction.
     pub fn moved(&self, model: &Model, states: &[DVector<f64>], inputs: &[DVector<f64>], by: f64) -> Self {
         let state = |(state, z): (&ChainState, &DVector<f64>)| step::moved(model, state, &(z * by));
         let input = |(u, du): (&Vec<f64>, &DVector<f64>)| -> Vec<f64> {
@@ -99,30 +99,30 @@ impl Iterate {
 }
 
 impl Evaluated<'_> {
-    /// Evaluates the same chain at another iterate.
+    /// Evaluates the chain at another iterate.
     pub fn elsewhere(&self, iterate: &Iterate) -> Result<Self, StepError> {
         iterate.evaluate(self.model, self.limits, Watch::NONE)
     }
 
-    /// Returns the same with smooth rows: balls as half spaces.
+    /// Returns this evaluation with smooth rows: balls are converted to half spaces.
     pub fn smooth(mut self) -> Self {
         self.rows.iter_mut().for_each(|value| *value = value.smooth());
         self
     }
 
-    /// Derivative of the state of a stage with respect to its inputs, n×m.
+    /// Returns the derivative of the state of a stage with respect to its inputs, n×m.
     pub fn input_slope(&self, stage: usize) -> &DMatrix<f64> {
         if stage == 0 { &self.opening.by_inputs } else { &self.steps[stage - 1].b }
     }
 
-    /// The largest component of a defect or of the terminal error.
+    /// Returns the largest component of the defects and of the terminal error.
     pub fn largest_defect(&self) -> f64 {
         self.defects.iter().chain([&self.terminal]).map(|d| d.amax()).fold(0.0, f64::max)
     }
 }
 
-/// The terminal equations at a chain's last state, and their derivative, up to `J_r⁻¹` of the
-/// attitude error.
+/// Returns the terminal equations at a chain's last state and their derivative, up to the factor
+/// `J_r⁻¹` of the attitude error.
 fn terminal(model: &Model, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
     let error = model.terminal_error(state);
     let mut slope = DMatrix::identity(error.len(), model.n);

@@ -1,12 +1,12 @@
-//! The matrix of the conditions of Karush, Kuhn and Tucker on a set of acting rows, a band.
+//! The KKT matrix for a set of active rows, a band matrix.
 //!
 //! ```text
 //! [ ∇²L  Cᵀ ] [ δ(states, inputs) ]
 //! [ C    −ε ] [ δ(multipliers)    ]
 //! ```
 //!
-//! with `C` the derivatives of dynamics, terminal conditions and acting rows. Its unknowns stand
-//! stage by stage, so that it couples neighbours alone.
+//! with `C` the derivatives of dynamics, terminal conditions and active rows. Its unknowns are
+//! ordered by stage, so that the matrix couples only neighbouring stages.
 
 use super::curvature::blocks;
 use super::evaluated::Evaluated;
@@ -17,14 +17,14 @@ use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::chain::tuning::PROXIMAL;
 use nalgebra::DMatrix;
 
-/// The matrix, and where its unknowns stand.
+/// KKT matrix and the positions of its unknowns.
 pub(crate) struct Kkt {
     pub layout: KktLayout,
-    /// Elements (row, column, value), to be added up.
+    /// Matrix elements (row, column, value); duplicates are summed.
     pub entries: Vec<(usize, usize, f64)>,
 }
 
-/// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
+/// Positions of the unknowns of each stage: costate, inputs, multipliers of its active rows, state.
 #[derive(Default)]
 pub(crate) struct KktLayout {
     pub costate: Vec<usize>,
@@ -56,24 +56,24 @@ impl KktLayout {
     }
 }
 
-/// Elements as they are collected.
+/// List of matrix elements under construction.
 #[derive(Default)]
 struct Entries(Vec<(usize, usize, f64)>);
 
 impl Entries {
-    /// A block whose first element is (row, column).
+    /// Adds a block whose first element is at (row, column).
     fn block(&mut self, row: usize, column: usize, block: &DMatrix<f64>) {
         for j in 0..block.ncols() {
             self.0.extend((0..block.nrows()).map(|i| (row + i, column + j, block[(i, j)])));
         }
     }
 
-    /// An element and its mirror image.
+    /// Adds an element and its transpose.
     fn both(&mut self, row: usize, column: usize, value: f64) {
         self.0.extend([(row, column, value), (column, row, value)]);
     }
 
-    /// A block and its mirror image.
+    /// Adds a block and its transpose.
     fn coupling(&mut self, row: usize, column: usize, block: &DMatrix<f64>) {
         for j in 0..block.ncols() {
             (0..block.nrows()).for_each(|i| self.both(row + i, column + j, block[(i, j)]));
@@ -82,8 +82,9 @@ impl Entries {
 }
 
 impl Kkt {
-    /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows;
-    /// `None` where a step of the dynamics cannot be differentiated, and where it is stopped.
+    /// Assembles the matrix at an iterate with smooth rows, with `proximal` as the value of `ε` for
+    /// rows. Returns `None` if a step of the dynamics cannot be differentiated or a stop is
+    /// requested.
     pub fn of(at: &Evaluated, multipliers: &Multipliers, active: &[bool], proximal: f64) -> Option<Self> {
         let (model, limits) = (at.model, at.limits);
         let curvature = blocks(at, multipliers).ok()?;

@@ -1,6 +1,7 @@
-//! A second way to an optimum of a chain, which shares the chain's first derivatives alone with the
-//! product: the matrix of all conditions on a set of acting rows, with differences for second
-//! derivatives, and Newton on that set. Tests compare the interior point and its counts with it.
+//! An independent method for the optimum of a chain, which shares only the chain's first
+//! derivatives with the product. It assembles the KKT matrix on a set of active rows, with finite
+//! differences as second derivatives, and applies Newton's method on that set. Tests compare the
+//! interior-point method and its counts of descent directions with it.
 
 mod banded;
 pub(crate) mod curvature;

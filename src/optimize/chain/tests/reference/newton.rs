@@ -1,26 +1,29 @@
-//! The last digits: semismooth Newton on the conditions of Karush, Kuhn and Tucker.
+//! Refinement to full accuracy by a semismooth Newton method on the KKT conditions.
 //!
 //! ```text
 //! κ W u_k + B_kᵀ λ_{k−1} + Σ ν ∂c/∂u = 0            λ_{k−1} = A_kᵀ λ_k + Σ ν ∂c/∂y
 //! defects = 0 ,  e = 0 ,                            ν ≥ 0 ,  c ≤ 0 ,  ν c = 0
 //! ```
 //!
-//! A row acts where `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. That is Newton's
-//! method on the complementarity, and the primal-dual active set method; it finds the active set by
-//! itself from a near one. Ordered stage by stage the matrix is a band.
+//! A row is active if `ν + ρ c > 0`: then `c = 0` is an equation, else `ν = 0`. This is Newton's
+//! method on the complementarity conditions, and the primal-dual active set method; it finds the
+//! active set from a nearby one. Ordered by stage the matrix is a band matrix.
 //!
-//! On fine grids rows of neighbouring nodes and arcs nearly repeat each other, and an equation too
-//! many throws the multipliers about. There the method is stabilised by a proximal term `δ` on the
-//! multipliers of rows (stabilised sequential quadratic programming: Wright 1998, Hager 1999),
+//! On fine grids the rows of neighbouring nodes and arcs are nearly linearly dependent, and one
+//! redundant equation makes the multipliers large. The method is then stabilised by a proximal term
+//! `δ` on the multipliers of rows (stabilised sequential quadratic programming: Wright 1998, Hager
+//! 1999),
 //!
 //! ```text
 //! c + C δz − δ (ν⁺ − ν) = 0 ,     a row acts where ν + c/δ > 0
 //! ```
 //!
-//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
+//! with `δ` as large as the residual. It vanishes with the residual, so that accuracy and speed of
+//! convergence are preserved.
 //!
-//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has
-//! either sign. Newton is plain at first, and stabilised where that fails.
+//! A row that is an equation, such as a boresight held on a cone, is always active, and its
+//! multiplier may have either sign. Newton's method is applied without the proximal term first, and
+//! with it if that fails.
 
 use super::banded::Banded;
 use super::evaluated::Evaluated;
@@ -38,34 +41,34 @@ use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 
-/// Residual that is met, and steps at most.
+/// Residual at which the iteration has converged, and largest number of steps.
 const TOLERANCE: f64 = 1e-11;
 const MOST: usize = 60;
-/// Steps that turn a node by more than this \[rad\] are shortened.
+/// Largest rotation of a node in one step \[rad\]; longer steps are shortened.
 const LONGEST_TURN: f64 = 0.4;
-/// The largest proximal term, and the least share of a term that the next one is: the set of rows
-/// must keep up.
+/// Largest proximal term, and smallest ratio of consecutive terms: the active set must adapt.
 const WIDEST: f64 = 1e-3;
 const SLOWLY: f64 = 0.3;
-/// Iterations without progress after which the plain and the stabilised method give up.
+/// Iterations without progress after which the plain (first) and the stabilised (second) method
+/// end.
 const IDLE: [usize; 2] = [12, 25];
-/// Growth of the residual after which Newton does not come back.
+/// Growth of the residual beyond which Newton's method counts as diverged.
 const LOST: f64 = 100.0;
-/// Share of the largest multiplier below which one is taken for round-off.
+/// Fraction of the largest multiplier below which a multiplier counts as round-off.
 const LIKELY: f64 = 1e-4;
 
-/// A point that meets the conditions.
+/// Point that satisfies the KKT conditions.
 #[derive(Clone)]
 pub(crate) struct Polished {
     pub iterate: Iterate,
     pub multipliers: Multipliers,
     pub cost: f64,
-    /// Largest residual of all conditions, costates relative to the largest one.
+    /// Largest residual of all conditions; that of the costates is relative to the largest costate.
     pub residual: f64,
 }
 
-/// Returns the point that meets all conditions near an iterate; `None` where Newton does not
-/// settle.
+/// Returns the point near an iterate that satisfies all conditions; `None` if Newton's method does
+/// not converge.
 pub(crate) fn newton(
     model: &Model,
     rows: &LimitRows,
@@ -75,8 +78,8 @@ pub(crate) fn newton(
     let newton = |stabilised: bool| {
         let at = iterate.evaluate(model, rows, Watch::NONE).ok()?.smooth();
         let (newton, report) = run(Newton::new(at, multipliers.clone(), stabilised), MOST, &|| None);
-        // At the end of its steps and where a matrix is singular the best point may do all the
-        // same.
+        // The best point may satisfy the conditions even if the iteration limit was reached or a
+        // matrix was singular.
         let ended = [Outcome::Converged, Outcome::IterationLimit, Outcome::Singular];
         let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
         best.filter(|best| best.residual <= TOLERANCE)
@@ -84,7 +87,7 @@ pub(crate) fn newton(
     newton(false).or_else(|| newton(true))
 }
 
-/// Newton's method, plain or stabilised.
+/// State of Newton's method, plain or stabilised.
 struct Newton<'a> {
     at: Evaluated<'a>,
     multipliers: Multipliers,
@@ -95,7 +98,7 @@ struct Newton<'a> {
     best: Polished,
     stabilised: bool,
     proximal: f64,
-    /// Iterations without progress.
+    /// Number of iterations without progress.
     idle: usize,
 }
 
@@ -112,7 +115,7 @@ impl<'a> Newton<'a> {
         Self { at, multipliers, active, residuals, size, best, stabilised, proximal, idle }
     }
 
-    /// A Newton step, not too long.
+    /// Computes a Newton step, shortened if it rotates a node too far.
     fn step(&self) -> Option<(Iterate, Multipliers)> {
         let Self { at, multipliers, residuals, .. } = self;
         let kkt = Kkt::of(at, multipliers, &self.active, self.proximal)?;
@@ -125,7 +128,7 @@ impl<'a> Newton<'a> {
         ))
     }
 
-    /// Looks at the conditions where a step led to, and keeps the best point.
+    /// Evaluates the conditions after a step, and keeps the best point.
     fn judge(&mut self) {
         let rho = largest_multiplier(&self.multipliers).max(1e-3);
         let rho = if self.stabilised { 1.0 / self.proximal } else { rho };
@@ -147,7 +150,8 @@ impl Iteration for Newton<'_> {
         self.size
     }
 
-    /// Whether no further step is worth its price: all digits are there, or none come any more.
+    /// Returns whether the iteration should end: it has converged, makes no more progress, or
+    /// diverges.
     fn converged(&self) -> bool {
         let floor = self.best.residual <= TOLERANCE;
         let lost = !self.stabilised && self.size > LOST * self.best.residual;
@@ -169,12 +173,12 @@ impl Iteration for Newton<'_> {
     }
 }
 
-/// The largest proximal term of Newton, plain or stabilised.
+/// Returns the largest proximal term of the plain or the stabilised method.
 fn widest(stabilised: bool) -> f64 {
     if stabilised { WIDEST } else { PROXIMAL }
 }
 
-/// The proximal term that follows one: as large as the residual, within bounds.
+/// Returns the next proximal term: the residual, within bounds.
 fn next_proximal(residual: f64, last: f64, widest: f64) -> f64 {
     residual.max(SLOWLY * last).clamp(PROXIMAL, widest)
 }
@@ -185,7 +189,7 @@ fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64) -> Polishe
 }
 
 impl Multipliers {
-    /// Zero for rows that do not act.
+    /// Sets the multipliers of inactive rows to zero.
     fn drop_idle(&mut self, active: &[bool]) {
         for (multiplier, active) in self.rows.iter_mut().zip(active) {
             if !active {
@@ -210,7 +214,7 @@ fn largest_multiplier(multipliers: &Multipliers) -> f64 {
     multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value))
 }
 
-/// Rows whose value and multiplier `acts` accepts, and all equations.
+/// Returns the rows whose value and multiplier `acts` accepts, and all equations.
 fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) -> bool) -> Vec<bool> {
     let half = |((value, multiplier), row): ((&RowValue, &f64), &LimitRow)| match value {
         RowValue::Half { c, .. } => row.what.is_equation() || acts(*c, *multiplier),
@@ -219,7 +223,7 @@ fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) 
     at.rows.iter().zip(&multipliers.rows).zip(&at.limits.rows).map(half).collect()
 }
 
-/// At first: rows with a multiplier that is not round-off, or violated.
+/// Returns the initial active set: rows that are violated, or whose multiplier exceeds round-off.
 fn active(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     let rho = largest_multiplier(multipliers).max(1e-3);
     rows_that(at, multipliers, |c, multiplier| {
@@ -227,22 +231,22 @@ fn active(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     })
 }
 
-/// Rows with `ν + ρ c > 0`.
+/// Returns the rows with `ν + ρ c > 0`.
 fn acting(at: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
     rows_that(at, multipliers, |c, multiplier| multiplier + rho * c > 0.0)
 }
 
-/// Rows whose multiplier is not small beside the largest.
+/// Returns the rows whose multiplier is not small compared to the largest.
 fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     let largest = largest_multiplier(multipliers);
     rows_that(at, multipliers, |_, multiplier| multiplier > LIKELY * largest)
 }
 
-/// Residuals of stationarity, by stage.
+/// Stationarity residuals of each stage.
 struct Residuals {
     inputs: Vec<DVector<f64>>,
     states: Vec<DVector<f64>>,
-    /// Scale of the costates.
+    /// Largest costate, by which the residuals are scaled.
     scale: f64,
 }
 
@@ -284,8 +288,8 @@ impl Residuals {
         Self { inputs, states, scale }
     }
 
-    /// The largest residual of the equations that the set of rows makes, and of rows that are
-    /// violated or pull.
+    /// Returns the largest residual: of stationarity, of the equations of the active rows, of
+    /// violated rows, and of negative multipliers.
     fn largest(&self, at: &Evaluated, multipliers: &Multipliers, active: &[bool]) -> f64 {
         let norm = |list: &[DVector<f64>]| list.iter().map(|value| value.amax()).fold(0.0, f64::max);
         let steps = self.inputs.len() as f64;
@@ -304,7 +308,7 @@ impl Residuals {
     }
 }
 
-/// The Newton direction: changes of states, inputs and multipliers.
+/// Computes the Newton direction: changes of states, inputs and multipliers.
 #[allow(clippy::type_complexity)]
 fn direction(
     at: &Evaluated,

@@ -1,4 +1,4 @@
-//! A row at an iterate: a half space or a ball, with its derivatives.
+//! A row evaluated at an iterate, as a half space or a ball, with its derivatives.
 
 use super::step::{Arc, rate as rate_at_node};
 use crate::Vector3;
@@ -6,25 +6,26 @@ use crate::optimize::chain::model::{ChainState, Model};
 use crate::optimize::chain::rows::{Cone, What};
 use nalgebra::{DVector, Matrix3xX};
 
-/// A row at an iterate. `next` is the derivative with respect to the inputs of the stage after.
+/// Value of a row at an iterate. `next` is the derivative with respect to the inputs of the next
+/// stage.
 #[derive(Clone, Debug)]
 pub(crate) enum RowValue {
-    /// `c ≤ 0`.
+    /// Half space `c ≤ 0`.
     Half { c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>, next: Option<DVector<f64>> },
-    /// `|v| ≤ 1`, 3×n and 3×m derivatives.
+    /// Ball `|v| ≤ 1`, with 3×n and 3×m derivatives.
     Ball { v: Vector3, state: Option<Matrix3xX<f64>>, inputs: Option<Matrix3xX<f64>> },
-    /// Nothing is bounded: the ends of an arc without an extremum of its own bound it.
+    /// No bound: the arc has no extremum inside, so the rows of its end nodes apply.
     Idle,
 }
 
 impl RowValue {
-    /// A half space by the state, and by the inputs of its own stage.
+    /// Builds a half space with derivatives by the state and by the inputs of its own stage.
     fn half(c: f64, state: Option<DVector<f64>>, inputs: Option<DVector<f64>>) -> Self {
         Self::Half { c, state, inputs, next: None }
     }
 
-    /// The same with a limit that is so many times as large: `c ≤ by − 1`, or `|v| ≤ by`. Its
-    /// growth with the duration is in no derivative here.
+    /// Returns the row with its limit multiplied by `by`: `c ≤ by − 1`, or `|v| ≤ by`. The
+    /// derivatives do not include the growth of the limit with the duration.
     fn grown(self, by: f64) -> Self {
         match self {
             Self::Half { c, state, inputs, next } => Self::Half { c: c + 1.0 - by, state, inputs, next },
@@ -36,7 +37,7 @@ impl RowValue {
         }
     }
 
-    /// The violation: positive where the row does not hold.
+    /// Returns the violation: positive if the row does not hold.
     pub fn violation(&self) -> f64 {
         match self {
             Self::Half { c, .. } => *c,
@@ -46,18 +47,18 @@ impl RowValue {
     }
 }
 
-/// What a row is evaluated at.
+/// Quantities at which a row is evaluated.
 pub(crate) struct Place<'a> {
     pub state: &'a ChainState,
     pub inputs: &'a [f64],
     pub next: &'a [f64],
-    /// The arc that begins here; none at the last node, whose rows ask for none.
+    /// Arc that begins at the node; `None` at the last node, whose rows do not use it.
     pub arc: Option<&'a Arc>,
 }
 
 impl RowValue {
-    /// Returns the derivatives of a smooth row by the state, the inputs, and those of the stage
-    /// after.
+    /// Returns the derivatives of a smooth row with respect to the state, the inputs, and the
+    /// inputs of the next stage.
     pub fn slopes(&self) -> [Option<&DVector<f64>>; 3] {
         match self {
             Self::Half { state, inputs, next, .. } => [state.as_ref(), inputs.as_ref(), next.as_ref()],
@@ -75,14 +76,14 @@ impl RowValue {
 }
 
 impl What {
-    /// The row at a place of stage `stage`.
+    /// Evaluates the row at a place of stage `stage`.
     pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let row = self.of_stated(model, stage, place);
         let grows = model.duration.is_some() && self.growth() > 0;
         if grows { row.grown(place.state.stretch.powi(self.growth())) } else { row }
     }
 
-    /// The row with the limit of the stated duration.
+    /// Evaluates the row with the limit for the stated duration.
     fn of_stated(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let unit = |input: usize, value: f64| {
             let mut row = DVector::zeros(model.m);
@@ -134,12 +135,12 @@ impl What {
         }
     }
 
-    /// Returns whether it is not linear.
+    /// Returns whether the row is nonlinear.
     pub fn is_curved(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Cone(_))
     }
 
-    /// Returns whether it is one of an arc.
+    /// Returns whether the row belongs to an arc.
     pub fn is_of_arc(&self) -> bool {
         match self {
             Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => *arc,
@@ -150,7 +151,7 @@ impl What {
 }
 
 impl Cone {
-    /// The row at a place of stage `stage`.
+    /// Evaluates the cone's row at a place of stage `stage`.
     fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let along = place.arc.filter(|_| self.is_of_arc());
         let (attitude, stretch) = (&place.state.attitude, place.state.stretch);
@@ -167,7 +168,7 @@ impl Cone {
     }
 }
 
-/// Angular velocity at the node, or on the arc, with its derivatives.
+/// Returns the angular velocity at the node or on the arc, with its derivatives.
 fn rate(
     model: &Model,
     stage: usize,

@@ -1,4 +1,4 @@
-//! Step, opening kick and rate of the chain with their matrices.
+//! Step, opening kick and angular velocity of the chain, with their matrices.
 
 use crate::lie::{self, hat};
 use crate::optimize::chain::model::step::{add_gradient, drift, kick, kicked};
@@ -7,7 +7,7 @@ use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 
-/// One step and its matrices, in the duration that it has: `z⁺ = A z + B δu`.
+/// One step and its matrices for a given duration: `z⁺ = A z + B δu`.
 pub(crate) struct Step {
     pub end: ChainState,
     pub a: DMatrix<f64>,
@@ -15,21 +15,21 @@ pub(crate) struct Step {
     pub arc: Arc,
 }
 
-/// How the body turns on a step.
+/// Rotation of the body on a step.
 pub(crate) struct Arc {
     /// Rotation vector, `log F`.
     pub turn: Vector3,
-    /// Its derivative with respect to the state before, 3×n.
+    /// Derivative of the rotation vector with respect to the state before the step, 3×n.
     pub slope: Matrix3xX<f64>,
 }
 
-/// The opening kick: `y_0`, and its derivative with respect to `u_0`, n×m.
+/// Opening kick: the state `y_0` and its derivative with respect to `u_0`, n×m.
 pub(crate) struct Opening {
     pub end: ChainState,
     pub by_inputs: DMatrix<f64>,
 }
 
-/// The opening kick of a maneuver that takes `stretch` times the stated duration.
+/// Computes the opening kick of a maneuver that takes `stretch` times the stated duration.
 pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
     let (start, weight) = (model.start_in(stretch), model.kick_weight(0));
     let kick = kick(model, &start, inputs);
@@ -37,12 +37,12 @@ pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
     Opening { end, by_inputs: kick.inputs * weight }
 }
 
-/// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
+/// Computes step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
 pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> Result<Step, StepError> {
     let (zeta, pi) = (model.zeta(), model.pi());
     let (mut end, f) = drift(model, stage, state)?;
     let turn = turned(model, stage, state)?;
-    // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
+    // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is the rotation of the arc itself.
     let mut a = DMatrix::identity(model.n, model.n);
     a.rows_mut(zeta, 3).copy_from(&turn);
     a.view_mut((zeta, zeta), (3, 3)).copy_from(&f.transpose());
@@ -60,7 +60,8 @@ pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> 
     Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&f, turn) })
 }
 
-/// `ξ` of `δF = F S(ξ)` by the state before a drift, 3×n.
+/// Returns the derivative of `ξ`, with `δF = F S(ξ)`, with respect to the state before a drift,
+/// 3×n.
 fn turned(model: &Model, stage: usize, state: &ChainState) -> Result<Matrix3xX<f64>, StepError> {
     let mut turn = Matrix3xX::zeros(model.n);
     let mut by_momentum = turn.view_mut((0, model.pi()), (3, 3));
@@ -77,7 +78,8 @@ fn turned(model: &Model, stage: usize, state: &ChainState) -> Result<Matrix3xX<f
     Ok(turn)
 }
 
-/// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
+/// Returns the physical angular velocity at stage k, and its derivatives with respect to state and
+/// inputs.
 pub fn rate(
     model: &Model,
     stage: usize,
@@ -105,14 +107,14 @@ pub fn rate(
 }
 
 impl Arc {
-    /// Of a relative attitude, and how that turns.
+    /// Returns the arc of a relative attitude `f` whose derivative is `turn`.
     fn of(f: &Matrix3, turn: Matrix3xX<f64>) -> Self {
         let arc = lie::log(f);
         Self { turn: arc, slope: lie::right_jacobian_inverse(&arc) * turn }
     }
 }
 
-/// `state ⊕ z`, in the same duration.
+/// Computes `state ⊕ z` without a change of the duration.
 pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState {
     let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
     let mut out = state.clone();
@@ -128,13 +130,13 @@ pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState 
     out
 }
 
-/// Length of a move of one state: its rotation \[rad\].
+/// Returns the length of a move of one state: its rotation \[rad\].
 pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
     z.rows(model.zeta(), 3).norm()
 }
 
-/// `κ_k W`, the curvature of the effort of a stage's inputs in a given duration. Lie–Euler has no
-/// `u_0`: any weight keeps it where it is.
+/// Returns `κ_k W`, the Hessian of the effort of a stage's inputs in a fixed duration. Lie–Euler
+/// has no `u_0`: any positive weight keeps it constant.
 pub fn input_weight(model: &Model, stage: usize) -> DMatrix<f64> {
     let weight = model.kick_weight(stage);
     if weight > 0.0 { &model.weight * weight } else { DMatrix::identity(model.m, model.m) }

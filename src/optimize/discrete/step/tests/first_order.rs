@@ -1,10 +1,9 @@
-//! The sweep's controls are stationary, checked by dual numbers through the plain dynamics alone.
+//! Stationarity of the sweep's inputs, tested by dual numbers through the plain dynamics alone.
 //!
-//! For any costate, solved or not, the controls that the sweep generates satisfy
+//! For any costate, solved or not, the inputs that the sweep generates satisfy
 //! `w_j h W u_j + (∂y_N/∂u_j)ᵀ ν = 0`, with `w_j` the weight of `u_j` in the cost and `ν` the
-//! costate at the end. That holds signs, indices and end weights of every scheme and input frame to
-//! account. Within limits what is left over pushes against the limit that acts, and is zero
-//! elsewhere.
+//! costate at the end. This tests signs, indices and end weights of every scheme and input frame.
+//! Under limits the residual points out of the active limit, and is zero for inactive limits.
 
 use super::second_order::zoo;
 use super::twin::{Field, State, Twin, V, tangent};
@@ -18,7 +17,7 @@ use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
 use num_dual::{Dual, Dual64};
 
-/// Inputs (SI) at a node: forces, torques.
+/// Returns the inputs (SI) at a node: forces, torques.
 fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N>) -> [DVector<f64>; 2] {
     use crate::mechanics::actuators::AxisFrame::{Body, Reference};
     let r = node.point.attitude.value;
@@ -43,12 +42,12 @@ fn optimal(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
     DVector::from_vec(row)
 }
 
-/// The part of a gradient that the limits of the channel do not balance.
+/// Returns the part of a gradient that the limits of the channel do not balance.
 fn unbalanced(channel: &ActuatorSet, inputs: &DVector<f64>, gradient: &DVector<f64>) -> DVector<f64> {
     let mut rest = gradient.clone();
     if let Some(limits) = &channel.limits().size {
         for (row, limit) in limits.iter().enumerate() {
-            // At its limit an input would go on, and must not.
+            // The gradient pushes an input at its limit outward.
             let outward = -gradient[row] * inputs[row].signum();
             if inputs[row].abs() >= *limit && outward >= 0.0 {
                 rest[row] = 0.0;
@@ -84,7 +83,7 @@ fn check_on<const N: usize>(
     let verlet = grid.has_half_kicks();
     let twin = Twin { dynamics, field: field.clone(), step: 0 };
     let mut nodes = Vec::new();
-    // Any costate will do that does not turn the body too fast for its steps.
+    // Any costate is suitable that does not rotate the body too fast for its steps.
     let mut costate = random_vector::<N>(random);
     while bvp.sweep_observed(&costate, |node| nodes.push(node)).is_err() {
         costate *= 0.5;
@@ -93,7 +92,7 @@ fn check_on<const N: usize>(
     let last = nodes[problem.steps];
     let mut nu = last.costate;
     if verlet {
-        // Half of the last kick belongs to the way back to the physical end.
+        // Half of the last kick belongs to the step back to the physical end.
         let kick = dynamics.kick::<N>(&last.point.pose(), &nu);
         nu.zeta += grid.kick(problem.steps) * kick.slope_r;
         nu.x += grid.kick(problem.steps) * kick.slope_x;

@@ -1,4 +1,5 @@
-//! Laws that hold at every state, whatever the field: they need no reference values.
+//! Identities that hold at every state and in every force field, so that no reference values are
+//! needed.
 
 use super::second_order::zoo;
 use crate::lie::hat;
@@ -9,7 +10,7 @@ use crate::testing::{Random, random_vector};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// A random step of a problem: start, costate, end, costate before, matrices.
+/// Random step of a problem: start, costate, end, costate before, matrices.
 struct Sample<const N: usize> {
     dynamics: Dynamics,
     start: Point,
@@ -34,15 +35,15 @@ impl<const N: usize> Sample<N> {
     }
 }
 
-/// `Ŝ(a)`, the torsion of the left-trivialised frame: `S(a)` in the attitude block.
+/// Returns `Ŝ(a)`, the torsion of the left-trivialised frame: `S(a)` in the attitude block.
 fn torsion<const N: usize>(a: Vector3) -> SMatrix<f64, N, N> {
     let mut out = SMatrix::<f64, N, N>::zeros();
     out.view_mut((N - 6, N - 6), (3, 3)).copy_from(&hat(&a));
     out
 }
 
-/// The symplectic form on states at body momentum `a`, in units of the rotation's action; `ratio`
-/// is that of the translation over it.
+/// Returns the symplectic form on states at body momentum `a`, in units of the rotation's action;
+/// `ratio` is the translation's action divided by it.
 fn form<const N: usize>(a: Vector3, ratio: f64) -> SMatrix<f64, N, N> {
     let mut out = -torsion::<N>(a);
     for pair in 0..N / 6 {
@@ -77,8 +78,8 @@ fn check<const N: usize>(problem: &Problem, random: &mut Random) {
         &problem.actuation.force.as_ref().map_or(AxisFrame::Reference, |c| c.frame()),
     ] == [&AxisFrame::Body, &AxisFrame::Reference];
 
-    // Inputs that turn against the coordinates feed the attitude back: volume is kept in the pair
-    // only.
+    // Inputs whose axes rotate relative to the coordinates depend on the attitude: volume is
+    // preserved only for state and costate together.
     if body_inputs {
         let dense = DMatrix::from_fn(N, N, |row, column| a[(row, column)]);
         small("det A = 1", problem, SMatrix::<f64, 1, 1>::new(dense.determinant() - 1.0), 1.0);
@@ -110,7 +111,7 @@ fn check<const N: usize>(problem: &Problem, random: &mut Random) {
     small("T is symplectic", problem, SMatrix::<f64, 1, 1>::new(defect), t.amax() * t.amax());
 }
 
-/// `A⁻¹ = A0⁻¹ K(−h)` with `A0⁻¹ = [[F, −Bᵀ], [0, F − S(Π) Bᵀ]]`: no factorisation.
+/// Computes `A⁻¹ = A0⁻¹ K(−h)` with `A0⁻¹ = [[F, −Bᵀ], [0, F − S(Π) Bᵀ]]`, without a factorisation.
 fn inverse<const N: usize>(
     problem: &Problem,
     dynamics: &Dynamics,

@@ -1,4 +1,4 @@
-//! The implicit equation against reference solutions, and up to its bound.
+//! The implicit equation compared with reference solutions, up to the bound of its solvability.
 
 use crate::mechanics::drift_equation::solve;
 use crate::testing::{Random, matrix, reference, vector};
@@ -12,7 +12,7 @@ fn the_reference_cayley_vectors_are_met() {
         let expected: Vector3 = vector(&case["cayley"]);
         let j_inverse = j.try_inverse().unwrap();
         let c = solve(&j, &j_inverse, &g).unwrap();
-        // At 0.9999 of the bound the equation is nearly singular; the file grants it 1e-6.
+        // At 0.9999 of the bound the equation is nearly singular; the reference file allows 1e-6.
         let edge = (j_inverse * g).norm() > 0.999;
         let limit = if edge { 1e-6 } else { 1e-14 };
         let error = (c - expected).amax() / expected.amax().max(1e-300);
@@ -22,8 +22,8 @@ fn the_reference_cayley_vectors_are_met() {
     }
 }
 
-/// `(J_d, J, g)` of a random body with `J_d` of eigenvalues from `least` to 1, and `|J⁻¹g|` up to
-/// `bound`.
+/// Returns `(J_d, J, g)` of a random body whose `J_d` has eigenvalues from `least` to 1, and with
+/// `|J⁻¹g|` up to `bound`.
 fn random_step(random: &mut Random, least: f64, bound: f64) -> (Matrix3, Matrix3, Vector3) {
     // J_d = ∫ρρᵀdm.
     let spread = Vector3::from_fn(|_, _| least.powf(0.5 - 0.5 * random.uniform()));
@@ -34,7 +34,7 @@ fn random_step(random: &mut Random, least: f64, bound: f64) -> (Matrix3, Matrix3
     (j_d, j, j * random.vector3().normalize() * size)
 }
 
-/// Steps without a solution among `cases`; solutions are checked to be physical.
+/// Counts the steps without a solution among `cases`; checks that the solutions are physical.
 fn failures(seed: u64, cases: usize, least: f64, bound: f64) -> usize {
     let mut random = Random(seed);
     let mut failures = 0;
@@ -47,7 +47,7 @@ fn failures(seed: u64, cases: usize, least: f64, bound: f64) -> usize {
         let f = lie::cayley(&c);
         let residual = f * j_d - j_d * f.transpose() - lie::hat(&g);
         assert!(residual.amax() <= 8.0 * f64::EPSILON * j.amax(), "case {case}: {:e}", residual.amax());
-        // A turn of less than 90° is the sufficient test of the branch.
+        // A rotation of less than 90° is a sufficient condition for the physical branch.
         assert!(f.trace() > 1.0, "case {case}");
     }
     failures
@@ -61,7 +61,7 @@ fn below_the_bound_the_physical_branch_is_always_found() {
 
 #[test]
 fn thin_rods_and_plates_find_the_physical_branch_too() {
-    // Newton from ½J⁻¹g, without the passes, fails in none of these.
+    // Newton's method from ½J⁻¹g, without the initial passes, fails in none of these cases.
     for (least, bound) in [(0.01, 0.99), (1e-3, 0.5), (1e-6, 0.5), (1e-6, 0.25), (1e-6, 0.1)] {
         assert_eq!(failures(33, 20_000, least, bound), 0, "J_d from {least} to 1, |J⁻¹g| up to {bound}");
     }

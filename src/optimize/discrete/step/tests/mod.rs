@@ -1,5 +1,5 @@
-//! The discrete dynamics against reference values, an independent twin in dual numbers, and its
-//! laws.
+//! The discrete dynamics compared with reference values, with an independent implementation in dual
+//! numbers, and with its identities.
 
 mod first_order;
 mod identities;

@@ -1,4 +1,4 @@
-//! A conserved momentum map makes Ψ₁₂ singular, exactly, and in the known directions.
+//! A conserved momentum map makes Ψ₁₂ exactly singular, in known directions.
 
 use crate::Vector3;
 use crate::maneuver::objective::Weights;
@@ -40,8 +40,8 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
         assert!((map(&end) - map(&bvp.start)).abs() < 1e-15);
         let left = psi.tr_mul(&null(&end)).amax() / psi.amax();
         assert!(left < 5e-15, "{scheme:?} {left:e}");
-        // The gauge: costates along the gradient of the momentum map do nothing; λ₋₁ belongs to the
-        // integrator's first node, after the half kick.
+        // Gauge freedom: costates along the gradient of the momentum map have no effect; λ₋₁
+        // belongs to the integrator's first node, after the half kick.
         let right = (psi * null(&nodes[0].point)).amax() / psi.amax();
         assert!(right < 5e-15, "{scheme:?} {right:e}");
         let values = psi.svd(false, false).singular_values;

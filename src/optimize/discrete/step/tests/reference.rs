@@ -1,4 +1,4 @@
-//! The matrices of a step against files of reference values, computed by another program.
+//! The matrices of a step compared with files of reference values, computed by another program.
 
 use crate::Vector3;
 use crate::maneuver::objective::Objective;
@@ -14,7 +14,7 @@ use serde_json::Value;
 
 const STEPS: usize = 20;
 
-/// SI units of states and of costates.
+/// Returns the SI units of states and of costates.
 fn units<const N: usize>(dynamics: &Dynamics) -> (SVector<f64, N>, SVector<f64, N>) {
     let units = dynamics.units;
     let translation = [units.length, units.linear_momentum()];
@@ -25,7 +25,7 @@ fn units<const N: usize>(dynamics: &Dynamics) -> (SVector<f64, N>, SVector<f64, 
     (state, units.costate())
 }
 
-/// `matrix` with rows and columns brought to SI.
+/// Converts the rows and columns of `matrix` to SI units.
 fn si<const N: usize>(
     rows: &SVector<f64, N>,
     scaled: &SMatrix<f64, N, N>,
@@ -44,7 +44,7 @@ fn close<const R: usize, const C: usize>(
     assert!(error <= limit, "{name}: {error:e}");
 }
 
-/// The state (R, Π) of a case as the start of a problem of its kind.
+/// Builds a problem of the case's kind that starts at its state (R, Π).
 fn problem(file: &Value, case: &Value) -> Problem {
     let inertia = Inertia::new(matrix(&file["J"])).unwrap();
     let state = State::attitude(matrix(&case["R"]), inertia.j_inverse() * vector::<3>(&case["Pi"]));
@@ -53,7 +53,7 @@ fn problem(file: &Value, case: &Value) -> Problem {
     let problem =
         Problem::attitude(body, state, state, duration).with_steps(STEPS).with_scheme(Scheme::LieEuler);
     let problem = with_torques(problem, &matrix(&file["B"]), &matrix(&file["W"]));
-    // The fields of the file are those of trajectories.json.
+    // The force fields of the file are those of trajectories.json.
     let fields = reference("trajectories.json");
     match case["potential"].as_str().unwrap() {
         "free" => problem,
@@ -111,7 +111,7 @@ fn one_step_and_its_matrices_meet_the_reference() {
             - problem.step() * matrix::<3, 3>(&case["MR"]) * matrix::<3, 3>(&case["Bk"]);
         close("C", &c, &matrix(&case["C"]), 1e-13);
 
-        // The step, and the blocks that couple it to the next.
+        // The end of the step, and the blocks that couple it to the next step.
         close("R⁺", &step.end.attitude.value, &matrix(&case["R1"]), 1e-13);
         let momentum = step.end.momentum.value * dynamics.units.momentum();
         close("Π⁺", &momentum, &vector(&case["Pi1"]), 1e-13);

@@ -1,4 +1,4 @@
-//! `A`, `H` and the costate map against derivatives in dual numbers, exact to round-off.
+//! `A`, `H` and the costate map compared with derivatives in dual numbers, exact to round-off.
 
 use super::twin::{Field, Twin};
 use crate::maneuver::problem::{Motion, Problem, Scheme, State};
@@ -11,7 +11,8 @@ use crate::optimize::discrete::step::Dynamics;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends, random_vector};
 use crate::{Matrix3, Vector3};
 
-/// Every environment with every frame of the inputs, and the field written down again.
+/// Returns every environment with every input frame, each with a second implementation of its
+/// field.
 pub fn zoo() -> Vec<(Problem, Field)> {
     let mut random = Random(17);
     let inertia = full_inertia();
@@ -19,7 +20,7 @@ pub fn zoo() -> Vec<(Problem, Field)> {
     let outward = Vector3::new(0.3, -0.5, 0.8).normalize();
     let points = [(0.6, Vector3::new(0.3, 0.1, 0.02)), (0.9, Vector3::new(-0.2, -0.2 / 3.0, -0.04 / 3.0))];
     let masses = points.map(|(parameter, position)| PointMass { parameter, position }).to_vec();
-    // Small against its distance, as MacCullagh's field wants it.
+    // The body is small compared to its distance, as MacCullagh's approximation requires.
     let compact = Inertia::new(0.1 * inertia.j()).unwrap();
     let mut zoo = Vec::new();
     for frame in [AxisFrame::Body, AxisFrame::Reference] {
@@ -45,8 +46,8 @@ pub fn zoo() -> Vec<(Problem, Field)> {
     zoo
 }
 
-/// Ten times the residuals of the survey, for `A` and `H`; MacCullagh's field, with its sixth
-/// powers of the distance, has twice those of the cloud.
+/// Returns tolerances for `A` and `H`: ten times the residuals of the survey. MacCullagh's field,
+/// with its sixth powers of the distance, has twice the residuals of the cloud.
 fn limits(motion: Motion) -> (f64, f64) {
     match motion {
         Motion::Attitude => (1.3e-14, 5e-15),

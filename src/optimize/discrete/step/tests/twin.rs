@@ -1,15 +1,15 @@
-//! A twin of one step, for any number type: fields, drift and kick written down a second time.
+//! An independent implementation of one step for any number type: fields, drift and kick.
 //!
-//! Nothing is taken from the code under test but its scaled constants. The implicit equation is
-//! solved by Newton in the number type itself, so that dual numbers carry exact derivatives through
-//! it.
+//! It uses nothing of the code under test except its scaled constants. The implicit equation is
+//! solved by Newton's method in the number type itself, so that dual numbers carry exact
+//! derivatives through it.
 
 use crate::optimize::discrete::step::Dynamics;
 use crate::{Matrix3, Vector3};
 use nalgebra as na;
 use num_dual::{Dual, Dual64, DualNum};
 
-/// A number with derivatives.
+/// Number type that may carry derivatives.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 impl<D: DualNum<Primitive = f64> + Copy> Number for D {}
 
@@ -33,22 +33,22 @@ fn vee<D: Number>(m: &M<D>) -> V<D> {
     V::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]) * D::from(0.5)
 }
 
-/// The fields, in SI units.
+/// Force field, in SI units.
 #[derive(Clone, Debug)]
 pub enum Field {
     Free,
-    /// `m g ρ`, direction of fall.
+    /// Pendulum: `m g ρ`, and the direction of gravity.
     Pendulum(Vector3, Vector3),
-    /// `3n²J`, outward direction.
+    /// Gravity gradient: `3n²J`, and the outward direction.
     GravityGradient(Matrix3, Vector3),
-    /// `μ m` and place of each point.
+    /// Cloud of mass points: `μ m` and position of each point.
     Cloud(Vec<(f64, Vector3)>),
-    /// `μ`, `m`, `J`.
+    /// Second-order gravity field: `μ`, `m`, `J`.
     SecondOrder(f64, f64, Matrix3),
 }
 
 impl Field {
-    /// Force and moment at a pose.
+    /// Returns force and moment at a pose.
     fn wrench<D: Number>(&self, x: &V<D>, r: &M<D>) -> (V<D>, V<D>) {
         let zero = V::from_element(D::from(0.0));
         match self {
@@ -80,7 +80,7 @@ impl Field {
     }
 }
 
-/// State of the twin, scaled units.
+/// State of this implementation, in scaled units.
 #[derive(Clone, Copy, Debug)]
 pub struct State<D: Number> {
     pub x: V<D>,
@@ -99,7 +99,8 @@ impl<D: Number> State<D> {
         }
     }
 
-    /// Moved by `step` along tangent direction `index` of `N`; exact for infinitesimal steps.
+    /// Returns the state moved by `step` along tangent direction `index` of `N`; exact for
+    /// infinitesimal steps.
     pub fn moved<const N: usize>(mut self, index: usize, step: D) -> Self {
         let block = if N == 6 { index / 3 + 2 } else { index / 3 };
         let mut e = V::from_element(D::from(0.0));
@@ -114,7 +115,7 @@ impl<D: Number> State<D> {
     }
 }
 
-/// The left-trivialised derivative of a state with respect to the outermost dual part.
+/// Returns the left-trivialised derivative of a state with respect to the outermost dual part.
 pub fn tangent<const N: usize, D: Number>(state: &State<Dual<D>>) -> na::SVector<D, N>
 where
     Dual<D>: Number,
@@ -132,21 +133,24 @@ where
     })
 }
 
-/// The twin of a [`Dynamics`], scaled as that is, with its field written down again in SI.
+/// Second implementation of a [`Dynamics`] in its scaled units, with its field implemented again in
+/// SI.
 #[derive(Clone, Debug)]
 pub struct Twin<'a> {
     pub dynamics: &'a Dynamics,
     pub field: Field,
-    /// Which step of the grid is differentiated.
+    /// Index of the step of the grid that is differentiated.
     pub step: usize,
 }
 
 impl Twin<'_> {
-    /// `F` of `h S(Π) = F J_d − J_d Fᵀ`, by Newton on `F = exp S(f)` in Cayley coordinates.
+    /// Computes `F` of `h S(Π) = F J_d − J_d Fᵀ`, by Newton's method on `F = exp S(f)` in Cayley
+    /// coordinates.
     fn relative<D: Number>(&self, step: usize, pi: &V<D>) -> M<D> {
         let (g, j) = (pi * D::from(self.dynamics.grid.step(step)), matrix::<D>(&self.dynamics.j));
         let mut c = matrix::<D>(&self.dynamics.j_inverse) * g * D::from(0.5);
-        // Each iteration doubles the digits of the value; every order of derivative lags by one.
+        // Each iteration doubles the correct digits of the value; each order of derivative lags by
+        // one iteration.
         for _ in 0..12 {
             let gc = g.dot(&c);
             let residual = g + g.cross(&c) + c * gc - j * c * D::from(2.0);
@@ -157,7 +161,7 @@ impl Twin<'_> {
         one + (s + s * s) * (D::from(2.0) / (c.dot(&c) + 1.0))
     }
 
-    /// The free step `step` of the grid.
+    /// Computes the free step `step` of the grid.
     pub fn drift<D: Number>(&self, step: usize, state: &State<D>) -> State<D> {
         let f = self.relative(step, &state.pi);
         let mut r = state.r * f;
@@ -172,14 +176,14 @@ impl Twin<'_> {
         }
     }
 
-    /// Force and moment of the field, scaled.
+    /// Returns force and moment of the field, scaled.
     fn field<D: Number>(&self, state: &State<D>) -> (V<D>, V<D>) {
         let units = &self.dynamics.units;
         let (force, moment) = self.field.wrench(&(state.x * D::from(units.length)), &state.r);
         (force / D::from(units.force()), moment / D::from(units.torque()))
     }
 
-    /// Adds the impulses of field and given actuator force and torque, both in their own axes.
+    /// Adds the impulses of the field and of given actuator force and torque, each in its own axes.
     pub fn kick<D: Number>(&self, state: &mut State<D>, weight: f64, force: &V<D>, torque: &V<D>) {
         use crate::mechanics::actuators::AxisFrame::{Body, Reference};
         let (field_force, field_moment) = self.field(state);
@@ -195,7 +199,7 @@ impl Twin<'_> {
         state.pi += (field_moment + torque) * D::from(weight);
     }
 
-    /// Optimal force and torque for the costates `(λ^γ, λ^Π)`, in their own axes.
+    /// Returns the optimal force and torque for the costates `(λ^γ, λ^Π)`, each in its own axes.
     pub fn optimal<D: Number>(&self, state: &State<D>, gamma: &V<D>, pi: &V<D>) -> (V<D>, V<D>) {
         use crate::mechanics::actuators::AxisFrame::{Body, Reference};
         let gamma = if self.dynamics.force.frame == Body { state.r.transpose() * gamma } else { *gamma };
@@ -203,7 +207,7 @@ impl Twin<'_> {
         (-(matrix(&self.dynamics.force.matrix) * gamma), -(matrix(&self.dynamics.torque.matrix) * pi))
     }
 
-    /// One step under the optimal inputs of the fixed costate `λ = (.., λ^γ, .., λ^Π)`.
+    /// Computes one step under the optimal inputs of the fixed costate `λ = (.., λ^γ, .., λ^Π)`.
     pub fn step<const N: usize, D: Number>(
         &self,
         state: &State<D>,
@@ -216,11 +220,10 @@ impl Twin<'_> {
         after
     }
 
-    /// `λ · (step)` with the effort of the optimal inputs added, whose gradient is the costate
-    /// before.
+    /// Returns `λ · (step)` plus the effort of the optimal inputs; its gradient is the costate
+    /// before the step.
     ///
-    /// The configuration part of the product is linear in variations only: it is left to the
-    /// caller.
+    /// The configuration part of the product is linear only in variations: the caller adds it.
     fn hamiltonian<const N: usize, D: Number>(&self, drifted: &State<D>, costate: &na::SVector<f64, N>) -> D {
         let (gamma, pi) = duals::<N, D>(costate);
         let (force, torque) = self.optimal(drifted, &gamma, &pi);
@@ -231,7 +234,7 @@ impl Twin<'_> {
         kicked.pi.dot(&pi) + linear
     }
 
-    /// `A`: derivative of [`Twin::step`].
+    /// Returns `A`, the derivative of [`Twin::step`].
     pub fn a<const N: usize>(
         &self,
         point: &crate::optimize::discrete::step::Point,
@@ -245,8 +248,8 @@ impl Twin<'_> {
         a
     }
 
-    /// `λ_{k−1}` of `λ_k`, as a function of the state: gradient of `λ · step`, by an outer dual
-    /// part.
+    /// Returns `λ_{k−1}` for `λ_k`, as a function of the state: the gradient of `λ · step`, by an
+    /// outer dual part.
     fn costate_before<const N: usize, D: Number>(
         &self,
         state: &State<D>,
@@ -274,7 +277,7 @@ impl Twin<'_> {
         })
     }
 
-    /// `λ_{k−1}` and `H`.
+    /// Returns `λ_{k−1}` and `H`.
     pub fn h<const N: usize>(
         &self,
         point: &crate::optimize::discrete::step::Point,

@@ -1,28 +1,31 @@
-//! The conditions of an optimum at a point of a chain, of first and of second order.
+//! First- and second-order optimality conditions at a point of a chain.
 //!
 //! # Is a constrained plan a minimum?
 //!
-//! A point that meets the first-order conditions is a strict local minimum where the Hessian of the
-//! Lagrangian is positive definite on all directions that dynamics, terminal equations and acting
-//! rows leave. The matrix of all conditions has as many negative eigenvalues as there are such
-//! equations and, beyond that, independent directions in which the cost decreases. Its `−ε` keeps
-//! that true where equations follow from each other.
+//! A point that satisfies the first-order conditions is a strict local minimum if the Hessian of
+//! the Lagrangian is positive definite on all directions that dynamics, terminal equations and
+//! active rows allow. The KKT matrix then has as many negative eigenvalues as there are such
+//! equations. Each further negative eigenvalue is an independent direction in which the cost
+//! decreases. The diagonal term `−ε` keeps this count valid if the equations are linearly
+//! dependent.
 //!
 //! The states are eliminated by the dynamics, from the last stage to the first. `M` is the second
-//! derivative of the cost to go by the state x, the multipliers η of the terminal equations, and
-//! those σ of rows of the state alone. With the rows ν that the inputs u change, a stage leaves
+//! derivative of the cost-to-go with respect to the state x, the multipliers η of the terminal
+//! equations, and the multipliers σ of rows that depend on the state alone. With the multipliers ν
+//! of rows that depend on the inputs u, a stage leaves
 //!
 //! ```text
 //! K = second derivative by (u, σ⁺, ν) ,   L = that by (u, σ⁺, ν) and (x, η, σ)
 //! M ← M' − Lᵀ K⁻¹ L
 //! ```
 //!
-//! The negative eigenvalues of all `K`, and of what is left at the start, add up (Haynsworth 1968).
+//! The negative eigenvalues of all `K`, and of the matrix left at the start, add up (Haynsworth
+//! 1968).
 //!
-//! What counts is the curvature relative to the effort. The test is made with the effort slightly
-//! lowered and raised, so that neither a symmetry nor round-off decides. A row acts where its
-//! multiplier exceeds its slack. A row that is met without a multiplier may act or not: for a
-//! minimum it must not be needed, and for a decrease it must hold along the direction.
+//! Curvature is measured relative to the effort. The test is repeated with the effort slightly
+//! decreased and increased, so that neither a symmetry nor round-off decides. A row is active if
+//! its multiplier exceeds its slack. A row at its bound with zero multiplier is weakly active: for
+//! a minimum the test must succeed without it, and a decrease must be possible with it.
 
 use super::super::iteration::nan_max;
 use super::super::program::{Derivatives, Duals, Point, Program, RowKind, Shape};
@@ -37,7 +40,7 @@ use crate::optimize::chain::{Chain, Multipliers};
 use crate::optimize::methods::method::Watch;
 use nalgebra::DMatrix;
 
-/// Multipliers and derivatives at a point.
+/// KKT conditions at a point: the program with its multipliers and derivatives.
 pub(crate) struct Conditions<'a> {
     program: ChainProgram<'a>,
     duals: Duals,
@@ -46,8 +49,9 @@ pub(crate) struct Conditions<'a> {
 }
 
 impl<'a> Conditions<'a> {
-    /// Evaluates the conditions at an iterate whose terminal equations and rows have these
-    /// multipliers. Costates follow from them. Returns `None` where the point has no value.
+    /// Evaluates the conditions at an iterate with the given multipliers of terminal equations and
+    /// rows. The costates are computed from the multipliers. Returns `None` if the program cannot
+    /// be evaluated.
     pub fn of(
         chain: &'a Chain,
         iterate: &Iterate,
@@ -67,8 +71,8 @@ impl<'a> Conditions<'a> {
         program.derivatives(&point, &duals, &mut at).then_some(Self { program, duals, at, watch })
     }
 
-    /// Returns the largest slope of the Lagrangian by an input over a whole maneuver, relative to
-    /// the largest costate.
+    /// Returns the largest derivative of the Lagrangian with respect to an input, over all stages
+    /// and scaled to the whole maneuver, relative to the largest costate.
     pub fn stationarity(&self) -> f64 {
         let shape = self.program.shape();
         let inputs = |stage: usize| gradient(shape, &self.at, &self.duals, stage)[..shape.m].to_vec();
@@ -77,8 +81,8 @@ impl<'a> Conditions<'a> {
         slope * shape.stages as f64 / largest(&mut self.duals.costates.iter().copied()).max(1.0)
     }
 
-    /// Returns the derivatives of the Lagrangian by the inputs of a stage, but for what the inputs
-    /// cost and for their own limits.
+    /// Returns the derivatives of the Lagrangian with respect to the inputs of a stage, without the
+    /// cost of the inputs and without their own limits.
     pub fn by_inputs(&self, stage: usize) -> Vec<f64> {
         let (program, shape) = (&self.program, self.program.shape());
         let Shape { n, .. } = *shape;
@@ -100,9 +104,9 @@ impl<'a> Conditions<'a> {
         (0..program.model.m).map(of).collect()
     }
 
-    /// Returns the number of independent directions in which the cost decreases; 0: a strict local
-    /// minimum. Returns `None` where the second derivatives do not decide, there are too many
-    /// unknowns, or somebody asks to stop.
+    /// Counts the independent directions in which the cost decreases; 0 means a strict local
+    /// minimum. Returns `None` if the second derivatives do not decide, the problem is too large,
+    /// or a stop was requested.
     pub fn descents(&self) -> Option<usize> {
         let (shape, c) = (self.program.shape(), &self.at.values.rows);
         let most = (0..shape.stages).map(|stage| shape.rows_of(stage).len()).max().unwrap_or(0);
@@ -119,7 +123,8 @@ impl<'a> Conditions<'a> {
         self.count(&met, CURVATURE).filter(|decreasing| *decreasing > 0)
     }
 
-    /// Returns the number where these rows act, with `shift` times the effort added to it.
+    /// Counts the directions in which the cost decreases for a set of active rows, with `shift`
+    /// times the effort added to the Hessian.
     fn count(&self, acting: &[bool], shift: f64) -> Option<usize> {
         let (shape, at) = (self.program.shape(), &self.at);
         let Shape { n, m, terminal, stages, starts, .. } = *shape;
@@ -149,7 +154,7 @@ impl<'a> Conditions<'a> {
                 shape.rows_of(stage).filter(|row| acting[*row]).partition(moved);
             let inner = m + carried + moved.len();
             let size = inner + own + still.len();
-            // Where u and x stand, and how the next state, η and σ⁺ go with all.
+            // Positions of u and x, and dependence of the next state, η and σ⁺ on all unknowns.
             let place = |unknown: usize| if unknown < m { unknown } else { inner + unknown - m };
             let mut next = DMatrix::zeros(own + carried, size);
             for (unknown, column) in at.steps[stage * n * z..][..n * z].chunks_exact(n).enumerate() {
@@ -196,9 +201,9 @@ impl<'a> Conditions<'a> {
 }
 
 impl ChainProgram<'_> {
-    /// Writes multipliers of the chain's terminal equations and rows, the inverse of
-    /// [`ChainProgram::found`]; `values` are those of the program's rows. The row of a cone at a node
-    /// is that of the arc beside whose highest point is there.
+    /// Writes the multipliers of the chain's terminal equations and rows to the program, as the
+    /// inverse of [`ChainProgram::found`]; `values` are the values of the program's rows. The
+    /// multiplier of a cone at a node is given to the adjacent arc whose row has the larger value.
     fn write_multipliers(&self, known: &Multipliers, values: &[f64], out: &mut Duals) {
         let scaled = |value: &f64| self.scale * value;
         out.terminal.iter_mut().zip(known.terminal.iter()).for_each(|(to, value)| *to = scaled(value));
@@ -221,7 +226,7 @@ impl ChainProgram<'_> {
     }
 }
 
-/// Writes the costates that go with the multipliers of rows and terminal equations.
+/// Computes the costates that correspond to the multipliers of rows and terminal equations.
 fn write_costates(shape: &Shape, at: &Derivatives, duals: &mut Duals) {
     let (n, m) = (shape.n, shape.m);
     let mut last = at.last_gradient.clone();
@@ -235,8 +240,8 @@ fn write_costates(shape: &Shape, at: &Derivatives, duals: &mut Duals) {
     }
 }
 
-/// Returns the gradient of the Lagrangian by the inputs and the state of a stage, but for the
-/// costate of that state.
+/// Returns the gradient of the Lagrangian with respect to the inputs and the state of a stage,
+/// without the costate of that state.
 fn gradient(shape: &Shape, at: &Derivatives, duals: &Duals, stage: usize) -> Vec<f64> {
     let (n, z) = (shape.n, shape.z());
     let mut gradient = at.gradients[stage * z..][..z].to_vec();

@@ -1,4 +1,4 @@
-//! Second derivatives of a stage: of its drift, of cones, of its kick.
+//! Second derivatives of a stage: of its drift, its cones and its kick.
 
 use super::ChainProgram;
 use super::space::{Space, add_symmetric, both};
@@ -32,7 +32,7 @@ pub(super) fn congruent(space: &mut Space, n: usize, curvature: &mut [f64]) {
 }
 
 impl ChainProgram<'_> {
-    /// Adds the second derivatives of the turn of the reference frame, which depends on the
+    /// Adds the second derivatives of the rotation of the reference frame, which depends on the
     /// duration.
     pub(super) fn bend_frame(
         &self,
@@ -54,7 +54,8 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] -= mu.dot(&seen);
     }
 
-    /// Adds the second derivatives of the drift, weighted by the costate after it, and of the arc.
+    /// Adds the second derivatives of the drift, weighted by the costate after it, and those of the
+    /// arc.
     pub(super) fn bend_drift(
         &self,
         k: usize,
@@ -100,7 +101,7 @@ impl ChainProgram<'_> {
         if of_arc == zero {
             return;
         }
-        // How the weight of the arc changes along it.
+        // Derivative of the arc's weight along the arc.
         let slope = lie::left_jacobian_inverse_directional(&stage.arc, &of_arc);
         // `∂(ξᵀ q) = ξᵀ ∂q`, with `ξ = J_r ∂log F`.
         let slope = lie::right_jacobian(&stage.arc).tr_mul(&slope);
@@ -113,7 +114,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Adds the second derivatives of a cone by attitude, arc and duration.
+    /// Adds the second derivatives of a cone with respect to attitude, arc and duration.
     pub(super) fn bend_cone(
         &self,
         cone: &Cone,
@@ -137,9 +138,10 @@ impl ChainProgram<'_> {
             }
         }
         let Some(duration) = model.duration.filter(|_| !cone.stands(model)) else { return };
-        // Directions move as they like, so that their second derivatives by time are differences.
+        // Directions are arbitrary functions of time, so their second derivatives are finite
+        // differences.
         let gradient = |by: f64| self.cone_in(cone, k, stage, stage.stretch * by.exp());
-        // At a moment at which it begins or ends to act there is no difference.
+        // No difference exists at a time at which the cone begins or ceases to be active.
         let (Some(plus), Some(minus)) = (gradient(self.tuning.difference), gradient(-self.tuning.difference))
         else {
             return;
@@ -156,8 +158,8 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] += (plus.by_duration - minus.by_duration) * by;
     }
 
-    /// Adds the second derivatives of the kick, weighted by the costate after it and by `own` of
-    /// the physical momentum.
+    /// Adds the second derivatives of the kick, weighted by the costate after it and, for the
+    /// physical momentum, by `own`.
     pub(super) fn bend_kick(
         &self,
         stage: &Stage,

@@ -1,4 +1,4 @@
-//! The ends of a chain, and the cost of time.
+//! The start and the end of a chain, and the cost of time.
 
 use super::super::program::{Derivatives, Duals, Point, Shape};
 use super::family::End;
@@ -7,7 +7,7 @@ use crate::lie;
 use crate::{Matrix3, Vector3};
 
 impl ChainProgram<'_> {
-    /// Writes the terminal error; not a number where the end is not determined.
+    /// Writes the terminal error; NaN if the end is not determined.
     pub(super) fn terminal(&self, at: &Point, out: &mut [f64]) {
         let (model, c) = (self.model, self.shape.coordinates);
         let last = &at.states[(model.steps + 1) * c..][..c];
@@ -32,20 +32,20 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Returns the roll of a state; zero where the end has none.
+    /// Returns the roll of a state; zero if the end has no free roll.
     fn roll_of(&self, state: &[f64]) -> f64 {
         if self.roll.is_some() { state[self.shape.coordinates - 1] } else { 0.0 }
     }
 
-    /// Returns the cost of time.
+    /// Returns the cost of the duration.
     pub(super) fn time(&self, at: &Point) -> f64 {
         let (model, c) = (self.model, self.shape.coordinates);
         let stretch = at.states[(model.steps + 1) * c + model.zeta() + 12 + model.wheels];
         self.scale * model.time_price * stretch
     }
 
-    /// Writes the derivatives of start, end and the cost of time; returns `false` where the end is
-    /// not determined.
+    /// Writes the derivatives of start, end and cost of time; returns `false` if the end is not
+    /// determined.
     pub(super) fn ends(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool {
         let Shape { n, coordinates: c, starts, .. } = self.shape;
         let model = self.model;
@@ -90,7 +90,7 @@ impl ChainProgram<'_> {
         let time = self.time(at);
         out.last_gradient[duration] = time;
         out.last_hessian[duration * n + duration] = (1.0 - POWER) * time;
-        // The start goes with the duration.
+        // The start state depends on the duration.
         let start = &mut out.start_slopes[..n];
         start.fill(0.0);
         start[duration] = 1.0;
@@ -120,7 +120,7 @@ impl ChainProgram<'_> {
             out.last_curvature[i * n + j] = value;
             out.last_curvature[j * n + i] = value;
         };
-        // How the multipliers weigh a change of the end by the logarithm of the duration.
+        // Derivative of the weighted end with respect to the logarithm of the duration.
         let by_time = |end: &End, s: f64| {
             nu.dot(&end.by_time.turn) + s * (of_momentum.dot(&(end.momentum + end.by_time.momentum)) + pushed)
         };
@@ -137,7 +137,7 @@ impl ChainProgram<'_> {
         let turned = nu.cross(&end.by_time.turn) * -0.5;
         (0..3).for_each(|i| put(zeta + i, duration, turned[i]));
         let slope = by_time(end, s);
-        // A target moves as it likes: a difference.
+        // The motion of a target is an arbitrary function of time: finite difference.
         let step = self.tuning.difference;
         let beside = |sign: f64| {
             let s = s * (sign * step).exp();

@@ -1,11 +1,11 @@
-//! Which rows a program has, and what each depends on.
+//! The rows of a program, and the unknowns on which each depends.
 
 use super::super::program::{RowKind, Shape};
 use super::{Bound, Lane, NO_ROW, Norm, Row};
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::rows::{LimitRows, What};
 
-/// Appends the rows of a stage, with the unknowns that they depend on.
+/// Appends the rows of a stage with the unknowns on which they depend.
 pub(super) fn describe(
     model: &Model,
     limits: &LimitRows,
@@ -29,7 +29,7 @@ pub(super) fn describe(
         }
     };
     let turning = !model.is_free() || model.turning(false).is_some() || model.turning(true).is_some();
-    // What moves a body on the arc after a stage.
+    // Unknowns that determine the motion on the arc after a stage.
     let kicked = |attitude: bool| -> Vec<usize> {
         let mut all: Vec<usize> = (0..own).collect();
         if turning && zeta > m {
@@ -87,7 +87,7 @@ pub(super) fn describe(
             What::Cone(_) | What::InputRate { .. } => {}
         }
     }
-    // How fast inputs change from the stage before to this one.
+    // Limits on the change of inputs from the previous stage to this one.
     for row in stage.checked_sub(1).map_or(0..0, |before| limits.range(before)) {
         let What::InputRate { input, .. } = limits.rows[row].what else { continue };
         let before = m + model.n + input;
@@ -96,7 +96,7 @@ pub(super) fn describe(
     }
 }
 
-/// Appends the rows that hold the roll of the end within its band.
+/// Appends the rows that keep the roll of the end within its band.
 pub(super) fn hold_roll(roll: usize, shape: &mut Shape, rows: &mut Vec<Row>) {
     for side in [1.0, -1.0] {
         shape.row(RowKind::Hard, [shape.m + roll]);
@@ -104,7 +104,7 @@ pub(super) fn hold_roll(roll: usize, shape: &mut Shape, rows: &mut Vec<Row>) {
     }
 }
 
-/// Returns the sets of inputs whose fuel is counted by the norm of their sum.
+/// Returns the sets of inputs whose fuel is charged by the norm of their sum.
 pub(super) fn norms(model: &Model, limits: &LimitRows, first: usize) -> Vec<Norm> {
     let mut norms: Vec<Norm> = Vec::new();
     for row in &limits.rows {

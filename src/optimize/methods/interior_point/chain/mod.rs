@@ -1,36 +1,38 @@
 //! The chain of a maneuver (`optimize/chain/model`) with the rows of its limits
 //! (`optimize/chain/rows`) as a program of stages.
 //!
-//! States are those **before** the kick of their node, so that a stage has all that its inputs act
-//! on:
+//! The states are those **before** the kick of their node, so that a stage contains everything that
+//! its inputs affect:
 //!
 //! ```text
 //! x_0 = start ,    y = x + κ_k (M(R) + B u) ,   x⁺ = drift(y)
 //! at the last node the kick alone ,  e(x_{N+1}) = 0
 //! ```
 //!
-//! With `Y = [κB, I + κG]` of the kick and `D` of the drift, `[B A] = D Y`. The attitude's rows of
-//! `D` are those of the defect's own tangent space: turned by `E = exp S(δ)`, `δ` the attitude's
-//! defect, since `log(R⁺ᵀ R F exp ξ) = δ + E ξ` to first order. With `λ⁺ = Dᵀλ + Σ z ∂c/∂y`, the
-//! costate between kick and drift,
+//! With `Y = [κB, I + κG]` of the kick and `D` of the drift, `[B A] = D Y`. The attitude rows of
+//! `D` are expressed in the tangent space of the defect: they are rotated by `E = exp S(δ)`, with
+//! `δ` the attitude's defect, since `log(R⁺ᵀ R F exp ξ) = δ + E ξ` to first order. With the costate
+//! between kick and drift, `λ⁺ = Dᵀλ + Σ z ∂c/∂y`,
 //!
 //! ```text
 //! ∂²(λ·x⁺ + Σ z c) = Yᵀ Φ Y + ∂²(κ λ⁺·(M + Bu)) ,   Φ = ∂²(λ·drift + Σ z c) by y
 //! ```
 //!
-//! `Φ` is the symmetric part of the drift's own derivative of costates along the group
-//! (`discrete/step/gyrostat`; a body without wheels is a gyrostat whose wheels stand). A row of the
-//! mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is weighed
-//! with there.
+//! `Φ` is the symmetric part of the drift's derivative of the costates along the group
+//! (`discrete/step/gyrostat`; a body without wheels is a gyrostat with wheels at rest). A row of
+//! the mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to the costate that weights the
+//! rotation of the drift.
 //!
 //! # What differs from the rows of the chain?
 //!
-//! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and
-//! of arcs that come and go. An input whose fuel is counted by its size is two, one to each side,
-//! and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units
-//! of their limits, and where their changes are limited the last ones are part of the state.
-//! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates
-//! are those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
+//! - A cone is one row on every closed arc, at its largest value. The chain has rows of nodes and
+//!   of arcs instead, which become active and inactive.
+//! - A two-sided input whose fuel is charged by its magnitude is split into two inputs, one for
+//!   each sign. A set whose fuel is charged by the norm of its output has one additional input.
+//! - Inputs are in units of their limits. If their rates are limited, the previous inputs are part
+//!   of the state.
+//! - Multipliers are reported for the chain's rows ([`ChainProgram::found`]), and costates are
+//!   those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
 pub(crate) mod conditions;
 mod curvature;
@@ -59,94 +61,96 @@ use family::Family;
 use space::Space;
 use std::cell::{Cell, RefCell};
 
-/// The duration's increment is one of `s^POWER`, in which the limits of inputs are linear: `s ← s
-/// (1 + POWER ζ)^(1/POWER)`. A first derivative `f'` by `ln s` is one by ζ too, and a second one
-/// becomes `f'' − POWER f'`.
+/// Exponent of the duration `s` in its increment ζ: `s ← s (1 + POWER ζ)^(1/POWER)`. The limits of
+/// inputs are linear in `s^POWER`. The first derivative `f'` with respect to `ln s` is also that
+/// with respect to ζ, and the second derivative becomes `f'' − POWER f'`.
 const POWER: f64 = 2.0;
 
-/// An input as the program sees it: a chain's input, in units of its limit, or one side of it.
+/// Input of the program: an input of the chain in units of its limit, or the positive or negative
+/// part of such an input.
 #[derive(Clone, Copy, Debug)]
 struct Lane {
     input: usize,
     factor: f64,
 }
 
-/// A set of inputs whose fuel is counted by the norm of its force or torque. An additional input
-/// `σ` bounds that norm from above,
+/// Set of inputs whose fuel is charged by the norm of its force or torque. An additional input `σ`
+/// is an upper bound of this norm,
 ///
 /// ```text
 /// |B u| ≤ limit σ :     ½ ((|B u|²/limit² + ε²)/σ − σ) ≤ 0 ,   cost κ c limit σ/s
 /// ```
 ///
-/// with `ε²` the barrier term, or the mean complementarity while that is larger. Without `ε` the
-/// row has a corner at zero, where Newton's steps diverge.
+/// with `ε²` proportional to the barrier parameter, or to the mean complementarity while that is
+/// larger. Without `ε` the row has a corner at zero, where Newton's method diverges.
 #[derive(Clone, Copy, Debug)]
 struct Norm {
     forces: bool,
     limit: f64,
-    /// What it costs for a unit of time.
+    /// Scaled price of the fuel per unit of `σ` and of time.
     price: f64,
-    /// Where `σ` stands among the inputs.
+    /// Index of `σ` among the inputs of a stage.
     place: usize,
 }
 
-/// What a row of the program bounds.
+/// Kind of a row of the program.
 #[derive(Clone, Copy, Debug)]
 enum Bound {
-    /// As a row of the chain says, at its own stage.
+    /// A row of the chain, at its own stage.
     Row,
-    /// How fast an input changes, at the later of the two stages.
+    /// Limit of an input rate, at the later of the two stages.
     Change,
-    /// A side of an input that burns: not less than nothing.
+    /// One sign of an input that burns fuel, nonnegative; holds the index of the program's input.
     Side(usize),
-    /// The norm of a set, at most what its input `σ` counts.
+    /// Norm of a set, at most its fuel variable `σ`; holds the index of the norm.
     Norm(usize),
-    /// The roll of the end to one side, within the band that is allowed.
+    /// Roll of the end, limited on one side to its allowed band; holds the sign of the side.
     Roll(f64),
 }
 
-/// A row of the program: what it bounds, and the chain's row that it stands for, if any.
+/// Row of the program: its kind, and the index of the corresponding row of the chain.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     bound: Bound,
     row: usize,
 }
 
-/// In place of a chain's row where a row stands for none.
+/// Index of a row that corresponds to no row of the chain.
 const NO_ROW: usize = usize::MAX;
 
-/// The program.
+/// A chain with its limits, formulated as a program of the interior-point method.
 pub(crate) struct ChainProgram<'a> {
     model: &'a Model,
     limits: &'a LimitRows,
     shape: Shape,
     lanes: Vec<Lane>,
     norms: Vec<Norm>,
-    /// `ε²` of the norms.
+    /// Smoothing `ε²` of the norms.
     round: Cell<f64>,
     rows: Vec<Row>,
-    /// Units of the inputs of the chain.
+    /// Units in which the program measures the chain's inputs.
     units: Vec<f64>,
-    /// Numbers of the state that hold the inputs before.
+    /// Number of state components that hold the previous inputs: 0 without rate limits.
     before: usize,
-    /// The ends, where the end is not given, and where their roll stands in a tangent vector.
+    /// Family of possible ends, and the index of their roll in a tangent vector; `None` if the end
+    /// is fixed, or if it has no free roll.
     family: Option<&'a Family>,
     roll: Option<usize>,
-    /// Optima that are known.
+    /// Known optima of the chain.
     pub known: &'a [Attempt],
-    /// Components of the terminal error that are given.
+    /// Indices of the prescribed components of the terminal error.
     given: Vec<usize>,
-    /// A cost of the program is this times that of the chain.
+    /// Factor from the cost of the chain to the cost of the program.
     scale: f64,
-    /// Prices of the terminal equations.
+    /// Penalties of the terminal equations.
     prices: Vec<f64>,
     tuning: OfProgram,
     space: RefCell<Space>,
 }
 
 impl<'a> ChainProgram<'a> {
-    /// Builds the program of a chain, scaled for a first point of about the size of `start`, to the
-    /// end of the chain or to one of a family.
+    /// Builds the program of a chain, with the end of the chain or a family of ends. It is scaled
+    /// for a first point of about the size of `start`.
     pub fn of(
         model: &'a Model,
         limits: &'a LimitRows,
@@ -169,7 +173,7 @@ impl<'a> ChainProgram<'a> {
                 _ => {}
             }
         }
-        // Without a limit of its own an input is measured by what the first path asks for.
+        // An input without a limit is scaled by its largest value in the first iterate.
         for (input, unit) in units.iter_mut().enumerate() {
             let largest = start.inputs.iter().map(|inputs| inputs[input].abs()).fold(0.0, f64::max);
             if *unit <= 0.0 {
@@ -231,8 +235,9 @@ impl<'a> ChainProgram<'a> {
         program
     }
 
-    /// Returns the duration, as a multiple of the stated one, in which a path is well within the
-    /// limits that grow with the duration.
+    /// Returns the duration, as a multiple of the stated one, in which a path keeps a margin from
+    /// the limits that grow with the duration; `None` if the path cannot be evaluated or reaches no
+    /// such limit.
     pub fn fitting(&self, at: &Point) -> Option<f64> {
         let mut values = Values::of(&self.shape);
         if !(self.values(at, &mut values) && values.are_finite()) {
@@ -257,13 +262,13 @@ impl<'a> ChainProgram<'a> {
         (needed > 0.0).then_some(self.tuning.room * needed)
     }
 
-    /// Sets the prices of the terminal equations for a maneuver of the size of `start`.
+    /// Sets the penalties of the terminal equations for a maneuver of the size of `start`.
     fn prices(&mut self, start: &Iterate) {
         let first = start.states[0].attitude;
         let least = self.tuning.least_size;
         let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(least, f64::max);
         let turned = largest(&|state| lie::minus(&state.attitude, &first).norm());
-        // That of the body: with wheels the total one may be nothing.
+        // Momentum of the body: with wheels the total momentum may be zero.
         let of_body = |state: &ChainState| state.momentum - self.model.wheel_momentum(&state.wheels);
         let momentum = largest(&|state| of_body(state).norm());
         let moved = largest(&|state| (state.position - start.states[0].position).norm());
@@ -280,33 +285,33 @@ impl<'a> ChainProgram<'a> {
         }
     }
 
-    /// Returns what a row of the chain bounds, if the row is one of the chain.
+    /// Returns the chain's row that corresponds to a row of the program; `None` if none does.
     fn what_of(&self, row: &Row) -> Option<&What> {
         self.limits.rows.get(row.row).map(|row| &row.what)
     }
 
-    /// Returns the number of groups of rows.
+    /// Returns the number of groups of the chain's rows.
     pub fn groups(&self) -> usize {
         self.limits.groups.len()
     }
 
-    /// Returns the group of a row that stands for one of the chain.
+    /// Returns the group of a row that corresponds to a row of the chain.
     pub fn group_of(&self, row: usize) -> usize {
         self.limits.rows[self.rows[row].row].group
     }
 
-    /// Returns whether a row may be violated on the way of a method that keeps linear limits of the
-    /// inputs.
+    /// Returns whether the iterates of a method may violate a row, if the method keeps linear
+    /// limits of the inputs.
     pub fn may_be_violated(&self, row: usize) -> bool {
         self.shape.kinds[row] != RowKind::Hard || self.what_of(&self.rows[row]).is_some_and(What::is_ball)
     }
 
-    /// Returns where the attitude begins in a tangent vector.
+    /// Returns the index of the attitude in a tangent vector.
     pub fn attitude(&self) -> usize {
         self.model.zeta()
     }
 
-    /// Returns the worst violation in each group of rows, zero where all hold.
+    /// Returns the largest violation in each group of rows; zero if the group is satisfied.
     pub fn violations(&self, values: &Values) -> Vec<f64> {
         let mut worst = vec![0.0f64; self.groups()];
         for ((row, c), kind) in self.rows.iter().zip(&values.rows).zip(&self.shape.kinds) {
@@ -317,11 +322,11 @@ impl<'a> ChainProgram<'a> {
         worst
     }
 
-    /// Returns the violations above a size by name.
+    /// Returns the violations larger than `above`, with the names of their groups.
     pub fn noticed(&self, values: &Values, above: f64) -> Vec<Violation> {
         let named = self.limits.groups.iter().zip(self.violations(values));
         let noticed = named.filter(|(_, violation)| *violation > above);
-        // Cones are violated by an angle, limits by a share of themselves.
+        // Violations of cones are angles, violations of limits are relative.
         let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
         let violation = |(group, by): (&Group, f64)| Violation {
             name: group.name.clone(),
@@ -330,12 +335,12 @@ impl<'a> ChainProgram<'a> {
         noticed.map(violation).collect()
     }
 
-    /// Returns where the inputs before stand among the coordinates of a state.
+    /// Returns the index of the previous inputs among the coordinates of a state.
     fn held(&self) -> usize {
         self.model.zeta() + 13 + self.model.wheels
     }
 
-    /// Returns the force or torque of a set as a part of its limit, in the axes of the set.
+    /// Returns the force or torque of a set relative to its limit, in the axes of the set.
     fn burnt(&self, norm: &Norm, inputs: &[f64]) -> Vector3 {
         let (axes, first) = self.model.channel(norm.forces);
         let given: Vector3 = axes.iter().zip(&inputs[first..]).map(|(axis, u)| axis * *u).sum();
@@ -373,7 +378,7 @@ impl Program for ChainProgram<'_> {
             out.values.cost += self.cost(k, at, &stage, space);
             self.defect(k, at, &stage, space, &mut out.values.defects[k * n..][..n]);
             for row in self.shape.rows_of(k) {
-                // Cones tell theirs with their slopes.
+                // The values of cones are computed together with their derivatives.
                 if !matches!(self.what_of(&self.rows[row]), Some(What::Cone(_))) {
                     out.values.rows[row] = self.value(&self.rows[row], k, at, &stage, space);
                 }
@@ -406,7 +411,7 @@ impl Program for ChainProgram<'_> {
             }
             let turn = Vector3::new(z[zeta], z[zeta + 1], z[zeta + 2]) * part;
             let attitude = Matrix3::from_column_slice(&from[zeta..zeta + 9]) * lie::exp(&turn);
-            // Orthogonal again, to second order in what round-off has left.
+            // Restore orthogonality, to second order in the round-off.
             let attitude = attitude * (Matrix3::identity() * 1.5 - attitude.tr_mul(&attitude) * 0.5);
             to[zeta..zeta + 9].copy_from_slice(attitude.as_slice());
             for i in 0..3 + model.wheels {
@@ -422,7 +427,7 @@ impl Program for ChainProgram<'_> {
                 to[c - 1] = from[c - 1] + part * z[roll];
             }
         }
-        // The start is what its duration makes of it.
+        // The start state is a function of the duration.
         let s = out.states[zeta + 12 + model.wheels];
         let first = &mut out.states[..c];
         for (to, from) in first[3.min(zeta)..zeta].iter_mut().zip(model.start.linear_momentum.iter()) {

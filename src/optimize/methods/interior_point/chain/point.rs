@@ -1,4 +1,4 @@
-//! From an iterate of the chain to a point of the program, and back to what the chain knows.
+//! Conversions from an iterate of the chain to a point of the program and back.
 
 use super::super::program::{Duals, Point, Shape};
 use super::ChainProgram;
@@ -10,7 +10,7 @@ use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
 impl ChainProgram<'_> {
-    /// Writes the point of an iterate.
+    /// Writes the point that corresponds to an iterate.
     pub fn point(&self, iterate: &Iterate, out: &mut Point) {
         let (model, c) = (self.model, self.shape.coordinates);
         if self.roll.is_some() {
@@ -58,7 +58,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes a state into its coordinates, but for the inputs before.
+    /// Writes the coordinates of a state, without the previous inputs.
     fn write(&self, state: &ChainState, out: &mut [f64]) {
         let mut at = 0;
         let mut put = |values: &[f64]| {
@@ -75,7 +75,7 @@ impl ChainProgram<'_> {
         put(&[state.stretch]);
     }
 
-    /// Returns the state at coordinates.
+    /// Converts the coordinates of a state to a state of the chain.
     fn read(&self, from: &[f64]) -> ChainState {
         let body = if self.model.zeta() == 6 { 6 } else { 0 };
         let vector = |at: usize| Vector3::from_column_slice(&from[at..at + 3]);
@@ -90,10 +90,10 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Returns a point as the chain has it: states after their kicks, inputs, costates, and the
-    /// multipliers of its rows, from the values of the program's rows. A row acts where its
-    /// multiplier is larger than its slack; the multipliers of all others are the barrier term
-    /// over the slack, and nothing in the end.
+    /// Converts a point to the chain: states after their kicks, inputs, costates, and the
+    /// multipliers of the chain's rows. `values` are the values of the program's rows. A row is
+    /// active if its multiplier exceeds its slack. The multiplier of an inactive row is only the
+    /// barrier parameter divided by the slack, and is set to zero.
     pub fn found(&self, at: &Point, duals: &Duals, values: &[f64]) -> (Iterate, Multipliers) {
         let Shape { n, m, coordinates: c, .. } = self.shape;
         let model = self.model;
@@ -128,8 +128,8 @@ impl ChainProgram<'_> {
         (Iterate { states, inputs }, Multipliers { costates, terminal, rows })
     }
 
-    /// Gives the multipliers of arcs whose highest point is at an end to the rows of the node
-    /// there.
+    /// Moves the multiplier of an arc whose largest value is at an end to the row of the node at
+    /// that end.
     fn to_nodes(&self, at: &Point, rows: &mut [f64]) {
         for row in &self.rows {
             let Some(limit) = self.limits.rows.get(row.row) else { continue };

@@ -1,4 +1,4 @@
-//! First derivatives of the rows of a stage, and what they add to the second ones.
+//! First derivatives of the rows of a stage, and their contributions to the second derivatives.
 
 use super::super::program::{Derivatives, Duals};
 use super::slopes::Here;
@@ -7,13 +7,13 @@ use super::{Bound, ChainProgram};
 use crate::Vector3;
 use crate::optimize::chain::rows::{Cone, What};
 
-/// A row as its derivatives are formed.
+/// A row whose derivatives are being computed.
 struct Bent<'a> {
     multiplier: f64,
-    /// Power of the duration with which its limit grows, and `s` to that power.
+    /// Exponent of the duration `s` in its limit, and `s` to that power.
     power: f64,
     grown: f64,
-    /// The unknowns that it depends on, and the duration among all.
+    /// Indices of the unknowns on which the row depends, and the index of the duration in `z`.
     places: &'a [u16],
     duration: Option<usize>,
 }
@@ -23,7 +23,7 @@ impl Bent<'_> {
         Some(place) == self.duration
     }
 
-    /// Writes the slope by each of its unknowns.
+    /// Writes the derivative with respect to each unknown on which the row depends.
     fn slopes(&self, out: &mut [f64], of: impl Fn(usize) -> f64) {
         for (to, place) in out.iter_mut().zip(self.places) {
             *to = of(usize::from(*place));
@@ -31,8 +31,8 @@ impl Bent<'_> {
     }
 }
 
-/// Sums over the rows of a stage of multiplier times gradient: by the physical rate at the node, by
-/// the arc `log F`, by the attitude and by the duration after the kick.
+/// Sums, over the rows of a stage, of multiplier times gradient: with respect to the physical rate
+/// at the node, the arc `log F`, and the attitude and duration after the kick.
 #[derive(Default)]
 pub(super) struct Sums {
     pub node: Vector3,
@@ -42,8 +42,8 @@ pub(super) struct Sums {
 }
 
 impl ChainProgram<'_> {
-    /// Writes the slopes of the rows of a stage and what they add to the second derivatives;
-    /// returns what they add to the gradient.
+    /// Writes the derivatives of the rows of a stage and adds their curvature to the second
+    /// derivatives; returns their contribution to the gradient of the Lagrangian.
     pub(super) fn rows(&self, here: &Here, duals: &Duals, space: &mut Space, out: &mut Derivatives) -> Sums {
         let (model, z) = (self.model, self.shape.z());
         let duration = model.duration.map(|duration| self.shape.m + duration);
@@ -70,7 +70,7 @@ impl ChainProgram<'_> {
                 (Bound::Side(_), _) => slopes[0] = -1.0,
                 (Bound::Norm(norm), _) => self.burning(here, norm, &bent, space, (slopes, hessian)),
                 (_, What::Cone(cone)) => {
-                    // Where it does not act it is far from its bound.
+                    // An inactive cone gets a value far from its bound.
                     let value = self.cone(here, cone, &bent, space, &mut sums, slopes);
                     let idle = if what.is_equation() { 0.0 } else { -1.0 };
                     out.values.rows[index] = value.unwrap_or(idle);
@@ -84,7 +84,7 @@ impl ChainProgram<'_> {
         sums
     }
 
-    /// Writes the slopes of a limit of inputs or wheels, and adds its curvature.
+    /// Writes the derivatives of a limit of inputs or wheels, and adds its curvature.
     fn input_limit(&self, here: &Here, what: &What, row: &Bent, (out, curvature): (&mut [f64], &mut [f64])) {
         let (model, m, z) = (self.model, self.shape.m, self.shape.z());
         let (stage, multiplier, power) = (here.stage, row.multiplier, row.power);
@@ -159,8 +159,8 @@ impl ChainProgram<'_> {
         bend_limit(curvature, z, row.duration, multiplier * power * of_limit);
     }
 
-    /// Writes the slopes of the row of a norm. The row is convex, so its second derivatives belong
-    /// to the Hessian that Gauss–Newton keeps.
+    /// Writes the derivatives of the row of a norm. The row is convex, so its second derivatives
+    /// are added to the Hessian that Gauss–Newton keeps.
     fn burning(
         &self,
         here: &Here,
@@ -201,7 +201,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the slopes of a limit of the rate at a node or on an arc, and adds its curvature.
+    /// Writes the derivatives of a limit of the rate at a node or on an arc, and adds its
+    /// curvature.
     fn rate_limit(
         &self,
         here: &Here,
@@ -282,7 +283,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the slopes of a cone and returns its value, `None` where it is not active.
+    /// Writes the derivatives of a cone and returns its value; `None` if the cone is not active.
     fn cone(
         &self,
         here: &Here,

@@ -1,4 +1,4 @@
-//! First derivatives of a stage: its kick, its drift and its cost.
+//! First derivatives of a stage: of its kick, its drift and its cost.
 
 use super::super::program::{Derivatives, Duals, Point, Shape};
 use super::curvature::congruent;
@@ -10,7 +10,7 @@ use crate::mechanics::environment::Blocks;
 use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3};
 
-/// A stage at a point.
+/// Stage with its index and the point at which it is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Here<'a> {
     pub at: &'a Point,
@@ -18,12 +18,12 @@ pub(super) struct Here<'a> {
     pub stage: &'a Stage,
 }
 
-/// How a kick changes with the pose: the gradient of what acts from outside, and the same with
-/// inputs that turn against the momenta.
+/// Derivatives of a kick with respect to the pose: the gradient of the environment, and the sum of
+/// that and of the gradient of inputs whose axes rotate relative to the momenta.
 struct Kick {
     gradient: Blocks,
     turned: Blocks,
-    /// Whether it changes at all.
+    /// Whether the kick depends on the pose.
     bent: bool,
 }
 
@@ -55,7 +55,7 @@ impl ChainProgram<'_> {
         }
         space.phi.fill(0.0);
         let sums = self.rows(&here, duals, space, out);
-        // The costate after the kick, with what rows add.
+        // The costate after the kick, including the contributions of the rows.
         for (to, arc) in space.after.iter_mut().zip(&space.arc) {
             *to += sums.arc.dot(arc);
         }
@@ -117,7 +117,7 @@ impl ChainProgram<'_> {
                 space.kick.extend((0..3).map(|i| (3 + i, weight * lane.factor * axis[i])));
             }
         }
-        // What counts fuel moves nothing.
+        // The fuel variables do not affect the motion.
         self.norms.iter().for_each(|_| space.kick_first.push(space.kick.len()));
         for i in 0..self.shape.n {
             space.kick_first.push(space.kick.len());
@@ -146,8 +146,8 @@ impl ChainProgram<'_> {
         Kick { gradient, turned, bent }
     }
 
-    /// Writes the columns of `D`, the derivative of the drift, with the attitude's rows in the
-    /// defect's tangent space, and the derivative of the arc `log F`.
+    /// Writes the columns of `D`, the derivative of the drift, with the attitude rows in the
+    /// tangent space of the defect, and the derivative of the arc `log F`.
     fn drift(&self, k: usize, stage: &Stage, frame: &Matrix3, space: &mut Space) {
         let (model, n) = (self.model, self.shape.n);
         let (zeta, pi) = (model.zeta(), model.pi());
@@ -191,7 +191,7 @@ impl ChainProgram<'_> {
                 column[i - 3] = h;
             }
         }
-        // From the turn to its logarithm.
+        // From the rotation to its logarithm.
         let log_slope = lie::right_jacobian_inverse(&stage.arc);
         for arc in &mut space.arc[moving] {
             *arc = log_slope * *arc;
@@ -203,7 +203,7 @@ impl ChainProgram<'_> {
         space.arc_by_z = arc_by_z;
     }
 
-    /// Returns the step after a node, zero after the last.
+    /// Returns the length of the step after a node; zero after the last node.
     pub(super) fn step_of(&self, k: usize) -> f64 {
         if k < self.model.steps { self.model.dynamics.grid.step(k) } else { 0.0 }
     }
@@ -229,7 +229,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the derivative of the physical rate at the node.
+    /// Computes the derivative of the physical rate at the node.
     fn rates(&self, stage: &Stage, kick: &Kick, space: &mut Space) {
         let (model, m) = (self.model, self.shape.m);
         let (zeta, pi) = (model.zeta(), model.pi());
@@ -261,7 +261,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Turns the second derivatives by `ln s` into those by the duration's increment.
+    /// Converts the second derivatives with respect to `ln s` to those with respect to the
+    /// increment of the duration.
     fn to_increment(&self, k: usize, duals: &Duals, out: &mut Derivatives) {
         let Some(duration) = self.model.duration else { return };
         let (n, z) = (self.shape.n, self.shape.z());
@@ -281,13 +282,13 @@ impl ChainProgram<'_> {
         out.hessians[corner] -= POWER * out.gradients[k * z + place];
     }
 
-    /// Adds gradient and Hessian of the cost of the inputs of a stage.
+    /// Adds the gradient and the Hessian of the cost of a stage's inputs.
     fn costs(&self, at: &Point, k: usize, stage: &Stage, space: &Space, out: &mut Derivatives) {
         let (model, m, z) = (self.model, self.shape.m, self.shape.z());
         let gradient = &mut out.gradients[k * z..][..z];
         let hessian = &mut out.hessians[k * z * z..][..z * z];
         if k < model.first_input() {
-            // No such inputs: any weight keeps them where they are.
+            // The stage has no inputs: any positive weight keeps these unknowns constant.
             (0..m).for_each(|i| hessian[i * z + i] = 1.0);
             return;
         }

@@ -1,25 +1,27 @@
-//! Space for the derivatives of one stage.
+//! Work space for the derivatives of one stage.
 
 use super::super::program::Shape;
 use crate::{Matrix3, Vector3};
 
-/// Space for one stage.
+/// Work space of one stage, with `y` the state after the kick and `z` the unknowns of the stage.
 #[derive(Default)]
 pub(super) struct Space {
     pub inputs: Vec<f64>,
     pub wheels: Vec<f64>,
-    /// Columns of the drift's derivative, n×n, and of how its attitude and its arc turn by `y`.
+    /// Columns of the drift's derivative by `y`, n×n, and the derivatives of its rotation and of
+    /// its arc `log F`.
     pub drift: Vec<f64>,
     pub turn: Vec<Vector3>,
     pub arc: Vec<Vector3>,
-    /// How the physical rate changes by `z`.
+    /// Derivative of the physical rate with respect to `z`.
     pub rate: Vec<Vector3>,
-    /// Columns of `Y`: elements (row, value), and where each column begins.
+    /// Sparse columns of the kick's derivative `Y`: elements (row, value), and the first element of
+    /// each column.
     pub kick: Vec<(usize, f64)>,
     pub kick_first: Vec<usize>,
-    /// The derivative of the arc `log F` by `z`.
+    /// Derivative of the arc `log F` with respect to `z`.
     pub arc_by_z: Vec<Vector3>,
-    /// `Φ`, `Φ Y`, and `λ⁺`.
+    /// Matrices `Φ` and `Φ Y`, and the costate `λ⁺` between kick and drift.
     pub phi: Vec<f64>,
     pub phi_kick: Vec<f64>,
     pub after: Vec<f64>,
@@ -44,13 +46,13 @@ impl Space {
         }
     }
 
-    /// The columns of `Y`.
+    /// Returns the columns of `Y`.
     pub fn columns(&self) -> impl Iterator<Item = &[(usize, f64)]> {
         self.kick_first.windows(2).map(|pair| &self.kick[pair[0]..pair[1]])
     }
 }
 
-/// Adds `value` to an element of a symmetric matrix, and to its mirror image.
+/// Adds `value` to an element of a symmetric matrix and to its transposed element.
 pub(super) fn both(matrix: &mut [f64], size: usize, i: usize, j: usize, value: f64) {
     matrix[i * size + j] += value;
     if i != j {
@@ -58,7 +60,7 @@ pub(super) fn both(matrix: &mut [f64], size: usize, i: usize, j: usize, value: f
     }
 }
 
-/// Adds the symmetric part of a block of a symmetric matrix on its diagonal.
+/// Adds the symmetric part of a block to the diagonal of a symmetric matrix.
 pub(super) fn add_symmetric(matrix: &mut [f64], size: usize, at: usize, block: &Matrix3) {
     for i in 0..3 {
         for j in 0..3 {
@@ -67,7 +69,7 @@ pub(super) fn add_symmetric(matrix: &mut [f64], size: usize, at: usize, block: &
     }
 }
 
-/// Second derivative of a limit by the logarithm of the duration.
+/// Adds the second derivative of a limit with respect to the logarithm of the duration.
 pub(super) fn bend_limit(curvature: &mut [f64], z: usize, duration: Option<usize>, value: f64) {
     if let Some(d) = duration {
         curvature[d * z + d] += value;

@@ -1,4 +1,4 @@
-//! One stage at a point: what is known there, its rows, its cost and its defect.
+//! Evaluation of one stage at a point: its motion, rows, cost and defect.
 
 use super::super::program::{Point, Shape};
 use super::space::Space;
@@ -10,24 +10,25 @@ use crate::optimize::chain::rows::{Bend, Cone, ConeAt, What};
 use crate::optimize::discrete::step::GyrostatDrift;
 use crate::{Matrix3, Vector3};
 
-/// The values of one stage.
+/// Values of one stage.
 pub(super) struct Stage {
     pub pose: Pose,
     pub stretch: f64,
-    /// Weight of the kick, and that of the part of it that the physical state has.
+    /// Weight of the kick, and the weight of its part up to the physical state.
     pub weight: f64,
     pub physical: f64,
-    /// Environment, scaled, in this duration.
+    /// Force and moment of the environment, scaled, in this duration.
     pub field: Wrench,
     /// Force and torque of the inputs.
     pub given: Wrench,
-    /// After the kick.
+    /// Momentum, linear momentum and wheel momentum after the kick.
     pub momentum: Vector3,
     pub linear: Vector3,
     pub carried: Vector3,
     /// Physical angular velocity at the node.
     pub rate: Vector3,
-    /// The drift; its turn, the logarithm of that, momentum and attitude after.
+    /// The drift; its rotation, the logarithm of the rotation, and the momentum, attitude and
+    /// position after it. `None` at the last node.
     pub drift: Option<GyrostatDrift>,
     pub turned: Matrix3,
     pub arc: Vector3,
@@ -37,8 +38,8 @@ pub(super) struct Stage {
 }
 
 impl ChainProgram<'_> {
-    /// Returns the values of stage k. The inputs of the chain and the wheels after the kick are
-    /// left in `space`.
+    /// Evaluates stage k; `None` if its duration is not positive or its implicit equation has no
+    /// solution. Stores the inputs of the chain and the wheel momenta after the kick in `space`.
     pub(super) fn stage(&self, at: &Point, k: usize, space: &mut Space) -> Option<Stage> {
         let Shape { m, coordinates: c, .. } = self.shape;
         let model = self.model;
@@ -148,7 +149,7 @@ impl ChainProgram<'_> {
             let norm = &self.norms[index];
             let sigma = at.inputs[k * m + norm.place];
             let squared = self.burnt(norm, &space.inputs).norm_squared() + self.round.get();
-            // On the other side of 0 it would hold.
+            // NaN, because for a negative σ the inequality would hold.
             return if sigma > 0.0 { 0.5 * (squared / sigma - sigma) } else { f64::NAN };
         }
         let s = stage.stretch;
@@ -171,7 +172,7 @@ impl ChainProgram<'_> {
                 sign * (space.wheels[*wheel] + (stage.weight - stage.physical) * u) / limit - s
             }
             What::Cone(cone) => {
-                // Where it does not act it is far from its bound.
+                // An inactive cone gets a value far from its bound.
                 let equation = what.is_equation();
                 self.cone_value(cone, k, stage).unwrap_or(if equation { 0.0 } else { -1.0 })
             }
@@ -183,13 +184,13 @@ impl ChainProgram<'_> {
         self.cone_in(cone, k, stage, stage.stretch)
     }
 
-    /// Returns a cone's row in another duration.
+    /// Evaluates a cone's row for another duration.
     pub(super) fn cone_in(&self, cone: &Cone, k: usize, stage: &Stage, stretch: f64) -> Option<ConeAt> {
         let arc = cone.is_of_arc().then_some(&stage.arc);
         cone.met(self.model, k, (&stage.pose.attitude, stretch), arc, true)
     }
 
-    /// Returns a cone's row, with its second derivatives if `bent`.
+    /// Evaluates a cone's row, with its second derivatives if `bent`.
     pub(super) fn cone_bent(
         &self,
         cone: &Cone,
@@ -210,7 +211,7 @@ impl ChainProgram<'_> {
         cone.value(self.model, k, (&stage.pose.attitude, stage.stretch), arc)
     }
 
-    /// Returns the angular velocity at the node, or the mean one of the arc.
+    /// Returns the angular velocity at the node, or the mean angular velocity of the arc.
     pub(super) fn rate(&self, arc: bool, k: usize, stage: &Stage) -> Vector3 {
         if arc { stage.arc / self.model.dynamics.grid.step(k) } else { stage.rate }
     }
@@ -240,7 +241,7 @@ impl ChainProgram<'_> {
         cost * self.scale
     }
 
-    /// Writes the defect of stage k: its end minus the state after it.
+    /// Computes the defect of stage k: the end of its step minus the next state.
     pub(super) fn defect(&self, k: usize, at: &Point, stage: &Stage, space: &Space, out: &mut [f64]) {
         let (model, c) = (self.model, self.shape.coordinates);
         let next = &at.states[(k + 1) * c..][..c];

@@ -1,4 +1,4 @@
-//! What tests ask of a program.
+//! Access to a program for tests.
 
 use super::super::program::{Increment, Point, Program, Shape, Values};
 use super::ChainProgram;
@@ -6,29 +6,29 @@ use crate::Matrix3;
 use crate::optimize::chain::rows::What;
 
 impl ChainProgram<'_> {
-    /// A cost of the program over that of the chain.
+    /// Returns the factor from the cost of the chain to the cost of the program.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Rows of the program, and those of the chain that they stand for where both are the same.
+    /// Returns the rows of the program, each with the index of the corresponding row of the chain.
     pub fn of_rows(&self) -> impl Iterator<Item = (usize, usize)> {
         self.rows.iter().map(|row| row.row).enumerate()
     }
 
-    /// What a row bounds.
+    /// Returns the quantity that a row bounds.
     pub fn what(&self, row: usize) -> &What {
         &self.limits.rows[self.rows[row].row].what
     }
 
-    /// The attitude of the end of a family at the duration and roll of a point.
+    /// Returns the attitude of a family's end at the duration and roll of a point.
     pub fn end_at(&self, at: &Point) -> Matrix3 {
         let last = &at.states[self.shape.stages * self.shape.coordinates..];
         let stretch = last[self.model.zeta() + 12 + self.model.wheels];
         self.end(stretch, last[self.shape.coordinates - 1]).unwrap().attitude
     }
 
-    /// Counts no more fuel than what is burnt.
+    /// Reduces the fuel variables to the fuel that the inputs burn.
     pub fn burn_no_more(&self, at: &mut Point) {
         let m = self.shape.m;
         for inputs in at.inputs.chunks_exact_mut(m) {
@@ -40,7 +40,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Makes the states those that the inputs lead to.
+    /// Replaces the states by the simulation of the inputs.
     pub fn follow(&self, at: &mut Point) {
         let Shape { n, coordinates: c, .. } = self.shape;
         let mut values = Values::of(&self.shape);

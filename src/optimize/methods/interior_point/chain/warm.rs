@@ -1,18 +1,18 @@
-//! What a solve leaves to a later one of nearly the same maneuver on the same grid: its
-//! multipliers.
+//! The warm start that a solve provides for a later solve of nearly the same maneuver on the same
+//! grid: its multipliers.
 
 use super::super::program::{Duals, Point, Shape};
 use super::ChainProgram;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::{Matrix3, Vector3, lie};
 
-/// Multipliers of a program, and the inputs that count the norms of sets.
+/// Multipliers of a program, and the fuel variables of its sets.
 #[derive(Clone, Debug)]
 pub(crate) struct Warm {
     duals: Duals,
-    /// `σ` of each stage and norm.
+    /// Fuel variables `σ`, for each stage and norm.
     norms: Vec<f64>,
-    /// Sizes of the program.
+    /// Dimensions of the program, which a later program must have too.
     n: usize,
     terminal: usize,
     first_row: Vec<usize>,
@@ -20,7 +20,7 @@ pub(crate) struct Warm {
 }
 
 impl ChainProgram<'_> {
-    /// Returns the cost at a point whose stages exist.
+    /// Returns the cost at a point; NaN if a stage cannot be evaluated.
     pub(super) fn cost_of(&self, at: &Point) -> f64 {
         let space = &mut *self.space.borrow_mut();
         let mut cost = self.time(at);
@@ -31,8 +31,9 @@ impl ChainProgram<'_> {
         cost
     }
 
-    /// Returns how far a path is from that of a candidate: the largest turn between two nodes, or
-    /// the difference of their durations.
+    /// Returns the distance of a path from that of a candidate: the largest rotation between
+    /// corresponding nodes, the largest displacement, or the difference of the logarithms of their
+    /// durations.
     pub(super) fn apart(&self, at: &Point, from: &Candidate) -> f64 {
         let (c, zeta) = (self.shape.coordinates, self.model.zeta());
         let s = at.states[zeta + 12 + self.model.wheels];
@@ -48,7 +49,7 @@ impl ChainProgram<'_> {
         apart
     }
 
-    /// Returns what a solution leaves to a later solve.
+    /// Returns the warm start that a solution provides for a later solve.
     pub fn left(&self, at: &Point, duals: &Duals) -> Warm {
         let Shape { m, n, terminal, .. } = self.shape;
         let of_stage = |inputs: &[f64]| self.norms.iter().map(|norm| inputs[norm.place]).collect::<Vec<_>>();
@@ -62,8 +63,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the multipliers of an earlier solve, and the inputs that count norms; returns `false`
-    /// where that was one of another shape.
+    /// Writes the multipliers and fuel variables of an earlier solve; returns `false` if that had
+    /// another shape.
     pub fn resume(&self, warm: &Warm, at: &mut Point, duals: &mut Duals) -> bool {
         let Shape { m, n, terminal, .. } = self.shape;
         let count = self.norms.len() * self.shape.stages;

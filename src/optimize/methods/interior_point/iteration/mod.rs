@@ -1,14 +1,14 @@
-//! The primal–dual interior point on programs of stages.
+//! The primal–dual interior-point iteration on programs of stages.
 //!
-//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each
-//! terminal equation, in both directions:
+//! All inequality rows have slacks `s`. Elastic rows also have a violation `t` with a penalty `π`,
+//! and each terminal equation has one violation for each sign:
 //!
 //! ```text
 //! c − t + s = 0 ,      s z = μ ,         t (π − z) = μ
 //! e − t⁺ + t⁻ = 0 ,    t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
 //! ```
 //!
-//! Newton, with slacks and violations eliminated:
+//! Newton's method, with slacks and violations eliminated:
 //!
 //! ```text
 //! Σ = 1/(s/z + t/(π − z)) ,   ẑ = z + Σ(c + μ/z − μ/(π − z)) ,   dz = ẑ + Σ C dx − z
@@ -16,28 +16,30 @@
 //! D = t⁺/(π − ν) + t⁻/(π + ν) ,   E dx + e − μ/(π − ν) + μ/(π + ν) = D dν
 //! ```
 //!
-//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at
-//! the end, so that round-off of the factors does not bound what is reached.
+//! The right-hand side is the gradient of the Lagrangian at the current multipliers. It vanishes at
+//! the solution, so the round-off of the factors does not limit the accuracy.
 //!
 //! An iteration:
 //!
-//! 1. Evaluate, and look whether the conditions hold.
-//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps
-//!    and rows (Gauss–Newton) while `μ` is large, and with a shift where that fails too or `μ` is
-//!    small.
-//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of
-//!    second order (Mehrotra 1992). In the tail the term is lowered whenever the conditions at the
-//!    present one hold roughly (Fiacco and McCormick).
-//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost
-//!    lets it (Wächter and Biegler 2006), if need be corrected to second order or shortened. Where
-//!    no part of it is let, the Hessian is shifted.
+//! 1. Evaluate the program and test the conditions for convergence.
+//! 2. Factor the exact Hessian. If its inertia is wrong and `μ` is large, omit the second
+//!    derivatives of steps and rows (Gauss–Newton). If that fails too, or if `μ` is small, shift
+//!    the Hessian.
+//! 3. Before the final phase (the tail), an affine step (`μ = 0`) determines the next barrier
+//!    parameter and the second-order products (Mehrotra 1992). In the final phase the parameter is
+//!    decreased whenever the conditions for the current one hold approximately (Fiacco and
+//!    McCormick).
+//! 4. Limit the step by the fraction to the boundary. Accept it if a filter of infeasibility and
+//!    barrier cost accepts it (Wächter and Biegler 2006), if necessary after a second-order
+//!    correction or shortened. If the filter accepts no part of it, shift the Hessian.
 //!
-//! # Why a primal–dual method with a hand-over?
+//! # Why a primal–dual method with two phases?
 //!
-//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual.
-//! Exact second derivatives with Gauss–Newton as the way out of a wrong inertia take half the
-//! iterations of a shift on paths that cross cones. In the tail Gauss–Newton has no curvature along
-//! faces of optima, which least time with more inputs than axes has, and creeps.
+//! Mehrotra's rule halves the number of iterations, but near the solution `μ` decreases faster than
+//! the residual. Exact second derivatives, with Gauss–Newton if the inertia is wrong, take half the
+//! iterations of a shift on paths that cross cones. In the final phase Gauss–Newton has no
+//! curvature along faces of optima, which minimum-time problems with more inputs than axes have,
+//! and converges slowly.
 mod search;
 mod settle;
 mod step;
@@ -49,105 +51,110 @@ use crate::optimize::methods::method::Watch;
 use settle::Saved;
 use step::Step;
 
-/// How a run ended.
+/// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
-    /// All conditions hold.
+    /// All conditions hold to the tolerance.
     Converged,
     /// No acceptable step was found.
     Stalled,
-    /// The limit of iterations was reached.
+    /// The iteration limit was reached.
     Iterations,
-    /// A number is not finite, or the first point has no value.
+    /// A number is not finite, or the program cannot be evaluated at the first point.
     NotFinite,
-    /// The run was interrupted or reached its deadline.
+    /// The run was interrupted or reached its time limit.
     Stopped,
-    /// The point is at an optimum that is known.
+    /// The run converges to a known optimum with this index.
     Known(usize),
 }
 
-/// How a run went.
+/// Result of a run: its end, its residuals and its violations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub end: End,
     pub iterations: usize,
-    /// Largest residual of stationarity, of all equations, and of complementarity.
+    /// Largest residual of stationarity (`dual`), of all equations (`primal`), and of
+    /// complementarity.
     pub dual: f64,
     pub primal: f64,
     pub complementarity: f64,
-    /// The last barrier term of a row.
+    /// Barrier parameter of a row at the end of the run.
     pub barrier: f64,
-    /// The largest violation of an elastic row, and of a terminal equation.
+    /// Largest violation of an elastic row (`violation`), and of a terminal equation (`miss`).
     pub violation: f64,
     pub miss: f64,
-    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum
-    /// for its barrier term.
+    /// Whether the last factorisation was of the exact Hessian; the point is then a strict minimum
+    /// of the barrier problem.
     pub exact: bool,
 }
 
-/// Point, multipliers and work space of a run, allocated once for a shape.
+/// Solver with its point, its multipliers and its work space, allocated once for a shape.
 pub(crate) struct Solver {
     pub point: Point,
     pub duals: Duals,
-    /// Slacks, and violations of elastic rows.
+    /// Slacks of the rows, and violations of elastic rows.
     slacks: Vec<f64>,
     violations: Vec<f64>,
-    /// `t⁺`, `t⁻`, and their prices.
+    /// Violations `t⁺`, `t⁻` of the terminal equations, and their penalties.
     misses: [Vec<f64>; 2],
     prices: Vec<f64>,
     pub at: Derivatives,
-    /// The trial point and its values.
+    /// Trial point of the line search and its values.
     trial: Point,
     trial_values: Values,
     riccati: Riccati,
     sigma: Vec<f64>,
-    /// `1/z` and `1/(π − z)`.
+    /// Reciprocals `1/z` and `1/(π − z)` of each row.
     inverses: [Vec<f64>; 2],
     yields: Vec<Yield>,
-    /// Gradients of the Lagrangian at the present multipliers, and the right-hand side.
+    /// Gradients of the Lagrangian at the current multipliers, and the right-hand side of the
+    /// system.
     plain: Right,
     right: Right,
-    /// The step.
+    /// Current step, and a copy of it during second-order corrections.
     step: Step,
     other: Step,
-    /// Products of second order: of `s z`, `t (π − z)`.
+    /// Second-order products of the pairs `s z` and `t (π − z)`.
     products: [Vec<f64>; 2],
-    /// What rows lack, and the same of equations, in the right-hand side.
+    /// Residuals of rows and equations in the right-hand side.
     lacking: Values,
     filter: Vec<(f64, f64)>,
-    /// The best point of the tail, and the last one that a barrier term was met at.
+    /// Best point of the final phase, and the last point that satisfied the conditions of a barrier
+    /// parameter.
     saved: Saved,
     met: Saved,
 }
 
-/// State of the iteration besides its point.
+/// State of the iteration other than its point.
 struct State {
     barrier: f64,
     tail: bool,
-    /// The barrier term to end at, and the last one whose conditions were met.
+    /// Final barrier parameter, and the last one whose conditions were satisfied.
     last: f64,
     met: f64,
-    /// The last shift, and the least that the line search asks for.
+    /// Last shift of the inertia correction, and the smallest shift that the line search requires.
     shift: f64,
     least_shift: f64,
     exact: bool,
-    /// The least error of the tail, and of the last barrier term.
+    /// Smallest residual of the KKT conditions in the final phase, and at the final barrier
+    /// parameter.
     best: f64,
     best_at_last: f64,
     idle: usize,
-    /// The least mean complementarity and infeasibility before the tail that counted as a gain.
+    /// Smallest mean complementarity and infeasibility before the final phase that counted as
+    /// progress.
     least: [f64; 2],
     /// Mean complementarity at the last point.
     mean: f64,
 }
 
-/// Residuals of the conditions.
+/// Residuals of the KKT conditions.
 #[derive(Clone, Copy, Debug, Default)]
 struct Residuals {
     dual: f64,
     primal: f64,
     complementarity: f64,
-    /// Largest difference between a complementarity product and the barrier term.
+    /// Largest difference between a complementarity product and the barrier parameter.
     off: f64,
     mean: f64,
 }
@@ -188,18 +195,18 @@ impl Solver {
         }
     }
 
-    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and
-    /// `duals`.
+    /// Solves from [`Solver::point`] without a warm start. The result is in `point` and `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         self.solve(program, tuning, watch, Self::begin)
     }
 
-    /// Solves from `point` and `duals`, those of nearly the same program.
+    /// Solves with a warm start from `point` and `duals`, which belong to nearly the same program.
     pub fn resume(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         self.solve(program, tuning, watch, Self::centre)
     }
 
-    /// Solves from a point whose slacks and multipliers `begin` sets for the first barrier term.
+    /// Solves from a point; `begin` sets its slacks and multipliers for the initial barrier
+    /// parameter.
     fn solve<P: Program>(
         &mut self,
         program: &P,
@@ -350,15 +357,15 @@ impl Solver {
         run
     }
 
-    /// Returns by how much the cost exceeds that of the optimum by the barrier term, to first
-    /// order: the products of the rows that act.
+    /// Estimates the excess of the cost over the optimum that the barrier causes, to first order:
+    /// the sum of the complementarity products of the active rows.
     pub fn excess(&self, shape: &Shape) -> f64 {
         let stages = shape.stages as f64;
         let acts = |row: &usize| stages * self.duals.rows[*row] > self.slacks[*row];
         (0..shape.rows()).filter(acts).map(|row| self.slacks[row] * self.duals.rows[row]).sum()
     }
 
-    /// Sets the first slacks and multipliers.
+    /// Sets the initial slacks and multipliers of a cold start.
     fn begin<P: Program>(&mut self, program: &P, tuning: &Tuning, barrier: f64) {
         self.duals.costates.fill(0.0);
         self.duals.terminal.fill(0.0);
@@ -387,9 +394,9 @@ impl Solver {
         }
     }
 
-    /// Sets slacks and violations that go with the present multipliers: products are all the
-    /// barrier term. The slack of a row that acts follows from its multiplier, and the multiplier
-    /// of any other from its slack, which are about equally far from nothing.
+    /// Sets slacks and violations for a warm start, so that all complementarity products equal the
+    /// barrier parameter. An active row keeps its multiplier, which determines its slack; an
+    /// inactive row keeps its slack, which determines its multiplier.
     fn centre<P: Program>(&mut self, program: &P, tuning: &Tuning, barrier: f64) {
         let stages = program.shape().stages as f64;
         let [least_slack, least] = [(barrier * stages).sqrt(), (barrier / stages).sqrt()];
@@ -416,7 +423,7 @@ impl Solver {
         }
     }
 
-    /// Sets the prices of the terminal equations.
+    /// Sets the penalties of the terminal equations.
     fn set_prices(&mut self, program: &impl Program, tuning: &Tuning) {
         program.terminal_prices(&mut self.prices);
         for price in &mut self.prices {
@@ -433,7 +440,7 @@ impl Solver {
         }
     }
 
-    /// Returns all residuals, from the gradients of the Lagrangian.
+    /// Computes all residuals from the gradients of the Lagrangian.
     fn residuals(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
         let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
@@ -477,7 +484,8 @@ impl Solver {
         found
     }
 
-    /// Computes the gradient of the Lagrangian at the present multipliers, without `ẑ − z`.
+    /// Computes the gradient of the Lagrangian at the current multipliers, without the term
+    /// `ẑ − z`.
     fn gradients(&mut self, shape: &Shape) {
         let (n, m, z) = (shape.n, shape.m, shape.z());
         for stage in 0..shape.stages {
@@ -507,9 +515,10 @@ impl Solver {
         }
     }
 
-    /// Ends at the last barrier term that was met, if that is small, where the path of minima ends:
-    /// beyond it a valley of nearly equal plans has no minimum nearby. Returns whether it went
-    /// back.
+    /// Returns to the last point that satisfied the conditions of a barrier parameter, if that
+    /// parameter is small, and makes it the final one. The central path ends there: a valley of
+    /// nearly equal plans has no minimum for smaller parameters. Returns `false` if no such point
+    /// exists.
     fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State) -> bool {
         if state.barrier >= state.met || state.met > tuning.tolerable * weight {
             return false;
@@ -522,8 +531,8 @@ impl Solver {
         true
     }
 
-    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the
-    /// run.
+    /// Computes and takes one step; returns `false` if no acceptable step exists or the watch ends
+    /// the run.
     fn iterate(
         &mut self,
         program: &impl Program,
@@ -597,7 +606,7 @@ impl Solver {
     }
 }
 
-/// Returns the larger of two numbers, or NaN where one of them is NaN (`f64::max` would drop it).
+/// Returns the larger of two numbers, or NaN if one of them is NaN (`f64::max` would drop it).
 pub(super) fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

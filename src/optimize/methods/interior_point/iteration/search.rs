@@ -1,4 +1,4 @@
-//! The line search with its filter.
+//! The filter line search.
 
 use super::super::program::{Program, RowKind, Shape, Values};
 use super::super::riccati::dot;
@@ -7,8 +7,8 @@ use super::{Solver, State};
 use crate::optimize::methods::method::Watch;
 
 impl Solver {
-    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the
-    /// step.
+    /// Returns the infeasibility and the barrier cost of `values`, with the slacks and violations
+    /// after `part` of the step.
     fn measure(
         &self,
         shape: &Shape,
@@ -20,10 +20,10 @@ impl Solver {
         let mut infeasible: f64 = values.defects.iter().map(|value| value.abs()).sum();
         let mut cost = values.cost;
         let mut logs = 0.0;
-        // Products of many factors, so that few logarithms are taken.
+        // The logarithm of a product of many factors, so that few logarithms are computed.
         let mut factor = 1.0f64;
         let mut log = |value: f64| {
-            // Two negative slacks have a positive product, so each one is tested.
+            // Each value is tested alone, because two negative slacks have a positive product.
             factor *= if value > 0.0 { value } else { f64::NAN };
             if !(1e-100..1e100).contains(&factor) {
                 logs += factor.ln();
@@ -59,7 +59,7 @@ impl Solver {
         (infeasible, cost - barrier * logs)
     }
 
-    /// Returns the slope of the barrier cost along the step.
+    /// Returns the directional derivative of the barrier cost along the step.
     fn slope(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> f64 {
         let (m, z, n) = (shape.m, shape.z(), shape.n);
         let mut slope = 0.0;
@@ -86,13 +86,13 @@ impl Solver {
         slope
     }
 
-    /// Returns whether no entry of the filter dominates a point.
+    /// Returns whether the filter accepts a point, that is, no entry dominates it.
     fn lets(&self, infeasible: f64, cost: f64) -> bool {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none
-    /// or the watch ends the run.
+    /// Takes the largest tried part of the step that the filter accepts; returns `false` if it
+    /// accepts none or the watch ends the run.
     pub(super) fn search(
         &mut self,
         program: &impl Program,
@@ -145,7 +145,8 @@ impl Solver {
                     next <= (1.0 - tuning.less_infeasible) * infeasible.max(1e-14)
                         || next_cost - round_off <= cost - tuning.less_costly * infeasible
                 };
-                // Near the end Newton knows better than sums of round-off.
+                // Near the solution a Newton step is more reliable than a difference of costs at
+                // round-off.
                 let floor = state.tail
                     && next <= tuning.feasible
                     && next_cost - cost <= tuning.level * cost.abs().max(1.0);
@@ -165,7 +166,7 @@ impl Solver {
                 if corrections == 0 || !known || next < infeasible {
                     break;
                 }
-                // Corrected to second order.
+                // Second-order correction.
                 if corrections == tuning.second_order {
                     std::mem::swap(&mut self.other, &mut self.step);
                     self.step.clone_from_step(&self.other);
@@ -181,7 +182,7 @@ impl Solver {
                 }
             }
             if halving == 0 && corrections < tuning.second_order {
-                // Back to the step itself.
+                // Return to the uncorrected step.
                 std::mem::swap(&mut self.other, &mut self.step);
                 self.lack(shape);
                 let bounds = self.to_boundary(shape, tuning, part);

@@ -1,5 +1,5 @@
-//! What a run that cannot go on returns to: the best point of its tail, with its equations met to
-//! round-off.
+//! Recovery of a run that cannot continue: the best point of its final phase, with its equations
+//! satisfied to round-off.
 
 use super::{End, Run, Solver, nan_max};
 use crate::optimize::methods::interior_point::program::{Duals, Point, Program, Shape};
@@ -7,7 +7,7 @@ use crate::optimize::methods::interior_point::riccati::Taken;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Watch;
 
-/// A point with all that belongs to it.
+/// Saved point with its multipliers, slacks and violations.
 pub(super) struct Saved {
     point: Point,
     duals: Duals,
@@ -28,7 +28,7 @@ impl Saved {
         }
     }
 
-    /// Copies a point without allocating.
+    /// Copies a point into the saved one without allocating.
     pub(super) fn copy(
         &mut self,
         point: &Point,
@@ -47,7 +47,7 @@ impl Saved {
         self.misses[1].copy_from_slice(&misses[1]);
     }
 
-    /// Copies the point back without allocating.
+    /// Restores the saved point without allocating.
     pub(super) fn restore(
         &self,
         point: &mut Point,
@@ -68,9 +68,9 @@ impl Saved {
 }
 
 impl Solver {
-    /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and
-    /// makes its equations hold to round-off by Newton steps with a Hessian that is positive. The
-    /// point is a solution where its other residuals stay small.
+    /// Returns to the best point of a run that cannot continue, as along the valley of a saddle,
+    /// and reduces its equation residuals to round-off. The point is a solution if its other
+    /// residuals remain small.
     pub(super) fn settle(
         &mut self,
         program: &impl Program,
@@ -87,8 +87,8 @@ impl Solver {
         self.correct(program, tuning, barrier, run, watch);
     }
 
-    /// Makes the equations at the present point hold to round-off by Newton steps with a Hessian
-    /// that is positive.
+    /// Reduces the equation residuals of the current point to round-off, by Newton steps with a
+    /// positive definite Hessian.
     pub(in super::super) fn correct(
         &mut self,
         program: &impl Program,

@@ -1,11 +1,11 @@
-//! The step of all unknowns for a barrier term, and how far it may go.
+//! The Newton step for a barrier parameter, and the fraction to the boundary.
 
 use super::super::program::{Duals, Increment, RowKind, Shape};
 use super::super::riccati::add;
 use super::super::tuning::Tuning;
 use super::Solver;
 
-/// A step of all unknowns.
+/// Step of all unknowns: point, multipliers, slacks and violations.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Step {
     pub point: Increment,
@@ -42,7 +42,7 @@ impl Step {
 }
 
 impl Solver {
-    /// Computes `Σ` of the rows and `D` of the terminal equations.
+    /// Computes the weights `Σ` of the rows and the elasticities `D` of the terminal equations.
     pub(super) fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
@@ -61,7 +61,7 @@ impl Solver {
         }
     }
 
-    /// Computes the residuals of equations and rows at the present point.
+    /// Computes the residuals of equations and rows at the current point.
     pub(super) fn lack(&mut self, shape: &Shape) {
         self.lacking.defects.copy_from_slice(&self.at.values.defects);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -72,13 +72,13 @@ impl Solver {
         }
     }
 
-    /// Computes the step for a barrier term from the residuals and the second-order products.
+    /// Computes the step for a barrier parameter from the residuals and the second-order products.
     pub(super) fn direction(&mut self, shape: &Shape, barrier: f64) {
         let (z_size, n) = (shape.z(), shape.n);
         self.right.gradients.copy_from_slice(&self.plain.gradients);
         self.right.last.copy_from_slice(&self.plain.last);
         self.right.start.copy_from_slice(&self.plain.start);
-        // ẑ − z.
+        // The term `ẑ − z` of the right-hand side.
         for stage in 0..shape.stages {
             let gradient = &mut self.right.gradients[stage * z_size..][..z_size];
             for row in shape.rows_of(stage) {
@@ -145,8 +145,8 @@ impl Solver {
         }
     }
 
-    /// Returns the largest parts of the primal and the dual step that leave `1 − part` of every
-    /// distance to a bound.
+    /// Returns the largest primal and dual step lengths, at most 1, that keep `1 − part` of every
+    /// distance to a bound (fraction to the boundary).
     pub(super) fn to_boundary(&self, shape: &Shape, tuning: &Tuning, part: f64) -> (f64, f64) {
         let (mut primal, mut dual) = (1.0f64, 1.0f64);
         let limit = |least: &mut f64, value: f64, change: f64| {
@@ -176,7 +176,7 @@ impl Solver {
         (primal, dual)
     }
 
-    /// Returns the mean complementarity after a step.
+    /// Returns the mean complementarity after a step with the lengths `primal` and `dual`.
     pub(super) fn mean_after(&self, shape: &Shape, tuning: &Tuning, primal: f64, dual: f64) -> f64 {
         let (mut total, mut pairs) = (0.0, 0usize);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -200,7 +200,7 @@ impl Solver {
         total / pairs.max(1) as f64
     }
 
-    /// Computes the second-order products of the affine step, at most `most` each.
+    /// Computes the second-order products of the affine step, clipped to magnitude `most`.
     pub(super) fn second_order_products(&mut self, shape: &Shape, most: f64) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let dz = self.step.duals.rows[row];
@@ -213,7 +213,8 @@ impl Solver {
         }
     }
 
-    /// Adds the residuals of the trial point to `part` of the present ones.
+    /// Adds the residuals of the trial point to `part` times the current residuals, for a
+    /// second-order correction.
     pub(super) fn add_lacking(&mut self, shape: &Shape, part: f64) {
         for (lacking, value) in self.lacking.defects.iter_mut().zip(&self.trial_values.defects) {
             *lacking = part * *lacking + value;
@@ -236,7 +237,7 @@ impl Solver {
         }
     }
 
-    /// Moves to the trial point.
+    /// Moves to the trial point and updates slacks, violations and multipliers.
     pub(super) fn take(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64, primal: f64, dual: f64) {
         std::mem::swap(&mut self.point, &mut self.trial);
         add(&mut self.slacks, primal, &self.step.slacks);

@@ -1,4 +1,4 @@
-//! Two impulses and the free motion between them, against that motion integrated in short steps.
+//! Test of two impulses with free motion between them, against an integration in short steps.
 
 use super::*;
 use crate::optimize::methods::method::Watch;

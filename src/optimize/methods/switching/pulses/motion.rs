@@ -1,10 +1,11 @@
-//! The motion under pulses, and how its end and its Hamiltonians answer to their times.
+//! The motion under pulses, and the derivatives of its end and its Hamiltonians with respect to the
+//! pulse times.
 //!
-//! Between the times are arcs under held torques, from the start on one after the other
-//! (`sequence`): with the lengths `d = D t` the conditions of least fuel in the times are those in
-//! the lengths, tied by `D`. The Lagrangian of the fuel and of the terminal conditions has the
-//! derivative `∓2 s_j(t_j)` with respect to a time on or off, the step that the Hamiltonian makes
-//! there, and with respect to a duration that is sought the Hamiltonian at the end.
+//! The arcs between the times are integrated under held torques, one after the other from the start
+//! (`sequence`). With the arc lengths `d = D t`, the minimum-fuel conditions in the times `t` are
+//! those in the lengths, tied by `D`. The Lagrangian of the fuel and the terminal conditions has
+//! the derivative `∓2 s_j(t_j)` with respect to an on or off time, the jump of the Hamiltonian
+//! there. Its derivative with respect to a free duration is the Hamiltonian at the end.
 
 use super::super::arcs::{Arcs, Switch};
 use super::super::extremal::Extremal;
@@ -15,17 +16,18 @@ use super::schedule::Schedule;
 use crate::optimize::nlp::kkt::KktSystem;
 use nalgebra::{DMatrix, Vector6};
 
-/// The motion under pulses.
+/// Motion under pulses: its arcs and its KKT system.
 pub(crate) struct Motion {
-    /// Between the times.
+    /// Arcs between successive switching times.
     pub arcs: Arcs,
-    /// In costates and times: symmetric second derivatives where the end does not move.
+    /// KKT system in costates and times. Its second derivatives are symmetric along changes that
+    /// keep the end.
     pub kkt: KktSystem,
 }
 
 impl Motion {
-    /// From the start to the end, with the costates `(M, e_0)`, in steps of at most this part of
-    /// the duration; `None` where a number is not finite.
+    /// Integrates from the start to the end with the costates `(M, e_0)`. `longest` is the longest
+    /// integration step, as a fraction of the duration. Returns `None` if a number is not finite.
     pub fn of(
         extremal: &Extremal,
         schedule: &Schedule,
@@ -37,14 +39,14 @@ impl Motion {
         let times = schedule.times();
         let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).collect();
         order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
-        // All levels off.
+        // All levels are off at first.
         let mut levels = vec![-1.0; extremal.switching_count()];
         let (mut lengths, mut steps, mut now) = (Vec::new(), Vec::new(), 0.0);
         let mut of_times = DMatrix::zeros(order.len() + 1, times.len());
         for arc in 0..=order.len() {
             let time = order.get(arc).copied();
             let end = time.map_or(schedule.duration, |time| times[time]);
-            // Pulses that touch leave nothing between them.
+            // Pulses that touch have a pause of zero length.
             lengths.push((end - now).max(0.0));
             steps.push(Step { arc, part: 1.0, torque: Torque::Arc(extremal.on_arc(&levels)) });
             now = end;
@@ -66,7 +68,7 @@ impl Motion {
             if at > 0.0 && at < schedule.duration {
                 switches.push(Switch { input, time: at, node: *node });
             } else if at <= 0.0 {
-                // What goes off there again is not on.
+                // A pulse that ends at the start is not on.
                 signs[input] = if turns_on(time) { 1.0 } else { -1.0 };
             }
         }
@@ -75,7 +77,7 @@ impl Motion {
     }
 }
 
-/// Whether a pulse begins at a time, and does not end.
+/// Returns whether the time is the begin of a pulse; false for its end.
 fn turns_on(time: usize) -> bool {
     time.is_multiple_of(2)
 }

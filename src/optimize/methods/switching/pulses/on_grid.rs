@@ -1,8 +1,8 @@
-//! The discrete optimum of pulses: that of their grid, with the bounds that act on their times.
+//! The discrete optimum of pulses on their grid, with the active bounds of their times.
 //!
-//! With the lengths of the arcs `d = d_0 + D y`, free `y`, it meets the terminal conditions and
-//! `Dᵀ𝓗 = 0`, where `𝓗` are the means of the discrete Hamiltonians of the arcs: the discrete action
-//! is stationary in every time that no bound holds.
+//! With the arc lengths `d = d_0 + D y` and free `y`, it satisfies the terminal conditions and
+//! `Dᵀ𝓗 = 0`, where `𝓗` holds the mean discrete Hamiltonians of the arcs: the discrete action is
+//! stationary in every time that no bound holds.
 
 use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
@@ -16,7 +16,7 @@ use super::schedule::{Best, PulseRequest, Schedule};
 use crate::optimize::nlp::bounds::{Bound, Ties};
 use nalgebra::DMatrix;
 
-/// Pulses as arcs of the equations of motion, and on their grid.
+/// Pulses as arcs of the continuous motion, and on their grid.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed {
     pub schedule: Schedule,
@@ -24,16 +24,16 @@ pub(crate) struct Placed {
     pub grid: OnGrid,
 }
 
-/// Why pulses have no place on a grid.
+/// Reason why pulses have no discrete optimum on a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unplaced {
-    /// The arcs need so many steps.
+    /// The grid has too few steps; the arcs need this many.
     Steps(usize),
     /// No discrete optimum was found.
     NoOptimum,
 }
 
-/// The discrete optimum on so many steps.
+/// Solves for the discrete optimum of pulses on the given number of steps.
 pub(crate) fn placed(
     extremal: &Extremal,
     best: &Best,
@@ -46,7 +46,7 @@ pub(crate) fn placed(
     let mut arcs = continuous.clone();
     let times = schedule.times();
     let inside = |time: &usize| times[*time] > 0.0 && times[*time] < schedule.duration;
-    // The times of the switches, in their order.
+    // Indices of the switching times, in order of time.
     let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).filter(inside).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let mut layout = Layout::of(&arcs);
@@ -57,8 +57,8 @@ pub(crate) fn placed(
         }
         let (counts, kept) = (layout.counts(steps).map_err(Unplaced::Steps)?, layout.kept());
         let matrix = ties.matrix();
-        // Rows of D: the end of an arc less its start; the ends of the maneuver stand still, but
-        // for one that is sought.
+        // Rows of D: end minus start of an arc. The ends of the maneuver are fixed, except for a
+        // free duration.
         let of_length = DMatrix::from_fn(kept.len(), matrix.ncols(), |row, free| {
             let arc = kept[row];
             let end = order.get(arc).copied().or(schedule.end()).map_or(0.0, |time| matrix[(time, free)]);
@@ -80,7 +80,8 @@ pub(crate) fn placed(
         if let Some(negative) = grid.shorter_than_nothing() {
             let arc = kept[negative];
             if layout.is_outer(arc) {
-                // Beyond an end: it is held there.
+                // An outermost arc of negative length: the time is then held at the end of the
+                // maneuver.
                 let outside =
                     if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), schedule.end()) };
                 let held = bounds.iter().position(|bound| (bound.a, bound.b) == outside).ok_or(none)?;
@@ -91,7 +92,7 @@ pub(crate) fn placed(
             }
             continue;
         }
-        // The times of the grid, those at the ends as they are.
+        // Times on the grid; those at the ends do not change.
         let mut found = times.clone();
         let mut clock = 0.0;
         let mut lengths = grid.lengths.iter();
@@ -115,8 +116,9 @@ pub(crate) fn placed(
     Err(none)
 }
 
-/// Arcs of fuel on so many steps, whose own discrete optimum may lack one of the pulses or have
-/// them in another order: with times at the bounds that act, however short pulses become.
+/// Solves for arcs of minimum fuel on the given number of steps, with times at their active bounds
+/// and pulses of any length. It serves where the discrete optimum of the arcs lacks one of the
+/// pulses or has another order. Returns `None` if it finds none.
 pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     if !extremal.times_pulses() {
         return None;

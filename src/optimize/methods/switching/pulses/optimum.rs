@@ -1,10 +1,10 @@
-//! The best times of given pulses: least fuel under the terminal conditions and the bounds of the
-//! times.
+//! The optimal times of given pulses: minimum fuel subject to the terminal conditions and the
+//! bounds of the times.
 //!
-//! Sequential quadratic programming that stays on the terminal conditions. A step minimises the
-//! quadratic model of the Lagrangian along them, whose curvature is that of the exact second
-//! derivative with its negative part turned over; Gauss and Newton bring what it misses back,
-//! within the bounds.
+//! The method is sequential quadratic programming that stays on the terminal conditions. A step
+//! minimises the quadratic model of the Lagrangian along them. Its curvature is the exact second
+//! derivative with negative eigenvalues replaced by their absolute values. Gauss–Newton then
+//! restores the terminal conditions, within the bounds.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
@@ -20,9 +20,9 @@ use crate::optimize::nlp::kkt::NewtonSteps;
 use crate::optimize::nlp::quadratic::Quadratic;
 use nalgebra::{DMatrix, DMatrixView, DVector, Vector6};
 
-/// The bounds of a step from given times, none longer than `trust`.
+/// Returns the bounds of a step from given times, in which no time changes by more than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
-    // A bound that round-off violates is met.
+    // A bound that is violated by round-off is treated as met.
     let kept = bounds.iter().map(|bound| Bound { least: (-bound.slack(times)).min(0.0), ..*bound });
     let limits = (0..times.len()).flat_map(|time| {
         let (later, sooner) = ((None, Some(time)), (Some(time), None));
@@ -31,8 +31,8 @@ fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bou
     kept.chain(limits).collect()
 }
 
-/// Brings the motion to the terminal conditions; `None` where it does not get there in so many
-/// iterations.
+/// Changes the times until the terminal conditions are met, by Gauss–Newton; `None` if that fails
+/// within `iterations`.
 fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: usize) -> Option<Schedule> {
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
@@ -46,8 +46,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: us
             return Some(schedule);
         }
         let times = schedule.times();
-        // What a step leaves of the residual is unknown too: eliminated, it would leave a matrix of
-        // large condition.
+        // The residual that a step leaves is unknown too: its elimination would give an
+        // ill-conditioned matrix.
         let count = times.len();
         let weights = DVector::from_fn(count + 6, |row, _| if row < count { 1.0 } else { STIFF });
         let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
@@ -85,7 +85,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: us
     None
 }
 
-/// Orthonormal rows of a matrix that span its rows, and the right side of `A p = b` in them.
+/// Returns an orthonormal basis of the row space of a matrix, and the right-hand side of `A p = b`
+/// in this basis.
 fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let svd = matrix.into_owned().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
@@ -98,8 +99,8 @@ fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatri
     Some((rows, DVector::from_vec(values)))
 }
 
-/// A positive definite matrix that agrees with `hessian` along the equations where that is
-/// positive.
+/// Returns a positive definite matrix that agrees with `hessian` in the null space of `rows` where
+/// the projected Hessian is positive.
 fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     let count = hessian.nrows();
     let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
@@ -114,12 +115,12 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     weighted * eigen.eigenvectors.transpose()
 }
 
-/// The best times near those of a schedule; `None` where the terminal conditions are not met near
-/// it.
+/// Finds the optimal times near those of a schedule; `None` if the terminal conditions cannot be
+/// met near it.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseRequest) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, MOST_ITERATIONS)?;
     let start = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
-    // Without costates what the times cost.
+    // At zero costates the slope of the Lagrangian is the gradient of the cost.
     let gradient = start.slope().into_owned();
     let costates = shortest(&start.by_multipliers().into_owned(), &-&gradient, UNDETERMINED)?;
     let mut costates = costates.fixed_rows::<6>(0).into_owned();
@@ -165,8 +166,8 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseReque
     Some(Best { schedule, costates, cost })
 }
 
-/// Arcs with the best times of their pulses, however short; pulses that have vanished are left out.
-/// `None` where the terminal conditions are not met near them.
+/// Returns arcs with the optimal times of their pulses, of any length, without pulses that have
+/// vanished; `None` if the terminal conditions cannot be met near them.
 pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     let ask = PulseRequest::free(extremal);
     let vanished = NOTHING * arcs.duration;
@@ -177,7 +178,7 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     if kept.pulses.len() < best.schedule.pulses.len() {
         best = best_times(extremal, &kept, &ask)?;
     }
-    // What is on from the start or to the end does not switch there.
+    // An input that is on from the start or to the end has no switch there.
     let (schedule, costates) = match settled(extremal, &best, &ask) {
         Some(settled) => (settled.schedule, settled.costates),
         None => (best.schedule, best.costates),
@@ -185,8 +186,8 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     Some(Motion::of(extremal, &schedule, &costates, FINE)?.arcs)
 }
 
-/// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them
-/// do.
+/// A schedule whose times are exactly at the active bounds, with its bounds and a flag for each
+/// that is active.
 #[derive(Clone, Debug)]
 pub(super) struct Settled {
     pub schedule: Schedule,
@@ -195,14 +196,14 @@ pub(super) struct Settled {
     pub acting: Vec<bool>,
 }
 
-/// The bounds that act.
+/// Returns the bounds whose flag in `acting` is true.
 pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator<Item = &'a Bound> {
     bounds.iter().zip(acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound)
 }
 
-/// Puts the times at the bounds that they are near to, and brings the others to where the end is
-/// met and the Lagrangian is stationary; where Newton finds no such times near by, to where the end
-/// is met alone.
+/// Moves times exactly to the bounds that they are near. Newton then moves the others until the
+/// terminal conditions are met and the Lagrangian is stationary or, if that fails nearby, until
+/// only the terminal conditions are met. Returns `None` if both fail.
 pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Option<Settled> {
     let bounds = best.schedule.bounds(ask);
     let times = best.schedule.times();
@@ -218,7 +219,8 @@ pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> O
     })
 }
 
-/// Newton on costates and free times.
+/// Solves by Newton for the costates and the free times; `None` if it does not converge near the
+/// initial times.
 fn newton(
     extremal: &Extremal,
     best: &Best,

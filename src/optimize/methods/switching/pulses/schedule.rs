@@ -1,37 +1,37 @@
-//! Pulses of inputs that are off or at a limit, and what their times must keep to.
+//! Pulses of inputs that are off or at a limit, and the bounds of their times.
 //!
-//! Of every input the times rise, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least so
-//! long: bounds of differences of times, whatever the other inputs do. An input of both signs is
-//! two levels of the extremal that take turns. Where the duration is sought it is one more of the
-//! times, the last.
+//! The times of every input increase, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least
+//! the minimum pulse width. These are bounds on differences of times, independent of the other
+//! inputs. A two-sided input is two levels of the extremal that alternate. A free duration is one
+//! more time, the last.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use crate::optimize::nlp::bounds::Bound;
 use nalgebra::{DVector, Vector6};
 
-/// What pulses are asked to be.
+/// Requirements on the pulses of a search.
 #[derive(Clone, Debug)]
 pub(crate) struct PulseRequest {
-    /// The shortest pulse, scaled.
+    /// Minimum pulse width, scaled.
     pub shortest: f64,
-    /// Which input of the maneuver a level of the extremal belongs to.
+    /// Index of the maneuver's input for each level of the extremal.
     pub input_of: Vec<usize>,
-    /// Whether many more schedules are tried.
+    /// True if many more schedules are tried.
     pub thorough: bool,
-    /// Whether the duration is sought.
+    /// True if the duration is free.
     pub sought: bool,
 }
 
 impl PulseRequest {
-    /// Pulses of any length, of every level by itself.
+    /// Requires no minimum pulse width, and treats every level as an input of its own.
     pub fn free(extremal: &Extremal) -> Self {
         let input_of = (0..extremal.switching_count()).collect();
         Self { shortest: 0.0, input_of, thorough: false, sought: extremal.given_duration.is_none() }
     }
 }
 
-/// One level of the extremal is on from one time to another.
+/// A pulse: one level of the extremal is on from one time to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pulse {
     pub level: usize,
@@ -48,40 +48,41 @@ impl Pulse {
         0.5 * (self.on + self.off)
     }
 
-    /// One pulse of the area and the centroid of two.
+    /// Returns a pulse with the area and the centroid of two pulses.
     pub fn merged(&self, other: &Self) -> Self {
         let length = self.length() + other.length();
         let middle = (self.length() * self.middle() + other.length() * other.middle()) / length;
         Self { on: middle, off: middle, ..*self }.with_length(length)
     }
 
-    /// Of another length about the same middle.
+    /// Returns a pulse of another length about the same centre.
     pub fn with_length(self, length: f64) -> Self {
         Self { on: self.middle() - 0.5 * length, off: self.middle() + 0.5 * length, ..self }
     }
 }
 
-/// Pulses in the order of their inputs, and of time for each.
+/// Pulses in the order of the inputs, then of time.
 #[derive(Clone, Debug)]
 pub(crate) struct Schedule {
     pub pulses: Vec<Pulse>,
     pub duration: f64,
-    /// Whether the duration is sought.
+    /// True if the duration is free.
     pub sought: bool,
 }
 
-/// Pulses at their best times.
+/// A schedule at its optimal times, with costates and cost.
 #[derive(Clone, Debug)]
 pub(crate) struct Best {
     pub schedule: Schedule,
-    /// `M` and `e` at the start.
+    /// Costates `M` and `e` at the start.
     pub costates: Vector6<f64>,
     pub cost: f64,
 }
 
 impl Schedule {
-    /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they
-    /// must be, moved apart. `None` where the pulses of an input need more than all of the time.
+    /// Creates a schedule that meets the requirements: pulses are sorted, merged where they
+    /// overlap, lengthened to the minimum pulse width and moved apart. Returns `None` if the pulses
+    /// of an input need more than the duration.
     pub fn kept(mut pulses: Vec<Pulse>, duration: f64, ask: &PulseRequest) -> Option<Self> {
         pulses.sort_by(|a, b| {
             let key = |pulse: &Pulse| ask.input_of[pulse.level];
@@ -101,7 +102,8 @@ impl Schedule {
         }
         for group in joined.chunk_by_mut(|a, b| ask.input_of[a.level] == ask.input_of[b.level]) {
             let total: f64 = group.iter().map(Pulse::length).sum();
-            // Shortened alike where all of them do not fit, as far as that goes.
+            // If they do not all fit, they are shortened by equal parts, down to the minimum pulse
+            // width.
             let least = group.len() as f64 * ask.shortest;
             if least > duration {
                 return None;
@@ -131,25 +133,26 @@ impl Schedule {
         Some(Self { pulses: joined, duration, sought: ask.sought })
     }
 
-    /// What its inputs cost, and its duration where that is sought.
+    /// Returns the fuel, plus the price of the duration if that is free.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         let fuel: f64 =
             self.pulses.iter().map(|pulse| 2.0 * extremal.costs[pulse.level] * pulse.length()).sum();
         if self.sought { fuel + extremal.price_of_time() * self.duration } else { fuel }
     }
 
-    /// Times in the order of the pulses, on before off; and the duration where it is sought.
+    /// Returns the times in the order of the pulses, each begin before its end, and last the
+    /// duration if that is free.
     pub fn times(&self) -> DVector<f64> {
         let times = self.pulses.iter().flat_map(|pulse| [pulse.on, pulse.off]);
         DVector::from_vec(times.chain(self.sought.then_some(self.duration)).collect())
     }
 
-    /// Which of the times is the duration.
+    /// Returns the index of the time that is the duration; `None` if the duration is given.
     pub fn end(&self) -> Option<usize> {
         self.sought.then_some(2 * self.pulses.len())
     }
 
-    /// The same pulses at other times.
+    /// Returns the schedule with the given times.
     pub fn at(&self, times: &DVector<f64>) -> Self {
         let mut next = self.clone();
         for (index, pulse) in next.pulses.iter_mut().enumerate() {
@@ -161,7 +164,8 @@ impl Schedule {
         next
     }
 
-    /// The bounds of the times: between neighbours, and of the first and last of an input.
+    /// Returns the bounds of the times: between neighbouring times of an input, and for its first
+    /// and last time.
     pub(super) fn bounds(&self, ask: &PulseRequest) -> Vec<Bound> {
         let mut bounds = Vec::with_capacity(4 * self.pulses.len());
         for index in 0..self.pulses.len() {
@@ -179,7 +183,7 @@ impl Schedule {
         bounds
     }
 
-    /// The same with pulses of one level that touch joined.
+    /// Merges pulses of one level whose pause is at most `touching`.
     pub fn joined(mut self, touching: f64) -> Self {
         let mut index = 1;
         while index < self.pulses.len() {
@@ -194,7 +198,7 @@ impl Schedule {
         self
     }
 
-    /// The pulses of arcs at the limits.
+    /// Returns the pulses of bang-bang arcs.
     pub fn of_arcs(arcs: &Arcs) -> Vec<Pulse> {
         let mut pulses = Vec::new();
         for (level, first) in arcs.signs.iter().enumerate() {

@@ -1,11 +1,12 @@
-//! Which pulses: schedules to start from, and what is taken away, joined or added to burn less.
+//! Choice of the pulses: initial schedules, and pulses that are removed, merged or added to burn
+//! less.
 //!
-//! The best times of given pulses are found to a local minimum; which pulses there are is a choice
-//! among very many. They come from the extremals without a shortest pulse, of which short pulses
-//! are dropped, made longer or joined; from two impulses that turn the body slowly to the end; and
-//! from some of these with times moved at random and pairs of pulses added, more of them where no
-//! schedule meets the end. The best of them are then changed by one pulse at a time, as long as
-//! that burns less.
+//! The optimal times of given pulses are found to a local minimum; which pulses exist is a choice
+//! among very many. Initial schedules come from three sources. First, the extremals without a
+//! minimum pulse width, whose short pulses are dropped, lengthened or merged. Second, two impulses
+//! that turn the body slowly to the end. Third, some of these with random changes of the times and
+//! additional pairs of pulses, more of them if no schedule meets the terminal conditions. The best
+//! schedules are then changed by one pulse at a time, as long as that burns less.
 
 use super::super::arcs::Arcs;
 use super::super::certificate::Certified;
@@ -20,7 +21,8 @@ use super::optimum::best_times;
 use super::schedule::{Best, Pulse, PulseRequest, Schedule};
 use crate::numerics::random::Stream;
 
-/// What was found, the best first, and how many schedules were tried.
+/// Result of the search: schedules with optimal times, the best first, and the number of schedules
+/// tried.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PulsesFound {
     pub best: Vec<Best>,
@@ -37,7 +39,8 @@ impl PulsesFound {
         let touching = DISTINCT * schedule.duration;
         let joined = best.schedule.clone().joined(touching);
         if joined.pulses.len() < best.schedule.pulses.len() {
-            // What touches is one pulse, which may well be shorter than two.
+            // Two pulses that touch are one pulse, which may be shorter than two minimum pulse
+            // widths.
             return best_times(extremal, &joined, ask).or(Some(best));
         }
         Some(best)
@@ -55,7 +58,8 @@ impl PulsesFound {
     }
 }
 
-/// Pulses of least fuel near the extremals of the same maneuver without a shortest pulse.
+/// Searches for minimum-fuel pulses near the extremals of the maneuver without a minimum pulse
+/// width.
 pub(crate) fn search(
     extremal: &Extremal,
     limits: &[BranchEnd],
@@ -75,7 +79,7 @@ pub(crate) fn search(
     found
 }
 
-/// Schedules to start from, no two alike.
+/// Returns the initial schedules, without similar ones.
 fn starts(extremal: &Extremal, limits: &[BranchEnd], ask: &PulseRequest, work: &Work) -> Vec<Schedule> {
     let Some(best) = limits.first() else { return Vec::new() };
     let mut sources: Vec<(Vec<Pulse>, f64)> = Vec::new();
@@ -107,7 +111,7 @@ fn starts(extremal: &Extremal, limits: &[BranchEnd], ask: &PulseRequest, work: &
     starts
 }
 
-/// Whether two schedules have the same pulses at nearly the same times.
+/// Returns whether two schedules have the same pulses at nearly the same times.
 fn alike(a: &Schedule, b: &Schedule) -> bool {
     let near = |(a, b): (&Pulse, &Pulse)| {
         a.level == b.level
@@ -117,11 +121,11 @@ fn alike(a: &Schedule, b: &Schedule) -> bool {
     last && a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
 }
 
-/// Pulses with a gap below `joined` between them made one of the same area and centroid, and then
-/// those shorter than `dropped` left out.
+/// Merges pulses with a pause shorter than `joined` into one of equal area and centroid, then drops
+/// those shorter than `dropped`.
 fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     let mut kept: Vec<Pulse> = Vec::with_capacity(pulses.len());
-    // The end of the last pulse as it was.
+    // End of the last pulse before merging.
     let mut last_off = f64::NEG_INFINITY;
     for pulse in pulses {
         match kept.last_mut() {
@@ -136,8 +140,8 @@ fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     kept
 }
 
-/// Schedules with times moved at random and pairs of pulses added: a few, and more until one meets
-/// the end.
+/// Tries schedules with random changes of the times and additional pulses: a few, and more until
+/// one meets the terminal conditions.
 fn at_random(
     extremal: &Extremal,
     starts: &[Schedule],
@@ -172,7 +176,7 @@ fn at_random(
     }
 }
 
-/// Changes the best schedules by one pulse at a time as long as that burns less.
+/// Changes the best schedules by one pulse at a time, as long as that burns less.
 fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut PulsesFound) {
     let times = if ask.thorough { THOROUGH } else { 1 };
     let first: Vec<Best> = found.best.iter().take(times * CHANGED).cloned().collect();
@@ -191,13 +195,13 @@ fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut Pul
     }
 }
 
-/// Schedules with one pulse less, two joined, or one more where the maximum principle would have
-/// one.
+/// Returns the schedules with one pulse fewer, with two merged, or with one more where a switching
+/// function has the wrong sign.
 fn neighbours(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Vec<Schedule> {
     let Schedule { pulses, duration, .. } = &best.schedule;
     let mut all = Vec::new();
     let shortest = |pulse: &Pulse| pulse.length() < ask.shortest + DISTINCT * duration;
-    // Those that would be shorter first.
+    // Pulses at the minimum pulse width that the optimum would shorten, the shortest first.
     let mut order: Vec<usize> = (0..pulses.len()).collect();
     order.sort_by(|a, b| pulses[*a].length().total_cmp(&pulses[*b].length()));
     for index in order.iter().filter(|index| shortest(&pulses[**index])) {

@@ -1,5 +1,5 @@
-//! Derivatives of the motion under pulses against finite differences, quadratic programs against
-//! their conditions, and ties.
+//! Tests of pulses: derivatives of the motion against finite differences, quadratic programs
+//! against their optimality conditions, and ties.
 
 use super::motion::Motion;
 use super::on_grid::{Placed, placed};
@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector, Vector6};
 
 const DURATION: f64 = 5.0;
 
-/// Three torques of both signs, which cost, about a full inertia.
+/// Returns an extremal with three two-sided torques that cost fuel, and a full inertia matrix.
 fn extremal() -> Extremal {
     let j = Matrix3::new(1.1, 0.1, -0.05, 0.1, 0.9, 0.08, -0.05, 0.08, 1.3);
     let axes: Vec<Vector3> = [Vector3::x(), 1.2 * Vector3::y(), 0.8 * Vector3::z()]
@@ -45,7 +45,8 @@ fn ask() -> PulseRequest {
 fn schedule() -> Schedule {
     let pulse = |level: usize, on: f64, off: f64| Pulse { level, on, off };
     let pulses = vec![
-        // No arc is a whole number of integration steps long, whose number would change with it.
+        // No arc is a whole number of integration steps long, so that a small change does not
+        // change this number.
         pulse(0, 0.11, 0.52),
         pulse(1, 3.93, 4.45),
         pulse(3, 0.33, 0.74),
@@ -56,7 +57,7 @@ fn schedule() -> Schedule {
     Schedule { pulses, duration: DURATION, sought: false }
 }
 
-/// The same where the duration is sought, at a price.
+/// Returns the maneuver with a free duration that has a price.
 fn sought() -> (Extremal, Schedule, PulseRequest) {
     let extremal = extremal();
     let time_price = 0.3 + extremal.costs.iter().sum::<f64>();
@@ -64,7 +65,7 @@ fn sought() -> (Extremal, Schedule, PulseRequest) {
     (extremal, Schedule { sought: true, ..schedule() }, PulseRequest { sought: true, ..ask() })
 }
 
-/// Central differences of a vector of the times.
+/// Returns the central differences of a vector function of the times.
 fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>) -> DMatrix<f64> {
     const STEP: f64 = 2e-5;
     let columns: Vec<DVector<f64>> = (0..times.len())
@@ -104,7 +105,7 @@ fn the_end_answers_to_the_times_as_finite_differences_say() {
         };
         let found = Motion::of(&extremal, &schedule, &Vector6::zeros(), FINE).unwrap().kkt;
         let apart = (found.by_unknowns() - differences(&schedule.times(), end)).amax();
-        // The error of the differences is a third derivative times 4e-10 / 6.
+        // The error of the differences is the third derivative times 4e-10 / 6.
         assert!(apart < 1e-8, "{apart:e}");
     }
 }
@@ -123,17 +124,18 @@ fn lagrangian_answers(extremal: &Extremal, schedule: &Schedule) {
     let kkt = at(&times);
     let apart = (kkt.hessian() - differences(&times, |times| at(times).slope().into_owned())).amax();
     assert!(apart < 1e-8, "{apart:e}");
-    // Without costates the slope is that of the cost, and it is linear in them.
+    // At zero costates the slope is the gradient of the cost; it is linear in the costates.
     let cost = differences(&times, |times| DVector::from_element(1, schedule.at(times).cost(extremal)));
     let pull = kkt.by_multipliers() * costates;
     assert!((kkt.slope() - pull - cost.transpose()).amax() < 1e-8);
-    // Along the terminal conditions the costates have no say: both derivatives have one null space.
+    // In the null space of the terminal conditions the costates have no effect: both derivatives
+    // have the same null space.
     let svd = kkt.by_unknowns().into_owned().svd(true, true);
     let rows = svd.v_t.unwrap();
     let count = rows.ncols();
     let along = DMatrix::identity(count, count) - rows.tr_mul(&rows);
     assert!((along.clone() * kkt.by_multipliers()).amax() < 1e-10);
-    // And there the second derivative is symmetric, whatever the costates.
+    // The second derivative is symmetric in this null space, for any costates.
     let reduced = &along * kkt.hessian() * &along;
     assert!((&reduced - reduced.transpose()).amax() < 1e-10 * (1.0 + reduced.amax()));
 }
@@ -148,7 +150,7 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
         let hessian = root.tr_mul(&root) + 1e-3 * DMatrix::identity(n, n);
         let gradient = DVector::from_fn(n, |_, _| 3.0 * number());
         let equations = DMatrix::from_fn(2, n, |_, _| number());
-        // The origin is within all bounds, and meets the equations.
+        // The origin is within all bounds and satisfies the equations.
         let right = DVector::zeros(2);
         let mut bounds: Vec<Bound> =
             (1..n).map(|b| Bound { a: Some(b - 1), b: Some(b), least: -0.3 * number().abs() }).collect();
@@ -166,8 +168,8 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             let slack = bound.slack(&found.p);
             assert!(slack > -1e-9 && (!acts || slack < 1e-7), "case {case}: {slack}");
         }
-        // The pull is a combination of the equations, and the slope beside it one of the bounds
-        // that are met, none of which pulls.
+        // The multiplier term is a combination of the equations, and the remaining slope one of the
+        // active bounds, with positive multipliers.
         let combined = |rows: DMatrix<f64>, slope: &DVector<f64>| {
             let shares = rows.clone().svd(true, true).solve(slope, 1e-12).unwrap();
             assert!((slope - rows * &shares).amax() < 1e-7, "case {case}");
@@ -202,8 +204,8 @@ fn a_program_without_room_has_no_solution() {
 fn times_hang_on_the_bounds_that_act() {
     let schedule = schedule();
     let bounds = schedule.bounds(&ask());
-    // The first pulse starts with the maneuver and lasts as long as it must; the second ends with
-    // it.
+    // The first pulse starts with the maneuver and has the minimum pulse width; the second ends
+    // with the maneuver.
     let of = |a: Option<usize>, b: Option<usize>| move |bound: &Bound| bound.a == a && bound.b == b;
     let first = of(None, Some(0));
     let short = of(Some(0), Some(1));
@@ -246,7 +248,7 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
     let found = placed_well(&extremal, &ask);
     let (duration, cost) = (found.schedule.duration, found.schedule.cost(&extremal));
     assert!((duration / DURATION - 1.0).abs() > 0.01, "{duration}");
-    // The same pulses in a given duration, a price for it included.
+    // The pulses for a given duration, with the price of that duration.
     let given = |duration: f64| {
         let extremal = Extremal { given_duration: Some(duration), ..extremal.clone() };
         let ask = PulseRequest { sought: false, ..ask.clone() };
@@ -254,14 +256,15 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
         best_times(&extremal, &first, &ask).unwrap().cost + extremal.price_of_time() * duration
     };
     assert!((given(duration) / cost - 1.0).abs() < 1e-9);
-    // As many bounds may act as leave no time free: then the cost goes up on both sides at once.
+    // If active bounds leave no time free, the cost increases in both directions.
     for part in [0.99, 0.999, 1.001, 1.01] {
         let other = given(part * duration);
         assert!(other > cost, "{part}: {other} {cost}");
     }
 }
 
-/// Pulses that begin with the maneuver or end with it do so exactly, and the end is met with that.
+/// Claim: pulses that begin or end with the maneuver do so exactly, and the terminal conditions are
+/// still met.
 #[test]
 fn arcs_of_the_best_times_meet_the_end_to_round_off() {
     let (sought, with_duration, _) = sought();

@@ -1,4 +1,4 @@
-//! Gaps against closed forms of turns about one axis.
+//! Tests of gaps against closed forms for turns about one axis.
 
 use super::above_zero;
 use crate::maneuver::constraint::{Constraint, Rule};
@@ -26,7 +26,7 @@ fn the_positive_part_of_a_line_is_integrated_exactly() {
     assert!(above_zero([f64::NAN, -1.0], 1.0).is_nan());
 }
 
-/// A turn of a sphere of unit moment about z, by three torques.
+/// Returns a turn of a sphere with unit moment of inertia about z, by three torques.
 fn turn(angle: f64, rule: Rule, limits: Limits) -> Problem {
     let body = Body { inertia: Inertia::diagonal(Vector3::repeat(1.0)).unwrap(), mass: None };
     let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
@@ -36,7 +36,7 @@ fn turn(angle: f64, rule: Rule, limits: Limits) -> Problem {
     problem.with_constraint(Constraint { name: "rate".into(), rule })
 }
 
-/// Next to no rate about the other axes.
+/// Returns rate limits that are very small about the other axes.
 fn about_z(fastest: f64) -> Rule {
     Rule::RateAxes(Vector3::new(1e-3, 1e-3, fastest))
 }
@@ -45,7 +45,7 @@ fn each(size: f64) -> Limits {
     Limits { size: Some(vec![size; 3]), ..Limits::default() }
 }
 
-/// The cost of a plan that lands, and its gap.
+/// Returns the cost of a plan that lands, and its gap.
 fn planned(problem: &Problem, steps: usize) -> (f64, ContinuousGap) {
     let settings = Settings { method: Method::InteriorPoint, ..Settings::default() };
     let found = solve(&problem.clone().with_steps(steps), &settings, None, &mut Silent).unwrap();
@@ -53,9 +53,9 @@ fn planned(problem: &Problem, steps: usize) -> (f64, ContinuousGap) {
     (found.cost, found.interior.unwrap().continuous_gap.expect("a gap"))
 }
 
-/// The gap is what holding the torque over steps costs: over the two steps about the switch the
-/// torque is half of its limit, and with an odd number of steps off over the middle one. Of the
-/// motion that this leaves, a turn by h²/2 or h²/4 is missing, at dT/dθ = 2/T.
+/// Claim: the gap is the cost of holding the torque over steps. On the two steps about the switch
+/// the torque is half of its limit; with an odd number of steps it is zero on the middle one. The
+/// remaining motion lacks a rotation by h²/2 or h²/4, at dT/dθ = 2/T.
 #[test]
 fn the_gap_is_what_torques_that_are_held_over_steps_cost() {
     let angle = 20f64.to_radians();
@@ -70,8 +70,8 @@ fn the_gap_is_what_torques_that_are_held_over_steps_cost() {
     }
 }
 
-/// Full torque until the rate is reached, which falls within a step at the part v: the gap is
-/// `h²/(4 Ω)` at either end, whatever v is, and the excess `(1/8 + v (1 − v)/2) h²/Ω`.
+/// Claim: with full torque until the rate limit is reached, within a step at the fraction v, the
+/// gap is `h²/(4 Ω)` at either end for any v, and the excess is `(1/8 + v (1 − v)/2) h²/Ω`.
 #[test]
 fn the_gap_of_a_plan_along_a_limit_of_the_rate_is_the_closed_form_and_above_its_excess() {
     let (angle, fastest) = (20f64.to_radians(), 0.2);
@@ -86,7 +86,7 @@ fn the_gap_of_a_plan_along_a_limit_of_the_rate_is_the_closed_form_and_above_its_
             let excess = (0.5 + 2.0 * v * (1.0 - v)) * closed;
             assert!((found.gap / closed - 1.0).abs() < 0.03, "{steps}: {} {closed}", found.gap);
             assert!(((cost - truth) / excess - 1.0).abs() < 0.03, "{steps}: {} {excess}", cost - truth);
-            // The next order is a part of about h.
+            // The term of next order is smaller by a factor of about h.
             assert!(
                 cost - truth < (1.0 + 1.0 / f64::from(steps)) * found.gap,
                 "{steps}: {} {}",
@@ -99,8 +99,8 @@ fn the_gap_of_a_plan_along_a_limit_of_the_rate_is_the_closed_form_and_above_its_
     }
 }
 
-/// Off from the rate Ω = θ/(T − Ω) on: the gap is `h²/4` at either end, times the slope of the
-/// switching function dF/dθ = 2/(T − 2Ω).
+/// Claim: with zero torque after the rate Ω = θ/(T − Ω) is reached, the gap is `h²/4` at either
+/// end, times the rate of the switching function dF/dθ = 2/(T − 2Ω).
 #[test]
 fn the_gap_of_least_fuel_is_the_closed_form_and_above_its_excess() {
     let (angle, duration) = (20f64.to_radians(), 2.0);
@@ -116,8 +116,8 @@ fn the_gap_of_least_fuel_is_the_closed_form_and_above_its_excess() {
     }
 }
 
-/// Full torque, the way from +U to −U at the slope j in 2U/j, and full torque
-/// (`tests/it/maneuvers/shortest.rs`).
+/// The torque is full, then changes from +U to −U at the rate limit j in the time 2U/j, then is
+/// full again (`tests/it/maneuvers/shortest.rs`).
 #[test]
 fn the_gap_of_ramps_is_about_what_they_cost_to_be_held() {
     let angle = 120f64.to_radians();
@@ -131,7 +131,7 @@ fn the_gap_of_ramps_is_about_what_they_cost_to_be_held() {
     }
 }
 
-/// Forces that have more than they need, on a way that takes less time than the turn.
+/// Forces that are not saturated, because the displacement takes less time than the turn.
 #[test]
 fn inputs_that_have_more_than_they_need_are_told() {
     let alone = turn(1.0, about_z(10.0), each(1.0));

@@ -1,4 +1,5 @@
-//! The count against the shooting's conjugate points, and against costs along feasible curves.
+//! The count of descent directions compared with the shooting's conjugate points, and with costs
+//! along feasible curves.
 
 use super::Conditions;
 use crate::lie;
@@ -23,14 +24,14 @@ use crate::{Vector3, mechanics::environment::Pose};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Ways between the ends of a slew: the short one, and others that are no minima as a rule.
+/// Returns paths between the ends of a slew: the short one, and others that are usually not minima.
 fn paths(problem: &Problem) -> Vec<Path> {
     let short = lie::log(&problem.start.attitude.tr_mul(&problem.end.attitude));
     let wound = |turns: f64| Path::AsGiven(short * (1.0 + turns * TAU / short.norm()));
     vec![Path::Shortest, wound(-1.0), wound(1.0), wound(-2.0)]
 }
 
-/// A slew with limitable inputs: its weight is diagonal.
+/// Returns a slew whose inputs may have limits: its weight is diagonal.
 fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
     let mut problem = attitude_only(moving_ends(random, frame)).with_steps(steps);
     problem.start.angular_velocity *= 0.1;
@@ -50,7 +51,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
-/// Torques within a part of their peak in `free`, one by one or their norm.
+/// Limits the torques to a fraction of their peak in `free`, each torque or their norm.
 fn within(problem: &Problem, free: &Solution, norm: bool, part: f64) -> Problem {
     let channel = &problem.actuation.torque;
     let trajectory = &free.trajectory;
@@ -65,7 +66,7 @@ fn within(problem: &Problem, free: &Solution, norm: bool, part: f64) -> Problem 
     problem.clone().with_actuation(Actuation::torques(channel))
 }
 
-/// What Newton on the acting rows alone makes of the path of a plan, which may be a saddle.
+/// Applies Newton's method on the active set to the path of a plan; the result may be a saddle.
 fn along(problem: &Problem, plan: &Solution) -> Option<(Chain, Polished)> {
     let chain = Chain::new(problem, problem.steps);
     let (model, rows) = (&chain.model, &chain.rows);
@@ -83,7 +84,7 @@ fn descents(chain: &Chain, at: &Polished) -> Option<usize> {
     Conditions::of(chain, &at.iterate, &at.multipliers, &Watch::NONE)?.descents()
 }
 
-/// Two counts that share nothing but the model's derivatives.
+/// Compares two counts that share only the model's derivatives.
 #[test]
 fn descents_are_the_conjugate_points_of_the_shooting() {
     let mut random = Random(59);
@@ -121,7 +122,7 @@ struct Reduced<'a> {
     model: &'a Model,
     rows: &'a LimitRows,
     acting: Vec<bool>,
-    /// Pseudo-inverse of the conditions' Jacobian.
+    /// Pseudo-inverse of the Jacobian of the conditions.
     inverse: DMatrix<f64>,
 }
 
@@ -134,7 +135,7 @@ impl Reduced<'_> {
         Iterate { states: vec![first], inputs: all }.replayed(self.model).unwrap()
     }
 
-    /// Terminal conditions and acting rows.
+    /// Returns the values of the terminal conditions and of the active rows.
     fn conditions(&self, inputs: &DVector<f64>) -> DVector<f64> {
         let evaluated = self.iterate(inputs).evaluate(self.model, self.rows, Watch::NONE).unwrap();
         let mut values: Vec<f64> = evaluated.terminal.iter().copied().collect();
@@ -157,7 +158,7 @@ impl Reduced<'_> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Cost of the inputs that meet all conditions nearest to these.
+    /// Returns the cost of the nearest inputs that satisfy all conditions.
     fn cost(&self, mut inputs: DVector<f64>) -> f64 {
         let mut left = self.conditions(&inputs);
         for _ in 0..12 {
@@ -172,8 +173,9 @@ impl Reduced<'_> {
     }
 }
 
-/// Number of directions with negative curvature of the cost along curves on which all conditions
-/// hold: no multipliers, no second derivatives. `None` where one is too flat to tell.
+/// Counts the directions with negative curvature of the cost along curves on which all conditions
+/// hold, without multipliers and second derivatives. Returns `None` if a curvature is too small to
+/// decide.
 fn descents_along_curves(
     model: &Model,
     rows: &LimitRows,
@@ -200,7 +202,7 @@ fn descents_along_curves(
     let own: Vec<f64> = free.iter().map(curvature).collect();
     let hessian = DMatrix::from_fn(free.len(), free.len(), |i, j| match i.cmp(&j) {
         std::cmp::Ordering::Equal => own[i],
-        // The polarisation identity; each pair once.
+        // The polarisation identity; each pair is computed once.
         std::cmp::Ordering::Less => 0.5 * (curvature(&(&free[i] + &free[j])) - own[i] - own[j]),
         std::cmp::Ordering::Greater => 0.0,
     });
@@ -216,7 +218,7 @@ fn poses(solution: &Solution) -> Vec<Pose> {
     solution.trajectory.quaternion.iter().map(pose).collect()
 }
 
-/// A limit of the rate below the peak, or a cone that the path of a boresight cuts, or both.
+/// Adds a rate limit below the peak, or a cone that intersects the path of a boresight, or both.
 fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -> Problem {
     let peak = largest(free.trajectory.angular_velocity.iter().map(|rate| rate.norm()));
     let rate = Constraint { name: "rate".into(), rule: Rule::RateNorm((1.0 - 0.02 * depth) * peak) };
@@ -239,7 +241,7 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
     }
 }
 
-/// The same with a pyramid of wheels behind the torques.
+/// Returns the problem with a pyramid of reaction wheels as actuators.
 fn on_wheels(problem: &Problem) -> Problem {
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
@@ -255,7 +257,7 @@ fn on_wheels(problem: &Problem) -> Problem {
 fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
     let mut random = Random(61);
     let (mut minima, mut saddles) = (0, 0);
-    // Where a rate or a cone acts.
+    // Cases with an active rate limit or cone.
     let (mut minima_at_states, mut saddles_at_states) = (0, 0);
     for index in 0..40 {
         let scheme = if index % 2 == 0 { Scheme::LieVerlet } else { Scheme::LieEuler };
@@ -264,7 +266,7 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
         for path in paths(&free) {
             let free = free.clone().with_path(path);
             let Some(found) = shot(&free) else { continue };
-            // Minima abound.
+            // Enough minima have been tested.
             if minima >= 12 && found.optimality.conjugate_points == Some(0) {
                 continue;
             }
