@@ -125,7 +125,8 @@ impl Random {
         moments * (3.0 / moments.sum())
     }
 
-    /// Draws an inertia with moments as in [`Self::moments`] about principal axes uniform on SO(3).
+    /// Draws an inertia with moments as in [`Self::mean_moments`] about principal axes uniform on
+    /// SO(3).
     pub fn inertia(&mut self, ratio: f64) -> Inertia {
         let moments = self.mean_moments(ratio);
         self.about_any_axes(&moments)

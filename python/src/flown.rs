@@ -22,9 +22,10 @@ use std::time::Instant;
 /// The number of cases between two calls of the caller's progress function and checks of signals.
 const CHUNK: usize = 4096;
 
-/// Simulates `count` flights of the plan of a maneuver or a sequence, each with another craft that differs from the model, with
-/// or without gains. Returns the statistics as JSON, and the cases as named one-dimensional arrays,
-/// with NaN for a lost case. Also returns an exception that was raised during the work.
+/// Simulates `count` flights of the plan of a maneuver or a sequence, each with another craft that
+/// differs from the model, with or without gains. Returns the statistics as JSON, and the cases as
+/// named one-dimensional arrays, with NaN for a lost case. Also returns an exception that was
+/// raised during the work.
 #[pyfunction]
 #[pyo3(signature = (planned, count, seed, threads = None, gains = true, overrides = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -131,7 +132,7 @@ fn arrays<'py>(py: Python<'py>, flight: &Flight<'_>, runs: &Runs<'_>) -> PyResul
     let (constraints, parameters) = (runs.problem.constraints.len(), runs.uncertainty.parameters.len());
     let instants = runs.marks.len();
     named.set_item("end", of(6, &|flown| flown.end.iter().copied().collect()))?;
-    // The last instant may be the end.
+    // The last instant of a sequence may be its end, whose errors are in `end`.
     let stops = |flown: &Flown| -> Vec<f64> {
         let each = (0..instants).map(|index| flown.stops.get(index).unwrap_or(&flown.end));
         each.flat_map(|error| error.iter().copied()).collect()

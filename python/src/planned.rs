@@ -36,7 +36,7 @@ pub struct Planned {
     feedback: Option<FeedbackRecord>,
     /// The covariances along the plan; `None` without uncertainty.
     uncertainty: Option<UncertaintyRecord>,
-    /// The elapsed time within the library [s]; NaN for a plan that was read from a file.
+    /// The elapsed time within the library \[s\]; NaN for a plan that was read from a file.
     wall_time: f64,
 }
 

@@ -65,7 +65,7 @@ fn refused(py: Python<'_>, error: &SequenceError) -> PyErr {
 }
 
 impl PlannedSequence {
-    /// Returns the document of the plan.
+    /// Returns the contents of the plan file of the sequence.
     pub(crate) fn file(&self) -> SequenceFile<'_> {
         SequenceFile::new(&self.loaded, &self.plan)
     }

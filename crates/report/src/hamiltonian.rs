@@ -4,13 +4,14 @@
 //! H = L + λ^x·γ/m + λ^γ·(f + f_u) + λ^ζ·(Ω − Rᵀn) + λ^Π·(Π × Ω + M + τ)
 //! ```
 //!
-//! L is the running cost, n the angular velocity of the reference frame, f and M the force and
-//! moment of the field, f_u and τ those of the inputs, and λ the costates of position x, linear
-//! momentum γ, attitude ζ and angular momentum Π. A field does not depend on time in its own frame,
-//! so H is constant in continuous time, with or without limits. It is the derivative of the optimal
-//! cost with respect to the duration, and zero if the duration is free. The costates of the
-//! discrete conditions are converted to costates at the nodes by half a kick. With them H is
-//! constant up to the discretisation error, which the chart shows.
+//! L is the running cost, m the mass, R the attitude, Ω the angular velocity, and n the angular
+//! velocity of the reference frame. The field exerts the force f and the moment M, and the inputs
+//! exert the force f_u and the torque τ. λ are the costates of position x, linear momentum γ,
+//! attitude ζ and angular momentum Π. A field does not depend on time in its own frame, so H is
+//! constant in continuous time, with or without limits. It is the derivative of the optimal cost
+//! with respect to the duration, and zero if the duration is free. The costates of the discrete
+//! conditions are converted to costates at the nodes by half a kick. With them H is constant up to
+//! the discretisation error, which the chart shows.
 //!
 //! Wheels store momenta h with `ḣ = −u`, and Π is then the total momentum. A plan does not contain
 //! the costate of h. While no limit of the wheels is active, this costate is `Wu`, and

@@ -195,7 +195,7 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         wheels: wheels,
         limits: &limits,
         constraints: &constraints,
-        flight: &sections,
+        flight: loaded.closed_loop.sections().map(|name| format!("[{name}]")).collect::<Vec<_>>(),
         dispersion: loaded.dispersion.as_ref().map(|dispersion| dispersion.varied.len()),
         memory_bytes: memory.likely,
         memory_bytes_at_most: memory.most,
@@ -204,7 +204,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     Ok(Exit::Solved)
 }
 
-/// Returns the sections for flights and the number of chances of limits; `None` without sections.
+/// Describes which sections for flights the spec has, and how many chances of limits; `None`
+/// without such sections.
 fn flight(closed_loop: &ClosedLoop) -> Option<String> {
     let sections: Vec<String> = closed_loop.sections().map(|name| format!("[{name}]")).collect();
     let chances = match closed_loop.chances.len() {

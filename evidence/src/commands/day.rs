@@ -1,13 +1,15 @@
-//! A day of many stops, planned and verified: stars and targets that move, wheels, cones.
+//! Plans and verifies a day of many stops: stars and moving targets, with wheels and cones.
 //!
 //! `cargo run --release -p evidence -- day [spec] [STOPS [SEED]]`: STOPS (100 by default) stops in
-//! their order over a day on a low orbit, in least time: every fifth one on a target that moves (nadir,
-//! zenith, along the track, the normal of the orbit) and followed for a minute, the others on random stars
-//! for a part of what is left. Every tenth star leaves the roll free. Four wheels, a limit of the
-//! rate, a telescope 45° off the Sun and 10° off the Moon. Stars within the cones are drawn again.
+//! a given order over a day on a low orbit, in minimum time. Every fifth stop points at a moving
+//! target (nadir, zenith, along the track, or the orbit normal) and follows it for a minute. The
+//! other stops point at random stars, all for the same time. Every tenth stop has a free roll. The
+//! spacecraft has four wheels and a rate limit, and its telescope stays 45° from the Sun and 10°
+//! from the Moon. Stars within these cones are drawn again.
 //!
-//! It prints the seconds of planning and of verifying, how many legs and holds the witnesses pass, and
-//! how long the body turns; with `spec` it prints the spec instead. Ends with 1 if one does not pass.
+//! The command prints the times of planning and verification, how many legs and holds pass the
+//! witnesses, and how long the body turns. With `spec` it prints the spec instead. It ends with 1
+//! if a leg or a hold does not pass.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -18,11 +20,11 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-/// The day [s], without its last hour.
+/// The duration of the day without its last hour [s].
 const DAY: f64 = 82_800.0;
-/// How long a target that moves is followed [s].
+/// The time for which a moving target is followed [s].
 const FOLLOWED: f64 = 60.0;
-/// What a slew takes at most [s], for the length of the holds.
+/// The assumed longest duration of a slew [s], from which the length of the holds is computed.
 const SLEW: f64 = 90.0;
 
 const CRAFT: &str = r#"
@@ -74,10 +76,11 @@ direction = "moon"
 half_angle_deg = 10
 "#;
 
-/// The Sun and the path of the Moon on that day, right ascension and declination [deg].
+/// The cones that stars must avoid, about the Sun and about two points on the path of the Moon of
+/// that day: right ascension, declination and half angle [deg].
 const AVOIDED: [[f64; 3]; 3] = [[236.8, -20.0, 50.0], [22.0, 8.0, 25.0], [30.0, 12.0, 25.0]];
 
-/// Returns a star outside of the cones, right ascension and declination [deg].
+/// Draws a star outside of the cones, and returns its right ascension and declination [deg].
 fn star(random: &mut Random) -> [f64; 2] {
     loop {
         let at = random.direction();
@@ -93,7 +96,7 @@ fn star(random: &mut Random) -> [f64; 2] {
     }
 }
 
-/// Returns the spec of a day.
+/// Returns the text of the spec.
 fn text(stops: usize, seed: usize) -> String {
     let mut random = Random::of_case(81, seed);
     let moving = ["nadir", "zenith", "along_track", "orbit_normal", "anti_orbit_normal"];

@@ -13,13 +13,13 @@
 //!   `public_set`: the first cases of these commands, planned as they plan them (`pulses` belong to
 //!   `minimum_fuel`, `public_set` to `minimum_time`).
 //!
-//! Each case is a row of the table, with cost, verdict and CPU time [s]. A case that exceeds its
-//! time budget is stopped: `no answer in 60 s`. An answer is a plan that is solved and verified, or
-//! a proof that no plan exists. A case is `new` if it has an answer and the table has none. It is
-//! `lost` if it has no answer and the table has one, or if the answer is of another kind. It is
-//! `better` or `worse` if it costs less or more by over TOLERANCE (1e-7), relative to the cost.
-//! Times depend on the machine and its load. They are reported for each section, and for cases that
-//! take more than twice as long and over half a second longer.
+//! Each case is a row of the table, with cost, verdict and CPU time in seconds. A case that exceeds
+//! its time budget is stopped: `no answer in 60 s`. An answer is a plan that is solved and
+//! verified, or a proof that no plan exists. A case is `new` if it has an answer and the table has
+//! none. It is `lost` if it has no answer and the table has one, or if the answer is of another
+//! kind. It is `better` or `worse` if it costs less or more by over TOLERANCE (1e-7), relative to
+//! the cost. Times depend on the machine and its load. They are reported for each section, and for
+//! cases that take more than twice as long and over half a second longer.
 //!
 //! The command ends with 1 if a case is worse or lost.
 
@@ -216,7 +216,7 @@ fn public(words: &[&str]) -> Case {
     Ok((problem, Settings::default()))
 }
 
-/// The reason of a case that the random law does not produce.
+/// The error for a case for which the random law gives no maneuver.
 const NOT_DRAWN: &str = "not drawn";
 
 /// A row of the table.
@@ -226,7 +226,7 @@ struct Row {
     /// such as s or N²·m²·s; `None` for other results.
     cost: Option<f64>,
     verdict: String,
-    /// The CPU time [s], or the elapsed time if the system does not report CPU time.
+    /// The CPU time \[s\], or the elapsed time if the system does not report CPU time.
     seconds: f64,
 }
 

@@ -4,9 +4,9 @@
 //! `cargo run --release -p evidence -- table [CRAFT [TURNS [DIVISIONS [STEPS]]]]` makes the table
 //! of a craft, with DIVISIONS (0: the divisions that suit the symmetry) and STEPS (100). The craft
 //! are `wheels` (the default: asymmetric, four wheels, 4°/s), `slow` (`wheels` within 1°/s),
-//! `cube`, `xte` (boxes of torques), `thrusters` (eight, to one side) and `effort` (no limits,
-//! 60 s). It plans TURNS (1000) uniformly random turns, the short and the long way, and compares
-//! the shorter plans with the table. It ends with 1 if a lower bound is above a plan.
+//! `cube`, `xte` (a limit on each torque), `thrusters` (eight one-sided ones) and `effort` (no
+//! limits, 60 s). It plans TURNS (1000) uniformly random turns, the short and the long way, and
+//! compares the shorter plans with the table. It ends with 1 if a lower bound is above a plan.
 
 use evidence::words::Words;
 use slewkit::maneuver::Rule;

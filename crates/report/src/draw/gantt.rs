@@ -15,8 +15,8 @@ pub struct Gantt {
     pub subtitle: String,
     /// The end of the time axis, which begins at 0 \[s\].
     pub end: f64,
-    /// The rows: the name of the object, and the intervals [start, end] in which it is on \[s\], in
-    /// chronological order.
+    /// The rows: the name of the object, and the intervals from start to end \[s\] in which it is
+    /// on, in chronological order.
     pub rows: Vec<(String, Vec<[f64; 2]>)>,
 }
 

@@ -1,19 +1,18 @@
-//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed
-//! at.
+//! Moving discs on the sphere of directions: Earth, Moon, Sun, and targets.
 
 use super::super::svg::Svg;
 use super::{SkyView, circle};
 use slewkit::Vector3;
 
-/// A disc that moves, or a point.
+/// A moving disc, or a moving point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyDisc {
     /// The name of the target.
     pub name: String,
     /// The kind of the disc.
     pub kind: DiscKind,
-    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from
-    /// start to end; never empty.
+    /// The unit vector to the middle of the disc and its angular radius \[rad\], at equally spaced
+    /// times from start to end. The list is never empty.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -30,7 +29,7 @@ pub enum DiscKind {
     Target,
 }
 
-/// The least radius of a mark on paper \[px\]: the Sun would be half a pixel.
+/// The smallest radius of a drawn disc \[px\]. The Sun in its true size would be half a pixel.
 const LEAST: f64 = 4.0;
 
 impl DiscKind {
@@ -55,14 +54,14 @@ impl DiscKind {
 }
 
 impl SkyDisc {
-    /// Returns direction and radius at the start and at the end.
+    /// Returns the direction and the angular radius \[rad\] at the start and at the end.
     pub fn ends(&self) -> [(Vector3, f64); 2] {
         let nothing = (Vector3::x(), 0.0);
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
     }
 
-    /// Draws the disc at the end, its outline at the start, and the way of its middle; `scale` is
-    /// the radius of the map \[px\], `rim` a curve around it.
+    /// Draws the disc at the end, its outline at the start, and the path of its middle. `scale` is
+    /// the radius of the map \[px\], and `rim` is a curve around the map.
     pub(super) fn draw(
         &self,
         svg: &mut Svg,
@@ -83,8 +82,8 @@ impl SkyDisc {
                 continue;
             }
             let edge: Vec<(f64, f64)> = circle(&middle, radius).iter().map(place).collect();
-            // If the disc contains the point opposite to the middle of the map, it is drawn
-            // outside of its edge.
+            // If the disc contains the antipode of the middle of the map, the area outside of its
+            // edge is filled.
             let outside = middle.dot(&-view.middle) > radius.cos();
             if index == 1 {
                 let curves = [Some(&edge[..]), outside.then_some(rim)];

@@ -1,41 +1,45 @@
-//! Names of things on a map, none over another, and off the tracks if there is room.
+//! Places the names on a map so that they do not overlap, and do not cover tracks if enough room is
+//! left.
 
 use super::super::clear::crosses;
 
-/// Width of a character in parts of its size, as of a wide one of a sans-serif font.
+/// The width of a wide character of a sans-serif font, relative to the font size.
 const WIDE: f64 = 0.6;
 
 /// The distance between a name and its object \[px\].
 const BESIDE: f64 = 7.0;
 
-/// The number of rows above and below in which a free place is searched.
+/// The number of rows above and below an object in which a free place is searched.
 const ROWS: i32 = 12;
 
-/// The rectangles of placed names: left, top, right, bottom \[px\].
+/// The occupied rectangles of a map: left, top, right, bottom \[px\].
 pub(super) struct Names {
     taken: Vec<[f64; 4]>,
-    /// The tracks that names stay off, if a place off them is free.
+    /// The tracks that names should not cover.
     tracks: Vec<Vec<(f64, f64)>>,
-    /// The rectangle that all names stay within.
+    /// The rectangle in which all names must lie.
     within: [f64; 4],
 }
 
 impl Names {
-    /// Builds the names of a picture that stay within a rectangle.
+    /// Builds the empty list of names for a picture. All names will lie within the rectangle
+    /// `within`.
     pub fn within(within: [f64; 4], tracks: Vec<Vec<(f64, f64)>>) -> Self {
         Self { taken: Vec::new(), tracks, within }
     }
 
-    /// Keeps names away from a point, by a distance \[px\].
+    /// Reserves a square around a point, with half the side `by` \[px\], which names will not
+    /// cover.
     pub fn keep_clear(&mut self, (x, y): (f64, f64), by: f64) {
         self.taken.push([x - by, y - by, x + by, y + by]);
     }
 
-    /// Returns the position of the text of a name with the given size \[px\]: right or left of
-    /// its object, in the nearest free row.
+    /// Returns and reserves the position of a name with the font size `size` \[px\]: to the right
+    /// or left of its object, in the nearest free row.
     pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
         let width = Self::width(name, size);
-        // A little below first, then a little above, then row by row away from there.
+        // The rows are tried from the nearest to the farthest, alternately below and above the
+        // object.
         let rows = (0..ROWS).flat_map(|row| [f64::from(row), f64::from(-row - 1)]);
         let at = |row: f64, left: bool| {
             let x = if left { x - BESIDE - width } else { x + BESIDE };
@@ -44,13 +48,14 @@ impl Names {
         let places = rows.flat_map(|row| [at(row, false), at(row, true)]);
         let free: Vec<_> = places.filter(|place| self.is_free(*place, name, size)).collect();
         let off_tracks = free.iter().find(|place| self.is_off_tracks(**place, name, size));
-        // If all places are occupied, the name is next to the object.
+        // If all places are occupied, the name stands next to the object.
         let place = off_tracks.or(free.first()).copied().unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place
     }
 
-    /// Reserves the place of a text, if it is free.
+    /// Reserves the place of a text if it is free and covers no track. Returns whether it was
+    /// reserved.
     pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
         let free = self.is_free(place, name, size) && self.is_off_tracks(place, name, size);
         if free {
@@ -110,7 +115,7 @@ mod tests {
 
     #[test]
     fn names_stay_off_tracks_where_there_is_room() {
-        // A track that passes where a name would be, and one that leaves no place at all.
+        // First a track that passes where a name would be, then one that leaves no free place.
         let track = vec![(0.0, 208.0), (400.0, 208.0)];
         let mut names = Names::within([0.0, 0.0, 400.0, 400.0], vec![track.clone()]);
         names.beside((200.0, 200.0), "Sun", 11.0);

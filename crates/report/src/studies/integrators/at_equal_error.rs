@@ -1,21 +1,22 @@
-//! The work of each method for the same mean energy error.
+//! Computes the work that each method needs for the same mean energy error.
 //!
-//! Between two steps `log(work)` and `log(step)` are linear in `log(error)`: exact if both follow
-//! powers of the step.
+//! Between two steps, `log(work)` and `log(step)` are interpolated linearly in `log(error)`. This
+//! is exact if work and error are powers of the step.
 
 use super::run::Name;
 use super::{IntegratorRun, Study};
 use serde::{Deserialize, Serialize};
 
-/// The kind of knowledge of the work at an error level.
+/// How well the work at an error level is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// Interpolated between two steps.
+    /// The value is interpolated between two steps.
     Interpolated,
-    /// The longest step is already better: at most this much.
+    /// The value is an upper bound, because the longest step already has a smaller error.
     AtMost,
-    /// The shortest step is still worse, or the method fails: at least this much.
+    /// The value is a lower bound, because the shortest step still has a larger error, or because
+    /// the method fails.
     AtLeast,
 }
 
@@ -26,33 +27,34 @@ pub struct EqualError {
     pub horizon_s: f64,
     /// The mean energy error `e_E`.
     pub energy_error: f64,
-    /// Name of the method.
+    /// The name of the method.
     #[serde(deserialize_with = "super::run::name")]
     pub method: Name,
-    /// The meaning of the numbers below; for the step the bound is reversed.
+    /// Whether the numbers below are interpolated or bounds. For the step, upper and lower bound
+    /// are exchanged.
     pub bound: Bound,
-    /// The step \[s\]; `None` if no step brings the method to the horizon.
+    /// The step \[s\]; `None` if the method reaches the horizon with no step.
     pub step_s: Option<f64>,
-    /// Evaluations of the potential.
+    /// The number of evaluations of the potential.
     pub force_evaluations: Option<f64>,
-    /// Time \[s\].
+    /// The computing time \[s\].
     pub time_s: Option<f64>,
-    /// The meaning of the ratios; `None` if they are unknown.
+    /// Whether the ratios below are interpolated or bounds; `None` if they are unknown.
     pub ratio_bound: Option<Bound>,
-    /// The ratio of its evaluations to the evaluations of the first method.
+    /// The number of evaluations, relative to the first method.
     pub force_evaluation_ratio: Option<f64>,
-    /// The ratio of its time to the time of the first method.
+    /// The computing time, relative to the first method.
     pub time_ratio: Option<f64>,
 }
 
-/// The largest number of levels. Errors below the lowest level are round-off, and do not
-/// characterise a method.
+/// The largest number of levels, and the lowest level. Errors below the lowest level are round-off,
+/// and do not characterise a method.
 const LEVELS: usize = 5;
 const LOWEST: f64 = 1e-13;
 
-/// Returns round errors between the largest and the smallest error of the first method at the
-/// longest horizon, largest first, thinned to a few. Empty if the first method has fewer than two
-/// errors.
+/// Returns a few error levels, the largest first: 1 or 3 times powers of ten between the smallest
+/// and the largest error of the first method at the longest horizon. Empty if no such number lies
+/// between them.
 pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();
@@ -72,7 +74,7 @@ pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     inside.into_iter().step_by(stride).collect()
 }
 
-/// Returns all horizons, levels and methods.
+/// Returns the work of every method at every level and horizon.
 pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Vec<EqualError> {
     let mut table = Vec::new();
     for (&horizon, &level) in study.horizons.iter().flat_map(|t| levels.iter().map(move |e| (t, e))) {
@@ -84,7 +86,7 @@ pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Ve
                     run.method == kind.name() && run.horizon_s.to_bits() == horizon.to_bits()
                 };
                 let runs: Vec<&IntegratorRun> = runs.iter().filter(of).collect();
-                // The list is empty after an interruption.
+                // After an interruption, a method may have no runs.
                 (!runs.is_empty()).then(|| at_level(&runs, kind.name(), horizon, level))
             })
             .collect();
@@ -98,11 +100,12 @@ fn error(run: &IntegratorRun) -> Option<f64> {
     run.errors.map(|errors| errors.energy_error_mean)
 }
 
-/// Returns the runs of one method to one horizon, longest step first.
+/// Returns the work that a method needs for the energy error `level`. `runs` are its runs to one
+/// horizon, the longest step first.
 fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
-    // The longest step from which on all shorter ones are good: one accurate long step may be
-    // chance.
+    // This is the longest step from which on all shorter steps meet the level. A single accurate
+    // long step may be chance.
     let good_from = runs.len() - runs.iter().rev().take_while(|run| good(run)).count();
     let row = |bound, numbers: Option<[f64; 3]>| EqualError {
         horizon_s,
@@ -126,8 +129,8 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
         return row(Bound::AtMost, Some(numbers(fine)));
     };
     let fine_error = error(fine).unwrap_or(level);
-    // 0 at the coarse step, 1 at the fine one; an error of exactly zero is as good as the fine step
-    // gets.
+    // The fraction is 0 at the coarse step and 1 at the fine step. It is also 1 if the level and
+    // the error of the fine step are both zero, so that the quotient is not a number.
     let part = (coarse_error / level).ln() / (coarse_error / fine_error).ln();
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));

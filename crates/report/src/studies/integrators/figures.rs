@@ -1,4 +1,4 @@
-//! The figures of a comparison, as SVG.
+//! Draws the figures of a comparison of integrators as SVG.
 //!
 //! | figure | in the survey |
 //! |---|---|
@@ -9,9 +9,9 @@
 //! | `time_over_step` | 3 (d): CPU time |
 //! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `evaluations_precision`, `work_precision` | – |
 //!
-//! Two of its observations cannot be reproduced with any initial data. The implicit midpoint rule
-//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy error
-//! is near the error of the variational method, not near the error of the explicit rule.
+//! Two observations of the survey cannot be reproduced with any initial data. The implicit midpoint
+//! rule conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy
+//! error is near the error of the variational method, not near the error of the explicit rule.
 
 use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
@@ -33,11 +33,11 @@ pub struct Figure {
 /// The outline of a body: rods and balls in its axes \[m\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
-    /// Name in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Ends of straight lines.
+    /// The ends of straight lines.
     pub rods: Vec<[Vector3; 2]>,
-    /// Centers and radii.
+    /// The centers and radii of balls.
     pub balls: Vec<(Vector3, f64)>,
 }
 
@@ -47,11 +47,11 @@ impl Outline {
         let along = |x: f64| Vector3::new(x, 0.0, 0.0);
         let (half, radius) = (0.5 * dumbbell.length, dumbbell.sphere_radius);
         let balls = [half, -half].map(|x| (along(x), radius)).to_vec();
-        // The rod ends at the surfaces; balls that overlap hide it.
+        // The rod ends at the surfaces of the balls. Overlapping balls hide it.
         Self { name: name.into(), rods: vec![[along(half - radius), along(radius - half)]], balls }
     }
 
-    /// Builds the edges of a solid.
+    /// Returns the edges of a polyhedron.
     pub fn polyhedron(name: impl Into<String>, solid: &slewkit::mechanics::full_body::Polyhedron) -> Self {
         let corner = |index: u32| solid.vertices()[index as usize];
         let edges = solid.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
@@ -60,7 +60,7 @@ impl Outline {
         Self { name: name.into(), rods, balls: Vec::new() }
     }
 
-    /// Builds the points of a cloud, a few hundred of them.
+    /// Returns at most a few hundred points of a cloud.
     pub fn points(name: impl Into<String>, cloud: &slewkit::mechanics::full_body::PointCloud) -> Self {
         let points = cloud.points();
         let shown = points.iter().step_by(points.len().div_ceil(300).max(1));
@@ -68,7 +68,7 @@ impl Outline {
         Self { name: name.into(), rods: Vec::new(), balls }
     }
 
-    /// Builds a point.
+    /// Returns a point.
     pub fn point(name: impl Into<String>) -> Self {
         Self { name: name.into(), rods: Vec::new(), balls: vec![(Vector3::zeros(), 0.0)] }
     }
@@ -86,7 +86,7 @@ fn label(kind: Kind) -> String {
     format!("{}{survey}", kind.name())
 }
 
-/// Names of the figures, in the order in which they are drawn.
+/// The names of the figures, in the order in which they are drawn.
 pub const FIGURES: [&str; 10] = [
     "trajectories",
     "energy_over_time",
@@ -101,7 +101,7 @@ pub const FIGURES: [&str; 10] = [
 ];
 
 /// Returns all figures, in the order of [`FIGURES`]. `outlines` has the outlines of the first
-/// bodies; bodies without an outline are points.
+/// bodies. Bodies without an outline are drawn as points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let trajectories = Drawn { title, study, found }.trajectories(outlines);
     let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));
@@ -109,7 +109,8 @@ pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Ou
     all.map(|(name, svg)| Figure { name, svg }).collect()
 }
 
-/// Returns all figures except the trajectories; figures over time only if `found` has histories.
+/// Returns all figures except the trajectories, with their names. Figures over time exist only if
+/// `found` has histories.
 pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'static str, Chart)> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
@@ -180,7 +181,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// Runs of a method to the longest horizon, longest step first.
+    /// Returns the runs of a method to the longest horizon, the longest step first.
     fn runs(&self, kind: Kind) -> impl Iterator<Item = &IntegratorRun> {
         let horizon = self.horizon().to_bits();
         let runs = self.found.runs.iter();
@@ -241,11 +242,11 @@ impl Drawn<'_> {
     }
 }
 
-/// The number of snapshots in the first revolution, and the number of revolutions drawn.
+/// The number of snapshots in the first revolution, and the number of drawn revolutions.
 const SNAPSHOTS: usize = 8;
 const REVOLUTIONS: usize = 3;
 
-/// The largest number of points of a line: more are not visible.
+/// The largest number of points of a line. More points would not be visible.
 const POINTS: usize = 1200;
 
 fn thinned<T: Clone>(points: &[T]) -> Vec<T> {
@@ -257,8 +258,8 @@ fn thinned<T: Clone>(points: &[T]) -> Vec<T> {
     thin
 }
 
-/// Returns the paths of the mass centers with snapshots of the bodies; also the index of the last
-/// pose drawn.
+/// Returns the paths of the mass centers with snapshots of the bodies, the names of the bodies, and
+/// the index of the last drawn pose.
 fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) {
     let first = revolution(path);
     let last = (REVOLUTIONS * first).min(path.poses[0].len() - 1);
@@ -286,8 +287,8 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) 
     (items, names, last)
 }
 
-/// Returns the index of the pose at the end of the first revolution of the first body, about the
-/// second one or the origin; the last index if the revolution is not completed.
+/// Returns the index of the pose at the end of the first body's first revolution about the second
+/// body or the origin; the last index if the revolution is not complete.
 fn revolution(path: &Path) -> usize {
     let count = path.poses[0].len();
     let arm = |index: usize| {
@@ -304,7 +305,8 @@ fn revolution(path: &Path) -> usize {
     count - 1
 }
 
-/// Returns the paths of the tips of the first body's axes; also the index of the last pose drawn.
+/// Returns the paths of the tips of the first body's axes, their names, and the index of the last
+/// drawn pose.
 fn tips(path: &Path) -> (Vec<Item>, Vec<String>, usize) {
     let poses = &path.poses[0];
     let tip = |axis: usize| -> Vec<Vector3> {

@@ -1,55 +1,56 @@
-//! Errors over time, and the motion itself, in bounded memory.
+//! Records errors over time, and the motion itself, in bounded memory.
 
 use super::sample::{Sample, Scales};
 use slewkit::mechanics::environment::Pose;
 use slewkit::propagate::integrator::{Kind, System, SystemState};
 
-/// Stretches of time that a history is made of.
+/// The number of time intervals of a history.
 const MOMENTS: usize = 500;
 
-/// Poses of each body that a path is made of, at most.
+/// The largest number of poses of each body in a path.
 const POSES: u64 = 4000;
 
-/// A method over time, at one step.
+/// The errors of a method over time, at one step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
     /// The method.
     pub kind: Kind,
-    /// Step of the method \[s\].
+    /// The step of the method \[s\].
     pub step: f64,
-    /// Energy at the start \[J\].
+    /// The energy at the start \[J\].
     pub start_energy: f64,
-    /// Stretches of equal length in order; stretches without a sample are left out.
+    /// The time intervals, all of equal length, in chronological order. Intervals without a sample
+    /// are left out.
     pub moments: Vec<Moment>,
 }
 
-/// An interval of the time axis.
+/// The errors in one time interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Middle of the interval \[s\].
+    /// The middle of the interval \[s\].
     pub time: f64,
-    /// Lowest and highest `(E − E₀)/(T₀ + |U₀|)`.
+    /// The lowest and the highest relative change of the energy, `(E − E₀)/(T₀ + |U₀|)`.
     pub energy: (f64, f64),
-    /// Largest energy error `e_E`.
+    /// The largest energy error `e_E`.
     pub energy_error: f64,
-    /// Largest orthogonality error `e_R`.
+    /// The largest orthogonality error `e_R`.
     pub orthogonality: f64,
-    /// Largest error of the angular momentum `e_L`.
+    /// The largest error of the angular momentum, `e_L`.
     pub angular_momentum: f64,
 }
 
 /// The motion of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path {
-    /// Poses of each body, evenly spaced in time from the start.
+    /// The poses of each body, equally spaced in time from the start.
     pub poses: Vec<Vec<Pose>>,
-    /// Whether each body translates.
+    /// For each body, true if it translates.
     pub moves: Vec<bool>,
-    /// Time from one pose to the next, in steps.
+    /// The number of steps from one pose to the next.
     pub stride: u64,
 }
 
-/// Records while a method runs.
+/// Records errors and poses while a method runs.
 pub(super) struct Recorder {
     horizon: f64,
     start_energy: f64,

@@ -1,4 +1,4 @@
-//! Work and precision of integrators on one motion, side by side.
+//! Compares work and precision of integrators on one motion.
 //!
 //! ```text
 //! e_E = |E − E₀| / (T₀ + |U₀|)           energy, of the kinetic and potential energy at the start
@@ -6,15 +6,15 @@
 //! e_R = max_i ‖I − R_iᵀR_i‖              orthogonality (Frobenius)
 //! ```
 //!
-//! A [`Study`] names methods, steps and horizons. [`Study::run`] returns a [`WorkPrecision`]: for
-//! each of them the errors above, largest and mean, and the work: time, evaluations of the
-//! potential, iterations. The work of each method at equal mean energy error follows from the
-//! rows ([`EqualError`]), interpolated between the steps on logarithmic axes. [`figures`] draws
-//! them: the comparison of section 3.4 of the survey, its figures 2 and 3.
+//! A [`Study`] states methods, steps and horizons. [`Study::run`] returns a [`WorkPrecision`]. For
+//! each combination it has the errors above, largest and mean, and the work: time, evaluations of
+//! the potential, iterations. From these rows follows the work of each method at equal mean energy
+//! error ([`EqualError`]), interpolated between the steps on logarithmic axes. [`figures`] draws
+//! the comparison as figures 2 and 3 in section 3.4 of the survey.
 //!
-//! A ratio of work needs its error level and its horizon: the energy error of a symplectic method
-//! is bounded, and the energy error of other methods grows, so every such ratio grows with the
-//! horizon. Methods of high order need less work on short smooth arcs.
+//! A ratio of work is meaningful only together with its error level and its horizon. The energy
+//! error of a symplectic method is bounded, and that of other methods grows, so every such ratio
+//! grows with the horizon. Methods of high order need less work on short smooth arcs.
 
 mod at_equal_error;
 pub mod figures;
@@ -42,59 +42,59 @@ use thiserror::Error;
 /// The methods, steps and horizons of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// The methods; the work of each is compared with the work of the first.
+    /// The methods. The work of each is compared with the work of the first.
     pub kinds: Vec<Kind>,
-    /// Their steps \[s\], longest first.
+    /// The steps \[s\], the longest first.
     pub steps: Vec<f64>,
-    /// The durations of the motion \[s\], shortest first; each is a whole number of every step.
+    /// The durations of the motion \[s\], the shortest first. Each is a multiple of every step.
     pub horizons: Vec<f64>,
-    /// The mean energy errors `e_E` at which work is compared. Empty for 1, 3, 10, 30, … times a
-    /// power of ten, at most five, within the range of the first method at the longest horizon,
-    /// and above round-off.
+    /// The mean energy errors `e_E` at which work is compared. If empty, the program chooses at
+    /// most five levels of 1 or 3 times a power of ten, within the errors of the first method at
+    /// the longest horizon and above round-off.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
-    /// Settings of the methods that have any.
+    /// The error control of the adaptive methods.
     pub settings: integrator::ErrorControl,
-    /// The number of repetitions of a run, to find its shortest time: short runs are repeated
-    /// more often, runs of more than a second are not repeated.
+    /// The number of repetitions of a run, of which the shortest time counts. Short runs are
+    /// repeated more often, and runs of more than a second are not repeated.
     pub repeats: u32,
 }
 
-/// The requested values of a study; an empty list selects the values of the survey.
+/// The requested values of a study. An empty list selects the values of the survey.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked {
-    /// [`Study::kinds`].
+    /// The methods, as in [`Study::kinds`].
     pub kinds: Vec<Kind>,
-    /// [`Study::steps`] \[s\].
+    /// The steps \[s\], as in [`Study::steps`].
     pub steps: Vec<f64>,
-    /// [`Study::horizons`] \[s\].
+    /// The horizons \[s\], as in [`Study::horizons`].
     pub horizons: Vec<f64>,
-    /// [`Study::levels`].
+    /// The error levels, as in [`Study::levels`].
     pub levels: Vec<f64>,
 }
 
-/// The reason for which a study cannot be made.
+/// The reason why a study cannot run.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
     #[error("a comparison needs 1 to {limit} {what}, and {found} are given")]
     Count {
-        /// The contents of the list.
+        /// The name of the list's contents, such as "steps".
         what: &'static str,
-        /// The number found.
+        /// The number of entries that was found.
         found: usize,
-        /// The largest allowed number.
+        /// The largest allowed number of entries.
         limit: usize,
     },
     /// A number is not positive and finite, or the list is not in order.
     #[error("the {what} must be positive numbers in {order} order, and {value} is not")]
     Order {
-        /// The contents of the list.
+        /// The name of the list's contents, such as "steps".
         what: &'static str,
         /// The required order.
         order: &'static str,
-        /// The first number that breaks it.
+        /// The first number that violates the order.
         value: f64,
     },
     /// A horizon is not a whole number of steps.
@@ -114,20 +114,20 @@ pub enum StudyError {
         short(*step), short(*horizon), Study::STEPS
     )]
     TooManySteps {
-        /// Steps to the horizon.
+        /// The number of steps to the horizon.
         steps: f64,
         /// The step \[s\].
         step: f64,
         /// The horizon \[s\].
         horizon: f64,
     },
-    /// The step to show is not one of the steps.
+    /// The step whose runs are recorded is not one of the steps.
     #[error("the step to show, {} s, is not one of the compared steps", short(*step))]
     ShownStep {
         /// The step \[s\].
         step: f64,
     },
-    /// The state is not one of the system, or a setting is unusable.
+    /// The state does not belong to the system, or a setting cannot be used.
     #[error(transparent)]
     System(#[from] SystemError),
 }
@@ -137,31 +137,31 @@ pub enum StudyError {
 pub struct StudyProgress {
     /// The method that runs.
     pub kind: Kind,
-    /// Step of the current run \[s\].
+    /// The step of the current run \[s\].
     pub step: f64,
-    /// The numbers of finished runs and of all runs; each is made once to record its errors and
-    /// once to time it.
+    /// The number of finished runs, and of all runs. Each combination runs once to record its
+    /// errors, and once to measure its time.
     pub runs: (usize, usize),
 }
 
 /// The result of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkPrecision {
-    /// Energy that energy errors are relative to, `T₀ + |U₀|` \[J\].
+    /// The energy to which energy errors are relative, `T₀ + |U₀|` \[J\].
     pub energy_scale_j: f64,
-    /// Mean energy errors at which work is compared.
+    /// The mean energy errors at which work is compared.
     pub levels: Vec<f64>,
-    /// A row per method, step and horizon, in this order.
+    /// The errors and the work, one row for each method, step and horizon, in this order.
     pub runs: Vec<IntegratorRun>,
-    /// A row per horizon, level and method, in this order.
+    /// The work at equal error, one row for each horizon, level and method, in this order.
     pub equal_error: Vec<EqualError>,
-    /// The methods over time at the step shown, to the longest horizon.
+    /// The errors of the methods over time, at the recorded step and to the longest horizon.
     #[serde(skip)]
     pub histories: Vec<History>,
-    /// The motion over the horizon in the middle, by the first method at the shortest step.
+    /// The motion to the middle one of the horizons, by the first method at the shortest step.
     #[serde(skip)]
     pub path: Path,
-    /// Whether the study was stopped before its end; its results so far are kept.
+    /// True if the study was stopped before its end. The results so far are kept.
     pub interrupted: bool,
 }
 
@@ -171,15 +171,15 @@ impl Study {
     /// The largest number of steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
-    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM),
-    /// explicit midpoint (RK) and implicit midpoint (SRK).
+    /// The methods that section 3.4 of the survey compares: Lie–Verlet (LGVI), Crouch–Grossman
+    /// (LGM), explicit midpoint (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// Builds a study of the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`. The
-    /// horizons are `duration`, a tenth and a hundredth of it, rounded to a whole number of the
-    /// longest steps. The program chooses the levels. Short motions have shorter steps and fewer
-    /// horizons. Both are in seconds.
+    /// Builds a study of the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step` \[s\].
+    /// The horizons are `duration` \[s\], a tenth and a hundredth of it, rounded to a multiple of
+    /// the longest step. The program chooses the error levels. Short motions have shorter steps and
+    /// fewer horizons.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
@@ -202,8 +202,8 @@ impl Study {
         }
     }
 
-    /// Builds the survey of a motion at its own step over its own duration, with its own
-    /// integrator too, and with the requested replacements.
+    /// Builds the study of a simulation with its own step, duration and integrator, in addition to
+    /// the methods of the survey. Values in `asked` replace the defaults.
     pub fn of(simulation: &Simulation, asked: &Asked) -> Self {
         let mut study = Self::survey(simulation.step(), simulation.duration);
         study.settings = simulation.settings;
@@ -226,19 +226,20 @@ impl Study {
                 }
             }
         }
-        // The step of the spec, or the middle one of the requested steps.
+        // The recorded step is the step of the spec or, if steps are requested, the middle one of
+        // them.
         if !asked.steps.is_empty() {
             study.shown_step = asked.steps[asked.steps.len() / 2];
         }
         study
     }
 
-    /// Returns the steps of `step` to `horizon`.
+    /// Returns the number of steps of length `step` to `horizon`.
     fn count(step: f64, horizon: f64) -> u64 {
         (horizon / step).round() as u64
     }
 
-    /// Checks that the study can be made.
+    /// Checks that the study can run.
     ///
     /// # Errors
     /// Returns a [`StudyError`] that names the wrong value.
@@ -265,19 +266,19 @@ impl Study {
                 return Err(StudyError::Division { step, horizon });
             }
         }
-        // The step must be an element of the list, not the result of arithmetic.
+        // The bits are compared, because the step must be an element of the list.
         if !self.steps.iter().any(|step| step.to_bits() == self.shown_step.to_bits()) {
             return Err(StudyError::ShownStep { step: self.shown_step });
         }
         Ok(())
     }
 
-    /// Runs every method with every step from `start`. `watch` receives progress a few times a
-    /// second and may stop the study. A method that fails has rows with the reason and without
-    /// errors.
+    /// Runs every method with every step from the state `start`. `watch` receives the progress a
+    /// few times per second and may stop the study. If a method fails, its rows have the reason and
+    /// no errors.
     ///
     /// # Errors
-    /// A [`StudyError`] before anything is run.
+    /// Returns a [`StudyError`] before anything runs, if the study is not valid.
     pub fn run(
         &self,
         system: &System,
@@ -336,7 +337,8 @@ impl Study {
     }
 }
 
-/// Checks for positive finite numbers, each of them `in_order` after the one before.
+/// Checks that all numbers are positive and finite, and that neighbouring numbers satisfy
+/// `in_order`.
 fn in_order(
     what: &'static str,
     values: &[f64],

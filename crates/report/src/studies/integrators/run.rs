@@ -1,4 +1,5 @@
-//! One method with one step: one run to record its conserved quantities, and another to time it.
+//! Runs one method with one step: once to record its conserved quantities, and again to measure its
+//! time.
 
 use super::StudyError;
 use super::history::Recorder;
@@ -9,24 +10,24 @@ use slewkit::numerics::figures::short;
 use slewkit::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
 use std::ops::ControlFlow;
 
-/// The approximate number of sampled states to the longest horizon, evenly spaced.
+/// The approximate number of states that are sampled up to the longest horizon, equally spaced.
 const SAMPLES: u64 = 200_000;
 
 /// The number of steps between two checks of the clock and of a stop.
 const CHUNK: u64 = 1024;
 
-/// A run is repeated until its repetitions take this time \[s\].
+/// The total time after which a run is not repeated any more \[s\].
 const SHORT: f64 = 0.02;
-/// A run is not repeated after this time \[s\].
+/// The time of a run above which it is not repeated \[s\].
 const LONG: f64 = 1.0;
 
 /// The largest number of repetitions of a run.
 const MOST_REPEATS: u32 = 100;
 
-/// A method with a step, to a horizon.
+/// The errors and the work of a method with one step, up to one horizon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorRun {
-    /// Name of the method.
+    /// The name of the method.
     #[serde(deserialize_with = "name")]
     pub method: Name,
     /// The step \[s\].
@@ -38,15 +39,16 @@ pub struct IntegratorRun {
     /// The errors of conserved quantities; `None` if the method did not reach this horizon.
     #[serde(flatten)]
     pub errors: Option<Errors>,
-    /// Evaluations of the potential, each for all bodies at once.
+    /// The number of evaluations of the potential, each for all bodies at once.
     pub force_evaluations: u64,
-    /// Newton or fixed-point iterations, summed over the bodies where each has its own.
+    /// The number of Newton or fixed-point iterations, summed over the bodies if each body iterates
+    /// separately.
     pub iterations: u64,
-    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the
-    /// feature `cpu-time`. Where many points attract each other on several threads it is the share
-    /// of that one.
+    /// The shortest CPU time of all repetitions, of the thread that computes the steps \[s\].
+    /// Without the feature `cpu-time` it is elapsed time. If several threads sum the attraction of
+    /// many points, it is the CPU time of one of them.
     pub time_s: f64,
-    /// The reason for which the method did not reach the horizon.
+    /// The reason why the method did not reach the horizon; `None` if it did.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
 }
@@ -54,31 +56,33 @@ pub struct IntegratorRun {
 /// A name of [`Kind::NAMES`].
 pub type Name = &'static str;
 
-/// Returns the name of a method that there is.
+/// Deserialises the name of a known method.
 pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let name = String::deserialize(from)?;
     name.parse().map(Kind::name).map_err(serde::de::Error::custom)
 }
 
-/// Errors of conserved quantities, over the checked states: every step, or evenly spaced steps of
-/// long runs.
+/// The errors of conserved quantities over the sampled states: every step, or equally spaced steps
+/// of long runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Largest `e_E`.
+    /// The largest energy error `e_E`.
     pub energy_error_max: f64,
-    /// Mean `e_E`.
+    /// The mean energy error `e_E`.
     pub energy_error_mean: f64,
-    /// Largest `e_R`.
+    /// The largest orthogonality error `e_R`.
     pub orthogonality_error_max: f64,
-    /// Mean `e_R`.
+    /// The mean orthogonality error `e_R`.
     pub orthogonality_error_mean: f64,
-    /// The largest `e_P`; for a body in a field, the change due to the field.
+    /// The largest error of the linear momentum, `e_P`. For a body in a field, it includes the
+    /// change that the field causes.
     pub linear_momentum_error_max: f64,
-    /// The largest `e_L`; for a body in a field, the change due to the field.
+    /// The largest error of the angular momentum, `e_L`. For a body in a field, it includes the
+    /// change that the field causes.
     pub angular_momentum_error_max: f64,
 }
 
-/// Errors of the samples so far.
+/// The sums and maxima of the errors of all samples so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     count: u64,
@@ -86,7 +90,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds a sample; returns false if a number is not finite.
+    /// Adds a sample. Returns false if one of its numbers is not finite.
     fn add(&mut self, sample: &Sample) -> bool {
         let errors = &mut self.largest;
         self.count += 1;
@@ -96,7 +100,7 @@ impl Sums {
         errors.orthogonality_error_mean += sample.orthogonality;
         errors.linear_momentum_error_max = errors.linear_momentum_error_max.max(sample.linear);
         errors.angular_momentum_error_max = errors.angular_momentum_error_max.max(sample.angular);
-        // `max` passes over a NaN, sums do not.
+        // `f64::max` ignores a NaN; a sum does not.
         (sample.energy_error + sample.orthogonality + sample.linear + sample.angular).is_finite()
     }
 
@@ -110,24 +114,24 @@ impl Sums {
     }
 }
 
-/// The data of a run.
+/// The data that a run needs.
 pub(super) struct Setup<'a> {
     pub system: &'a System,
     pub start: &'a SystemState,
     pub kind: Kind,
     pub step: f64,
-    /// Steps to each horizon, rising.
+    /// The number of steps to each horizon, in ascending order.
     pub horizons: Vec<u64>,
     pub settings: ErrorControl,
 }
 
-/// A row per horizon, unless the study was stopped.
+/// The results of a run: one row for each horizon, unless the study was stopped.
 pub(super) struct Measured {
     pub rows: Vec<IntegratorRun>,
     pub stopped: bool,
 }
 
-/// The end of a pass over the steps.
+/// How a pass over the steps ended.
 enum End {
     Reached,
     Failed(String),
@@ -189,7 +193,7 @@ impl Setup<'_> {
         Ok(Measured { rows: (0..horizons.len()).map(row).collect(), stopped })
     }
 
-    /// Samples the states during the run.
+    /// Runs the method and samples its states.
     fn observe(
         &self,
         scales: &Scales,
@@ -225,7 +229,8 @@ impl Setup<'_> {
         Ok(End::Reached)
     }
 
-    /// Returns the time of the steps alone to each of `horizons`; `None` when stopped.
+    /// Returns the time that the steps alone take to each of `horizons`; `None` if the study was
+    /// stopped.
     fn time(
         &self,
         horizons: &[u64],
@@ -238,7 +243,8 @@ impl Setup<'_> {
                 let chunk = (horizon - done).min(64 * CHUNK);
                 let began = thread_time();
                 for _ in 0..chunk {
-                    // The first run reached this step, and equal inputs give equal outputs.
+                    // This cannot fail, because the first run reached this step, and equal inputs
+                    // give equal outputs.
                     if method.step(&[]).is_err() {
                         break;
                     }

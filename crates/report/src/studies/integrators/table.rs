@@ -1,4 +1,4 @@
-//! The comparison as text.
+//! Formats the comparison as text.
 
 use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;
@@ -7,7 +7,7 @@ use slewkit::numerics::figures::{scientific, short};
 use std::fmt;
 
 impl fmt::Display for WorkPrecision {
-    /// Returns a table of the runs to each horizon, and the work at equal energy error.
+    /// Writes a table of the runs for each horizon, and a table of the work at equal energy error.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
@@ -17,7 +17,7 @@ impl fmt::Display for WorkPrecision {
             short(self.energy_scale_j)
         )?;
         let mut runs: Vec<&IntegratorRun> = self.runs.iter().collect();
-        // Stable: methods and steps stay in their order.
+        // The sort is stable, so methods and steps keep their order.
         runs.sort_by(|a, b| a.horizon_s.total_cmp(&b.horizon_s));
         for runs in runs.chunk_by(|a, b| a.horizon_s.to_bits() == b.horizon_s.to_bits()) {
             writeln!(f, "over {} s", short(runs[0].horizon_s))?;
@@ -30,7 +30,7 @@ impl fmt::Display for WorkPrecision {
     }
 }
 
-/// Columns of the runs to one horizon.
+/// The column heads of the table of runs.
 pub const RUNS: &[&str] = &[
     "method",
     "step, s",
@@ -43,7 +43,7 @@ pub const RUNS: &[&str] = &[
     "iterations",
     THREAD_TIME_S,
 ];
-/// Columns of the work at equal error.
+/// The column heads of the table of work at equal error.
 pub const EQUAL: &[&str] =
     &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", THREAD_TIME_S, "ratio"];
 
@@ -53,7 +53,7 @@ fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, le
     table(&rows, left).iter().try_for_each(|line| writeln!(f, "  {line}"))
 }
 
-/// Returns the cells of a run. The third and last cell of a failed run is the reason.
+/// Returns the cells of a run. A failed run has three cells, the last of which is the reason.
 pub fn run_row(run: &IntegratorRun) -> Vec<String> {
     let mut row = vec![run.method.to_string(), short(run.step_s)];
     match &run.errors {
@@ -72,14 +72,15 @@ pub fn run_row(run: &IntegratorRun) -> Vec<String> {
     row
 }
 
-/// Cells of the work at an error.
+/// Returns the cells of the work at an error level.
 pub fn equal_row(row: &EqualError) -> Vec<String> {
     let sign = |bound: Option<Bound>| match bound {
         Some(Bound::AtMost) => "≤ ",
         Some(Bound::AtLeast) => "≥ ",
         Some(Bound::Interpolated) | None => "",
     };
-    // A longer step is less work: its bound is the other way round.
+    // A longer step means less work, so an upper bound of the work is a lower bound of the step,
+    // and vice versa.
     let of_step = match row.bound {
         Bound::AtMost => "≥ ",
         Bound::AtLeast => "< ",

@@ -1,5 +1,5 @@
-//! The comparison of the survey's section 3.4, against the table of an independent calculation, and
-//! its laws.
+//! Tests of the comparison: against the table of an independent calculation for section 3.4 of the
+//! survey, and against laws that it must satisfy.
 
 use super::figures::{Outline, figures};
 use super::*;
@@ -17,7 +17,8 @@ fn pair() -> [Dumbbell; 2] {
     PAIR.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length })
 }
 
-/// Returns two dumbbells, the second twice the first, G = 1; separation 2.5, spins times 4.
+/// Returns two dumbbells with G = 1 at the separation 2.5. The second is twice as large as the
+/// first, and the spins are multiplied by 4.
 fn dumbbells() -> (System, SystemState) {
     let pair = pair();
     let bodies = pair.iter().map(|dumbbell| dumbbell.body().unwrap()).collect();
@@ -50,9 +51,10 @@ fn study() -> Study {
     }
 }
 
-/// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in
-/// Python whose norms and samples are not on record. Values other than energies are therefore
-/// compared to a factor of two, and round-off only as round-off.
+/// The table has mean |ΔE|, mean ‖I − RᵀR‖ and the error of the angular momentum over 300 s, from a
+/// calculation in Python whose norms and samples are not known. Values other than energies are
+/// therefore compared only up to a factor of two, and values of round-off only in that both are
+/// round-off.
 #[test]
 fn four_methods_on_two_dumbbells_meet_an_independent_table() {
     let (system, start) = dumbbells();
@@ -67,7 +69,7 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         ("explicit_midpoint", 0.02, 2.9e-4, Some(8.1e-2), Some(1.9e-2)),
         ("implicit_midpoint", 0.02, 3.6e-6, None, Some(3.4e-5)),
     ];
-    // Its errors are absolute.
+    // The errors in the table are absolute.
     let size =
         |(pose, p): (&Pose, &Momentum)| (pose.position.cross(&p.linear) + pose.attitude * p.angular).norm();
     let momenta: f64 = start.poses().iter().zip(start.momenta()).map(size).sum();
@@ -80,7 +82,7 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         assert!((mean / energy - 1.0).abs() < 0.07, "{method} {step}: energy {mean:e}, {energy:e}");
         let like = |value: f64, expected: f64| (0.5..2.0).contains(&(value / expected));
         let found = errors.orthogonality_error_mean;
-        // Each step of the implicit rule is off by the tolerance of its iteration.
+        // Each step of the implicit rule has an error of the tolerance of its iteration.
         let round_off = if method == "implicit_midpoint" { 1e-13 * run.steps as f64 } else { 1e-12 };
         assert!(
             orthogonality.map_or(found < round_off, |expected| like(found, expected)),
@@ -89,8 +91,8 @@ fn four_methods_on_two_dumbbells_meet_an_independent_table() {
         assert!(momentum.map_or(drift < 1e-13, |expected| like(drift, expected)), "{method} {errors:?}");
         assert!(errors.linear_momentum_error_max < 1e-13, "{method}: only differences of positions act");
     }
-    // The numbers of evaluations: one for each step and one at the start; two for each step; or one
-    // for each iteration.
+    // The expected numbers of evaluations: one for each step and one at the start; two for each
+    // step; one for each iteration.
     for (method, evaluations) in [("lie_verlet", 15_001), ("crouch_grossman_2", 30_000)] {
         assert_eq!(row(&found, method, 0.02, 300.0).force_evaluations, evaluations);
     }
@@ -199,7 +201,7 @@ fn the_survey_can_be_made_for_any_step_and_duration() {
     let study = Study::survey(0.01, 3200.0);
     assert_eq!(study.steps, [0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025]);
     assert_eq!(study.horizons, [32.0, 320.0, 3200.0]);
-    // 3 s are no whole number of steps of 0.16 s, 3.04 s are.
+    // 3 s are not a multiple of the step 0.16 s, but 3.04 s are.
     assert!((Study::survey(0.01, 300.0).horizons[0] - 3.04).abs() < 1e-12);
 }
 
@@ -238,7 +240,7 @@ fn a_method_that_fails_says_when_and_why() {
     let failed = row(&found, "lie_verlet", 4.0, 8.0);
     assert_eq!(failed.errors, None);
     assert!(failed.failure.as_ref().unwrap().starts_with("at t = 4 s: step 4 s is too long"), "{failed:?}");
-    // 4 s for 1 rad/s throws the explicit rule off to infinity, after the first horizon or before.
+    // At 1 rad/s, a step of 4 s makes the explicit rule diverge, before or after the first horizon.
     let failed = row(&found, "explicit_midpoint", 4.0, 4000.0);
     assert!(failed.failure.is_some() && failed.errors.is_none(), "{failed:?}");
     let fine = row(&found, "lie_verlet", 0.125, 4000.0);

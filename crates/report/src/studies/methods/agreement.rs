@@ -1,4 +1,4 @@
-//! The agreement of the answers.
+//! Measures how well the results of the methods agree.
 
 use serde::Serialize;
 use slewkit::maneuver::{Motion, Outcome, Problem, Rung, Settings, Solution};
@@ -6,62 +6,71 @@ use slewkit::optimize::discrete::step::Units;
 use slewkit::optimize::search::{self, Guess, Observer, PlanError};
 use std::collections::BTreeSet;
 
-/// Whether the answers agree.
+/// The verdict on the agreement of the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The costs of all solved runs are equal within [`Agreement::COST_TOLERANCE`].
     Agree,
-    /// They are not: two extremals, or an error.
+    /// The costs differ: the methods found different extremals, or one of them has an error.
     Disagree,
-    /// Fewer than two methods have an answer.
+    /// Fewer than two methods have a result.
     NothingToCompare,
 }
 
-/// The agreement of the answers of shooting and SCP. A number is absent if one of the answers is.
+/// The agreement of the results of shooting and SCP. A number is `None` if one of the results is
+/// missing.
 ///
-/// Costates are compared at every node, in scaled units, relative to the largest, and only between
-/// answers with one path. If the problem has a symmetry (a sensitivity matrix without full rank),
-/// the costates of one extremal are not unique, and may differ.
+/// Costates are compared at every node, in scaled units and relative to the largest costate, if
+/// both results have the same path. If the problem has a symmetry (a rank-deficient sensitivity
+/// matrix), the costates of an extremal are not unique and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
-    /// Whether the costs agree.
+    /// The verdict on the costs.
     pub verdict: Verdict,
-    /// Largest difference of costs between methods that solved, relative to the smallest.
+    /// The largest difference between the costs of methods that solved the problem, relative to the
+    /// smallest cost.
     pub cost: Option<f64>,
-    /// Duals of the convex iteration before polish against the shooting's costates.
+    /// The difference between the duals of the convex iteration, before the final interior-point
+    /// solve, and the costates of shooting.
     pub duals_before_polish: Option<f64>,
-    /// The difference between the multipliers after polish and the shooting's costates.
+    /// The difference between the multipliers after the final interior-point solve and the costates
+    /// of shooting.
     pub duals_after_polish: Option<f64>,
-    /// The difference of the duals before polish and the multipliers after it.
+    /// The difference between the duals before the final interior-point solve and the multipliers
+    /// after it.
     pub polish_change: Option<f64>,
-    /// Whether the costates are unique: full rank of the shooting's sensitivity matrix.
+    /// True if the costates are unique, because the sensitivity matrix of shooting has full rank.
     pub costates_unique: Option<bool>,
-    /// Nodes at which one of shooting and polish has a limit active and the other has not.
+    /// The number of nodes at which a limit is active in only one of the results of shooting and of
+    /// the final interior-point solve.
     pub active_nodes_that_differ: Option<usize>,
-    /// The shooting started from the duals.
+    /// The result of shooting that starts from the duals of SCP.
     pub from_duals: Option<FromDuals>,
 }
 
-/// Newton shooting from `λ_0` of the convex iteration's duals, before polish.
+/// The result of Newton shooting from `λ_0` of the convex iteration's duals, before the final
+/// interior-point solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FromDuals {
-    /// The outcome.
+    /// The outcome of shooting.
     pub outcome: Outcome,
     /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,
-    /// The scaled terminal error after each step, the first of the duals themselves.
+    /// The scaled terminal error after each Newton step. The first value belongs to the duals
+    /// themselves.
     pub residuals: Vec<f64>,
 }
 
 impl Agreement {
     /// The relative difference below which two costs belong to one extremal.
     pub const COST_TOLERANCE: f64 = 1e-9;
-    /// Costs below this share of the unit of cost (a turn by one radian) differ absolutely.
+    /// The fraction of the unit of cost (a turn by one radian) below which differences between
+    /// costs are absolute, not relative.
     const COST_FLOOR: f64 = 1e-6;
 }
 
-/// Compares the answers; `settings` are the settings of the shooting.
+/// Compares the results. `settings` are the settings of shooting.
 pub(super) fn of(
     problem: &Problem,
     settings: &Settings,
@@ -104,8 +113,8 @@ pub(super) fn of(
     })
 }
 
-/// Returns `(largest − smallest)/smallest`, the denominator not below a small share of the unit of
-/// cost.
+/// Returns `(largest − smallest)/smallest` of the costs. The denominator is at least a small
+/// fraction of the unit of cost.
 fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     let floor = Agreement::COST_FLOOR * Units::of(problem).cost;
     let smallest = costs.iter().copied().fold(f64::INFINITY, f64::min);
@@ -113,16 +122,16 @@ fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     (largest - smallest) / smallest.abs().max(floor)
 }
 
-/// The largest angle between the attitudes of two answers with one extremal \[rad\]: far above
-/// the error of a convex iteration, far below the difference of two extremals.
+/// The largest angle between the attitudes of two results for the same extremal \[rad\]. It is far
+/// above the error of a convex iteration, and far below the difference between two extremals.
 const SAME_PATH: f64 = 1e-3;
 
-/// Returns whether two converged answers have the same cost and go the same way; two optima of
-/// equal cost, as of a turn by 180°, are not one.
+/// Returns whether two converged results have the same cost and the same path. Two different optima
+/// of equal cost, as for a turn by 180°, do not count as the same extremal.
 pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     let angle = |(a, b): (&[f64; 4], &[f64; 4])| {
         let chord = |sign: f64| a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>().sqrt();
-        // |q − q'| = 2 sin(θ/4), whichever sign is nearer.
+        // |q − q'| = 2 sin(θ/4), for the sign of q' that is nearer to q.
         4.0 * (0.5 * chord(1.0).min(chord(-1.0))).min(1.0).asin()
     };
     let (a_path, b_path) = (&a.trajectory.quaternion, &b.trajectory.quaternion);
@@ -132,13 +141,13 @@ pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bo
         && apart <= SAME_PATH
 }
 
-/// Returns whether the first answer is cheaper by more than costs of one extremal differ.
+/// Returns whether the first result is cheaper by more than the tolerance for one extremal.
 pub(super) fn cheaper(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     a.cost < b.cost && spread(problem, &[a.cost, b.cost]) > Agreement::COST_TOLERANCE
 }
 
-/// Returns the largest difference of two histories of costates, scaled, relative to the largest of
-/// the second.
+/// Returns the largest difference between two histories of costates, in scaled units and relative
+/// to the largest costate of the second.
 fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     let units = Units::of(problem);
     let scale: Vec<f64> = match problem.motion {
@@ -154,7 +163,8 @@ fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     difference / largest(&mut second.iter().copied()).max(Agreement::COST_FLOOR)
 }
 
-/// Returns the nodes of every limit at which only one of the two has it acting.
+/// Returns the number of nodes at which a limit is active in only one of the two results, summed
+/// over all limits.
 fn differing(problem: &Problem, first: &Solution, second: &Solution) -> usize {
     let nodes = |solution: &Solution| -> BTreeSet<(String, usize)> {
         let step = problem.step();

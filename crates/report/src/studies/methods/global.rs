@@ -1,8 +1,10 @@
-//! The gap to the global lower bound, on the grid of the maneuver or a coarser one.
+//! Computes the gap between a plan and a global lower bound, on the grid of the maneuver or a
+//! coarser grid.
 //!
-//! The bound belongs to a discrete problem. A coarser grid is another problem, so the maneuver is
-//! planned on it too, and the gap is between two numbers of one problem. The bound ignores limits
-//! and constraints, which only raise the cost; the plan without them gives their part of the gap.
+//! The bound belongs to a discrete problem, and a coarser grid is another problem. The maneuver is
+//! therefore also planned on the grid of the bound, so that cost and bound belong to the same
+//! problem. The bound ignores limits and constraints, which only increase the cost. A plan without
+//! them shows which part of the gap they cause.
 
 use serde::Serialize;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
@@ -18,61 +20,61 @@ pub const BOUND_STEPS: usize = 8;
 /// A global lower bound and the plans of its discrete problem.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Global {
-    /// Steps of the discrete problem that is bounded and planned here.
+    /// The number of steps of the discrete problem that is bounded and planned.
     pub steps: usize,
-    /// Whether the bound has the grid of the maneuver; otherwise bound and gap belong to the
-    /// coarser problem.
+    /// True if the bound has the grid of the maneuver. Otherwise bound and gap belong to a coarser
+    /// problem.
     pub same_grid: bool,
-    /// No covered maneuver of that discrete problem costs less.
+    /// The lower bound: no covered plan of the discrete problem costs less.
     pub lower_bound: f64,
-    /// Cost of the plan of the discrete problem.
+    /// The cost of the plan of the discrete problem.
     pub cost: f64,
-    /// Cost without limits and constraints, if the maneuver has any.
+    /// The cost of the plan without limits and constraints; `None` if the maneuver has none.
     pub cost_without_limits: Option<f64>,
-    /// `(cost − lower_bound)/cost`: the largest possible gain.
+    /// The largest possible saving, `(cost − lower_bound)/cost`.
     pub gap: f64,
     /// The part of the gap that the relaxation causes: the gap without limits.
     pub gap_without_limits: f64,
-    /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise
-    /// the bound is loose, or a cheaper maneuver exists.
+    /// True if the plan without limits is proved globally optimal up to [`Global::TIGHT`].
+    /// Otherwise the bound is not sharp, or a cheaper plan exists.
     pub tight: bool,
-    /// The maneuvers that the bound covers.
+    /// The class of plans that the bound covers.
     pub coverage: Coverage,
-    /// The relaxation.
+    /// The relaxation from which the bound is computed.
     pub relaxation: Relaxation,
-    /// The outcome of the cone solver; the bound is proved for any outcome.
+    /// The outcome of the conic solver. The bound is proved for any outcome.
     pub solver: SolverEnd,
-    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation
-    /// is exact.
+    /// The largest ratio of the second to the first eigenvalue over all moment matrices. If it is
+    /// near zero, the relaxation is exact.
     pub rank_one_defect: Option<f64>,
-    /// Number of moments.
+    /// The number of moments in the relaxation.
     pub moments: usize,
-    /// Iterations of the cone solver.
+    /// The number of iterations of the conic solver.
     pub iterations: u32,
-    /// Wall time inside the cone solver \[s\]: differs between two runs.
+    /// The elapsed time in the conic solver \[s\]. It differs from run to run.
     pub solve_time_s: f64,
 }
 
 impl Global {
-    /// A gap up to this, relative, counts as none.
+    /// The relative gap up to which a plan counts as globally optimal.
     pub const TIGHT: f64 = 1e-6;
 }
 
-/// The reason for which no gap exists.
+/// The reason why no gap can be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GlobalError {
     /// The maneuver cannot be planned on the grid of the bound.
     #[error("no lower bound on {steps} steps: {error}")]
     Plan {
-        /// Steps.
+        /// The number of steps of the grid.
         steps: usize,
-        /// The reason.
+        /// The reason why the maneuver cannot be planned.
         error: PlanError,
     },
     /// No plan was found on that grid for a comparison with the bound.
     #[error("no lower bound on {steps} steps: the maneuver was not solved there ({outcome:?})")]
     NotSolved {
-        /// Steps.
+        /// The number of steps of the grid.
         steps: usize,
         /// The outcome of the solve.
         outcome: Outcome,
@@ -82,11 +84,13 @@ pub enum GlobalError {
     Bound(#[from] BoundError),
 }
 
-/// Returns the bounds the discrete problem on `steps` steps from below ([`BOUND_STEPS`], or fewer
-/// if the maneuver has fewer), and plans that discrete problem.
+/// Computes the lower bound of the discrete problem on `steps` steps, and plans this discrete
+/// problem. Without `steps`, the grid has [`BOUND_STEPS`] steps, or fewer if the maneuver has
+/// fewer.
 ///
 /// # Errors
-/// A [`GlobalError`] when the maneuver is not covered, or not solved on that grid.
+/// Returns a [`GlobalError`] if the bound does not cover the maneuver, or if the maneuver is not
+/// solved on this grid.
 pub fn global(
     problem: &Problem,
     settings: &Settings,
@@ -97,7 +101,8 @@ pub fn global(
     let there = problem.clone().with_steps(steps);
     let mut relaxed = there.clone();
     relaxed.constraints.clear();
-    // Wheels stay, and are refused: they are no limit of an external torque.
+    // Wheels remain, and the bound then refuses the maneuver, because their torques are not
+    // external.
     relaxed.actuation = problem.actuation.without_limits();
     relaxed.actuation.wheels = problem.actuation.wheels.clone();
     covered(&relaxed)?;

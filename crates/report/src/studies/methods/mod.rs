@@ -1,32 +1,35 @@
-//! The methods side by side on one discrete problem.
+//! Compares methods on one discrete problem.
 //!
 //! Three methods solve the same discrete conditions independently:
 //!
-//! - **shooting**: Newton on the costates, forward and backward sweeps of the extremal;
-//! - **scp**: sequential convex programming, to its own convergence on the requested grid. The
-//!   duals of its last subproblem serve as costates; its result does not use Newton's method;
-//! - **scp + polish**: SCP as a plan uses it, with a final solve by the interior point.
+//! - **shooting**: Newton's method on the costates, with forward and backward sweeps of the
+//!   extremal;
+//! - **scp**: sequential convex programming until its own convergence on the requested grid. The
+//!   duals of its last subproblem serve as costates. Newton's method is not used;
+//! - **scp + polish**: SCP as a plan uses it, with a final solve by the interior-point method.
 //!
-//! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
-//! the second method starts the first. [`Agreement`] measures the difference.
+//! The duals are costates: the multipliers of the linearised dynamics converge to the costates `λ`.
+//! Shooting can therefore start from `λ_0` of SCP. [`Agreement`] measures the difference between
+//! duals and costates.
 //!
 //! A maneuver has several extremals, and the methods search differently. If they find different
-//! extremals, the methods with a costlier extremal, or without one, start again from the cheapest,
-//! so that one extremal is compared; [`MethodRun::by_itself`] has their own results.
+//! extremals, the methods with a costlier extremal, or without one, start again from the cheapest
+//! extremal, so that all results belong to the same extremal. [`MethodRun::by_itself`] has the
+//! result that a method found by itself.
 //!
 //! # What does `slew compare` compare?
 //!
-//! One discrete problem is solved by the shooting, by the convex iteration alone to its own
-//! convergence, and by the convex iteration with the polish. The comparison has costs, terminal
-//! errors and residuals; duals and costates; the active nodes; and the number of Newton steps
-//! that the shooting needs from the duals. If one method finds a cheaper answer, the others start
-//! from its path, so that one extremal is compared (`studies/methods`).
+//! One discrete problem is solved by shooting, by the convex iteration alone until its own
+//! convergence, and by the convex iteration with the final interior-point solve. The comparison has
+//! costs, terminal errors and residuals; duals and costates; the active nodes; and the number of
+//! Newton steps that shooting needs from the duals. If one method finds a cheaper plan, the others
+//! start from its path, so that one extremal is compared (`studies/methods`).
 //!
-//! `--objectives` compares the plans of least time, fuel and effort of one maneuver, each
-//! measured by all three (`studies/objectives`). So does a maneuver for which methods cannot be
-//! compared, because inputs switch or the duration is free. If inputs switch, three methods for
-//! the plan come first (`studies/ways`): the smoothed law on the grid, switching times, and the
-//! convex iteration.
+//! `--objectives` compares the minimum-time, minimum-fuel and minimum-effort plans of one maneuver,
+//! each evaluated by all three objectives (`studies/objectives`). The same comparison runs without
+//! the option if methods cannot be compared, because the inputs are bang-bang or the duration is
+//! free. For bang-bang inputs, a comparison of three methods comes first (`studies/ways`): the
+//! smoothed control law on the grid, switching times, and the interior-point method.
 
 mod agreement;
 #[cfg(feature = "sdp")]
@@ -52,23 +55,25 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
-    /// Newton shooting on the costates; limits of the inputs through the saturated control law.
+    /// Newton shooting on the costates. Limits of the inputs enter through the saturated control
+    /// law.
     Shooting,
-    /// Sequential convex programming to its own convergence, without polish.
+    /// Sequential convex programming until its own convergence, without a final interior-point
+    /// solve.
     Scp,
-    /// Sequential convex programming, ended by the interior point.
+    /// Sequential convex programming with a final interior-point solve.
     ScpPolish,
 }
 
-/// The end of a method.
+/// How the run of a method ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
     /// The convex iteration converged by its own criterion; its terminal error is not checked.
     Converged,
-    /// The method cannot take such a problem.
+    /// The method does not support this kind of problem.
     DoesNotApply,
-    /// The end of a plan, judged by the witnesses, or of a search without an answer.
+    /// The status of a plan that the witnesses judged, or of a search without a plan.
     #[serde(untagged)]
     Ended(Status),
 }
@@ -78,77 +83,77 @@ pub enum Standing {
 pub struct ActiveNodes {
     /// The name of the limit or constraint.
     pub name: String,
-    /// Times at which it is active, each once \[s\].
+    /// The times at which the limit or constraint is active, without repetition \[s\].
     pub time_s: Vec<f64>,
 }
 
-/// The result of a method before it started from another's answer.
+/// The result that a method found by itself, before it started from the plan of another method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
     /// The outcome of the method.
     pub status: Standing,
-    /// Cost of the result, where it reached the end.
+    /// The cost of the result; `None` if the method did not reach the end.
     pub cost: Option<f64>,
 }
 
-/// The answer of one method, or the reason for its absence. Numbers are absent without a
-/// trajectory.
+/// The result of one method, or the reason why it has none. Without a trajectory, the numbers are
+/// `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodRun {
     /// The method.
     pub method: Contender,
     /// The outcome.
     pub status: Standing,
-    /// The method's own result, if the rest belongs to a second run along the path of a cheaper
-    /// answer.
+    /// The method's own result, if the other fields belong to a second run along the path of a
+    /// cheaper plan.
     pub by_itself: Option<ByItself>,
-    /// The reason for which it does not apply, or for which no input can meet the terminal
-    /// conditions.
+    /// The reason why the method does not apply, or why no input can meet the terminal conditions.
     pub reason: Option<String>,
-    /// Discrete cost.
+    /// The cost of the discrete problem.
     pub cost: Option<f64>,
-    /// Discrete terminal error of the inputs, replayed from the start.
+    /// The terminal error of the discrete motion, if the inputs are replayed from the start.
     pub terminal: Option<TerminalError>,
-    /// Largest residual of the conditions of Karush, Kuhn and Tucker, scaled.
+    /// The largest residual of the KKT conditions, scaled.
     pub stationarity: Option<f64>,
     /// The number of conjugate points, if they are counted.
     pub conjugate_points: Option<usize>,
-    /// Rotation sense of the path.
+    /// Whether the path goes the short or the long way.
     pub sense: Option<Sense>,
-    /// Total angle turned \[deg\].
+    /// The total angle along the path \[deg\].
     pub turned_deg: Option<f64>,
-    /// Convex subproblems of the winning start, on all its grids.
+    /// The number of convex subproblems from the start that led to the result, on all grids.
     pub subproblems: Option<usize>,
-    /// Newton iterations of the winning start, on all its grids.
+    /// The number of Newton iterations from the start that led to the result, on all grids.
     pub newton_iterations: usize,
     /// The active limits and constraints, and their nodes.
     pub active: Vec<ActiveNodes>,
-    /// `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI; a guess for a plan.
+    /// The costates at the start in SI units, `λ_0` for Lie–Euler and `λ_{−1}` for Lie–Verlet. They
+    /// can serve as a guess for a plan.
     pub costates_0: Vec<f64>,
-    /// Wall time of the solve, without verification \[s\]: differs between two runs.
+    /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
-    /// The motion, if the method reached the end; it is not written to files.
+    /// The motion, if the method reached the end. It is not written to files.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
 
-/// The methods side by side.
+/// The results of all methods on one problem.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Every method, in the order of [`Contender`].
+    /// The results of the methods, in the order of [`Contender`].
     pub methods: Vec<MethodRun>,
-    /// The agreement of the answers.
+    /// The agreement of the results.
     pub agreement: Agreement,
 }
 
-/// Solves `problem` by every method that applies and sets the answers side by side.
+/// Solves `problem` with every method that applies, and compares the results.
 ///
-/// The comparison ignores the method in `settings`, and applies the time limit to each solve. A
-/// stop by the observer ends them all.
+/// The comparison ignores the method in `settings`, and applies the time limit to each solve. If
+/// the observer requests a stop, all solves end.
 ///
 /// # Errors
-/// Returns [`PlanError`] if problem or settings cannot be used. A method that does not apply, or
-/// stops, is not an error.
+/// Returns [`PlanError`] if `problem` or `settings` cannot be used. A method that does not apply,
+/// or does not converge, is not an error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -157,9 +162,9 @@ pub fn compare(
     if problem.objective.switches() || problem.seeks_duration() {
         return Err(PlanError::Unsuited(Misfit::Methods));
     }
-    // Methods are compared by what both of them solve: the discrete problem.
+    // The methods are compared on the discrete problem, which all of them solve.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
-    // All methods use the end on a target that one plan has found.
+    // For an end on a target, all methods use the end state that one plan has found.
     let aimed = match problem.aim() {
         None => None,
         Some(_) => {
@@ -169,7 +174,8 @@ pub fn compare(
         }
     };
     let problem = aimed.as_ref().unwrap_or(problem);
-    // All methods use the shifts of one plan for sets that alternate.
+    // For alternating sets of constraints, all methods use the set and the times that one plan has
+    // found.
     let in_turns = if problem.alternatives.is_empty() {
         None
     } else {
@@ -193,7 +199,7 @@ pub fn compare(
     let mut polished = Answer::first(convex(true, None, observer)?);
     let mut unpolished = Answer::first(convex(false, None, observer)?);
 
-    // One extremal for all: the cheapest that a plan would return.
+    // All methods are compared on one extremal: the cheapest that a plan would return.
     if let Ok(shot) = &mut shooting
         && polished.converged()
         && (!shot.converged() || agreement::cheaper(problem, polished.solution(), shot.solution()))
@@ -237,13 +243,13 @@ pub fn compare(
     Ok(Comparison { methods, agreement })
 }
 
-/// The result of a method, and its own result before it started from another's answer.
+/// The result of a method, and its own result before it started from the plan of another method.
 struct Answer {
     plan: Plan,
     by_itself: Option<Plan>,
 }
 
-/// Returns a solution that no witness has judged.
+/// Builds a plan from a solution, without a verdict of the witnesses.
 fn bare(solution: Solution) -> Plan {
     Plan::new(solution, None, Status::NotConverged)
 }
@@ -265,7 +271,8 @@ impl Answer {
         self.converged() && agreement::same_extremal(problem, self.solution(), other)
     }
 
-    /// Replaces the run by a second run, if this converged to the given extremal.
+    /// Replaces the result by that of a second run, if the second run converged to the extremal
+    /// `shown`.
     fn again(&mut self, problem: &Problem, plan: Plan, shown: &Solution) {
         let second = Self::first(plan);
         if second.is(problem, shown) {
@@ -275,8 +282,8 @@ impl Answer {
 }
 
 impl Comparison {
-    /// Returns the result of the comparison as a status: `Solved` if a method solved and those
-    /// that did agree; `VerificationFailed` if they do not agree.
+    /// Returns the status of the comparison: `Solved` if at least one method solved the problem and
+    /// all that did agree; `VerificationFailed` if they do not agree.
     pub fn status(&self) -> Status {
         let ended = |status: &Status| {
             let disagree = self.agreement.verdict == Verdict::Disagree;
@@ -293,13 +300,13 @@ impl Comparison {
         order.into_iter().find(ended).unwrap_or(Status::NotConverged)
     }
 
-    /// Returns the run of a method.
+    /// Returns the result of a method.
     pub fn run(&self, method: Contender) -> Option<&MethodRun> {
         self.methods.iter().find(|run| run.method == method)
     }
 }
 
-/// Returns the outcome of a solve that no witness judges.
+/// Returns how a solve ended that no witness judges.
 fn unjudged(solution: &Solution) -> Standing {
     match solution.outcome {
         Outcome::Converged => Standing::Converged,
@@ -342,7 +349,7 @@ impl MethodRun {
             cost: plan.solution.cost.is_finite().then_some(plan.solution.cost),
         });
         let reached = solution.cost.is_finite();
-        // A convex run that fails has only subproblems to count.
+        // A convex run that fails has subproblems, but no Newton iterations.
         let subproblems = match solution.method {
             Method::Scp | Method::InteriorPoint => {
                 Some(solution.convex.map_or(solution.iterations, |work| work.subproblems))

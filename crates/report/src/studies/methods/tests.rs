@@ -10,12 +10,13 @@ use slewkit::plan::Silent;
 use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec;
 
-/// The allowed differences of the methods: costs relative, duals of the convex iteration,
-/// multipliers after polish.
+/// The allowed relative differences between the methods: of costs, of duals of the convex
+/// iteration, and of multipliers after the final interior-point solve.
 const COST: f64 = 1e-9;
 const DUALS: f64 = 1e-6;
 const POLISHED: f64 = 1e-9;
-/// The allowed residuals of a polished answer: terminal error, and residual of all conditions.
+/// The allowed residuals after the final interior-point solve: of the terminal conditions, and of
+/// all KKT conditions.
 const TERMINAL: f64 = 1e-12;
 const KKT: f64 = 1e-9;
 
@@ -39,7 +40,7 @@ fn compared(problem: &Problem) -> Comparison {
     found
 }
 
-/// Returns the violated figures in words. The iteration without Newton finds minima only: `minimum`
+/// Describes the violated requirements. The convex iteration alone finds only minima; `minimum`
 /// states whether it must converge.
 fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
     let mut unmet = Vec::new();
@@ -88,7 +89,7 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
     };
     for path in files.into_iter().filter(wanted) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        // Simulations plan nothing.
+        // Specs of simulations have no plan.
         let spec::Spec::Maneuver(loaded) = spec::load(&path, spec::Format::Toml, &[]).unwrap() else {
             continue;
         };
@@ -130,8 +131,7 @@ fn reference_slew(share: Option<f64>) -> Problem {
     share.map_or(free.clone(), |share| limited(&free, share))
 }
 
-/// Returns the problem with every input limited to a part of its largest value in the plan without
-/// limits.
+/// Limits every input to a fraction of its peak in the plan without limits.
 fn limited(free: &Problem, share: f64) -> Problem {
     let plan = plan::plan(free, &Settings::discrete(), None, &mut Silent).unwrap();
     let peak = plan.solution.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
@@ -141,7 +141,7 @@ fn limited(free: &Problem, share: f64) -> Problem {
     free.clone().with_actuation(Actuation::torques(channel))
 }
 
-/// Costs from another program.
+/// The reference costs come from another program.
 #[test]
 fn the_reference_costs_come_from_every_method() {
     for (share, cost, digits) in [
@@ -215,7 +215,7 @@ fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
         run.by_itself,
         Some(ByItself { status: Standing::Ended(Status::Solved), cost: Some(long.solution.cost) })
     );
-    // Shown the long way, SCP can be made to keep it, and is found to differ.
+    // Started along the long way, SCP keeps this path, and its result is recognised as different.
     let along = Some(&long.solution.trajectory);
     let kept = search::solve_convex(&problem, &settings, true, along, &mut Silent).unwrap();
     assert!(agreement::same_extremal(&problem, &kept, &long.solution));
@@ -223,7 +223,7 @@ fn a_second_run_counts_only_on_the_path_that_was_shown_and_the_first_is_kept() {
 
 #[test]
 fn what_does_not_apply_or_does_not_solve_is_told_as_such() {
-    // Rates are limited: no law of the shooting covers that.
+    // No control law of shooting supports limited rates.
     let rule = slewkit::maneuver::constraint::Rule::RateNorm(1.7);
     let constraint = slewkit::maneuver::constraint::Constraint { name: "rate".into(), rule };
     let found = compared(&reference_slew(None).with_constraint(constraint.clone()));
@@ -254,7 +254,7 @@ fn answers_that_differ_are_not_called_one() {
     let apart = set(&solution, &other);
     assert_eq!((apart.verdict, apart.duals_after_polish), (Verdict::Disagree, None));
     assert!((apart.cost.unwrap() / 1e-8 - 1.0).abs() < 1e-6);
-    // The same cost on another path: no costates to compare.
+    // The mirrored solution has the same cost on another path, so costates are not compared.
     let mut mirrored = solution.clone();
     mirrored.trajectory.quaternion[25] = [0.0, 1.0, 0.0, 0.0];
     assert_eq!(set(&solution, &mirrored).duals_after_polish, None);
