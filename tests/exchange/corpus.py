@@ -241,12 +241,13 @@ def slew(style, path, folder):
     rates = [check for check in found["checks"] if check["name"] == "rates against attitudes"]
     told = style["type"].count("/") > 0
     assert len(rates) == int(told), found["checks"]
-    # Between rows a turn at one rate, or the cubic through the rates.
+    # Between rows a turn at one rate; or the cubic through the rates, or the polynomial that the file
+    # declares.
     moments = random.Random(style["digits"])
     for moment in (0.0, 34.0, round(moments.uniform(2.0, 118.0), 3)):
         attitude, words = begins(SLEW, folder, path.name, moment)
         assert attitude is not None, words
-        truth = motion(moment)[0] if told else attitudes.one_rate(moment, TIMES)
+        truth = motion(moment)[0] if told or style["extra"] else attitudes.one_rate(moment, TIMES)
         limit = BETWEEN if style["digits"] >= 9 else ATTITUDE
         assert apart(attitude, truth) < limit, f"{moment}: {apart(attitude, truth):.1e}"
     return "agrees"

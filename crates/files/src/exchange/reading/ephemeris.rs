@@ -211,8 +211,7 @@ type Object<'t> = Option<[Piece<'t>; 2]>;
 /// Returns the segment that the metadata describe together; `end` is the place where they end.
 fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Result<Started, Wrong> {
     let get = |name: &str| keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
-    let here =
-        ["OBJECT_NAME", "OBJECT_ID"].map(|name| get(name).unwrap_or(Piece { at: end.at, text: "" }));
+    let here = ["OBJECT_NAME", "OBJECT_ID"].map(|name| get(name).unwrap_or(Piece { at: end.at, text: "" }));
     let above = *object.get_or_insert(here);
     if let Some((one, other)) = here.iter().zip(above).find(|(one, other)| !one.is(other.text)) {
         let (one, other) = (cut(one.text, 40), cut(other.text, 40));
@@ -399,6 +398,17 @@ mod tests {
         let EphemerisAxes::Inertial(bias) = found[0].axes else { panic!("inertial") };
         let angle = slewkit::lie::log(&bias).norm().to_degrees() * 3.6e6;
         assert!((angle - 23.1).abs() < 0.1, "{angle}");
+    }
+
+    #[test]
+    fn segments_of_two_objects_are_refused() {
+        for (from, to) in [("NAME = A", "NAME = B"), ("ID = 2026-001A", "ID = 2026-002A")] {
+            let text = format!("{HEAD}{META}{ROWS}{}{ROWS}", META.replace(from, to));
+            let said = reason(&text);
+            assert!(said.starts_with("this segment is of "), "{said}");
+        }
+        let text = format!("{HEAD}{META}{ROWS}{}{ROWS}", META.replace("NAME = A", "NAME = a"));
+        assert_eq!(read_ephemeris(text.as_bytes(), "orbit.oem").unwrap().len(), 2);
     }
 
     #[test]

@@ -87,8 +87,8 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
             taken(&said::of_xml(&document, "omm")?, true)
         }
         Some('[' | '{') => {
-            let root = parse_json(&Source::new("", text))
-                .map_err(|mut found| Wrong::of(found.swap_remove(0)))?;
+            let root =
+                parse_json(&Source::new("", text)).map_err(|mut found| Wrong::of(found.swap_remove(0)))?;
             let (mut keys, mut parts) = (Keys::new(), 0);
             flatten(&root, text, &mut parts, &mut keys)?;
             taken(&keys, false)
@@ -105,12 +105,7 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
 
 /// Adds the keys and values of JSON: of an object, of lists, and of objects within them, each object
 /// a part.
-fn flatten<'t>(
-    node: &'t Node,
-    text: &'t str,
-    parts: &mut usize,
-    keys: &mut Keys<'t>,
-) -> Result<(), Wrong> {
+fn flatten<'t>(node: &'t Node, text: &'t str, parts: &mut usize, keys: &mut Keys<'t>) -> Result<(), Wrong> {
     let at = node.span.start;
     match &node.value {
         Value::Array(list) if list.is_empty() => {
@@ -226,9 +221,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
             .key
             .wrong("SGP4 takes a mean motion, not a semi-major axis", "give MEAN_MOTION in rev/day");
     }
-    let angle = |name: &str| {
-        number(name, |angle| (-360.0..=360.0).contains(angle), "from -360 to 360 deg")
-    };
+    let angle = |name: &str| number(name, |angle| (-360.0..=360.0).contains(angle), "from -360 to 360 deg");
     let moment = date(needed("EPOCH")?.value, scale)?;
     let (year, day_of_year, nanoseconds_of_day) = day_of(&moment.in_other_scale(Scale::Utc).calendar_text());
     Ok(MeanElements {
