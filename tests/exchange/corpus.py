@@ -3,15 +3,16 @@ ours: Orekit, ccsds-ndm, SPICE. Run by `.ci/run`:
 
     python tests/exchange/corpus.py SLEW [NAME OF A STYLE ...]
 
-Messages with orbits stand in orbits.py and are run with them. All files are written here, by
-formulas of SciPy. The motion is a turn about two axes one after the other, `R(s) = R0 A(s) B(s)`,
-with `3s² − 2s³` of each angle, so that attitudes and rates are formulas too. Every reader must find
-them, and `slew` must say that they agree with the maneuver.
+Messages with orbits stand in orbits.py, other files with attitudes in attitudes.py, and are run with
+them. All files are written here, by formulas of SciPy, of the motion in motion.py. Every reader must
+find its attitudes and rates, `slew verify` must say that they agree with the maneuver, and a plan
+must begin with the attitude of the file at any moment.
 """
 
 import json
 import math
 import os
+import random
 import subprocess
 import sys
 import tempfile
@@ -20,27 +21,16 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import attitudes
 import orbits
+from motion import TIMES, apart, begins, motion, spec
 from test_exchange import LEAPSECONDS, orekit_or_none
 
 SLEW = str(Path(sys.argv[1]).resolve())
-DURATION, STEP = 120.0, 2.0
-TIMES = np.arange(0.0, DURATION + STEP / 2, STEP)
-START = Rotation.from_euler("ZYX", [20.5, -31.2, 63.7], degrees=True)
-AXES = [np.array([0.6, 0.0, 0.8]), np.array([0.48, 0.6, -0.64])]
-ANGLES = np.radians([70.0, 50.0])
 # To a hundredth of a degree, as `slew verify` has it.
 ATTITUDE, RATE = 2e-4, 2e-6
-
-
-def motion(time):
-    """Attitude, body to reference, and rate in body axes."""
-    s = time / DURATION
-    part, slope = s * s * (3 - 2 * s), 6 * s * (1 - s) / DURATION
-    first, second = (Rotation.from_rotvec(axis * angle * part) for axis, angle in zip(AXES, ANGLES, strict=True))
-    rate = AXES[1] * ANGLES[1] * slope + second.inv().apply(AXES[0] * ANGLES[0] * slope)
-    return START * first * second, rate
-
+# Nine digits, the bias between ICRF and J2000, and the cubic between rows two seconds apart.
+BETWEEN = 2e-7
 
 # ---- styles
 
@@ -242,16 +232,6 @@ def xml(style, to_theirs):
 # ---- readers
 
 
-def spec():
-    ends = []
-    for name, time in (("start", 0.0), ("end", DURATION)):
-        w, x, y, z = (float(part) for part in np.roll(motion(time)[0].as_quat(), 1))
-        ends.append(f"[{name}]\nattitude = {{ quaternion_wxyz = [{w!r}, {x!r}, {y!r}, {z!r}] }}")
-    return ("format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"DEMO\"\nreference_frame "
-            "= \"EME2000\"\n"
-            f"[body]\ninertia_kg_m2 = [120, 100, 80]\n{ends[0]}\n{ends[1]}\n[maneuver]\nduration_s = {DURATION}\n")
-
-
 def slew(style, path, folder):
     run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml"), "--format", "json"],
         capture_output=True, text=True)
@@ -261,6 +241,15 @@ def slew(style, path, folder):
     rates = [check for check in found["checks"] if check["name"] == "rates against attitudes"]
     told = style["type"].count("/") > 0
     assert len(rates) == int(told), found["checks"]
+    # Between rows a turn at one rate; or the cubic through the rates, or the polynomial that the file
+    # declares.
+    moments = random.Random(style["digits"])
+    for moment in (0.0, 34.0, round(moments.uniform(2.0, 118.0), 3)):
+        attitude, words = begins(SLEW, folder, path.name, moment)
+        assert attitude is not None, words
+        truth = motion(moment)[0] if told or style["extra"] else attitudes.one_rate(moment, TIMES)
+        limit = BETWEEN if style["digits"] >= 9 else ATTITUDE
+        assert apart(attitude, truth) < limit, f"{moment}: {apart(attitude, truth):.1e}"
     return "agrees"
 
 
@@ -354,16 +343,6 @@ def turn(name, folder):
 # ---- what is to be said of a file
 
 
-def stk(kind="AttitudeTimeQuaternions", axes="J2000"):
-    rows = []
-    for time in TIMES:
-        attitude, rate = motion(time)
-        row = [time, *attitude.as_quat(), *(np.degrees(rate) if kind.endswith("AngVels") else [])]
-        rows.append(" ".join(f"{value:.12f}" for value in row))
-    return (f"stk.v.11.0\nBEGIN Attitude\nNumberOfAttitudePoints {len(TIMES)}\nScenarioEpoch 21 Nov 2026 07:00:00.000\n"
-            f"CentralBody Earth\nCoordinateAxes {axes}\n{kind}\n" + "\n".join(rows) + "\nEND Attitude\n")
-
-
 def aem(**changes):
     return keywords(BASE | changes, Rotation.identity())
 
@@ -381,21 +360,13 @@ def interpolated(method, degree):
 
 
 def words(folder, wanted):
-    """Files with the exit code and the words that are due: 0 agrees, 3 refused."""
+    """Ephemerides and what is none, with the exit code and the words that are due: 0 agrees, 3 refused."""
     cases = {
-        "STK": (stk(), 0, "attitudes agree"),
-        "STK with rates": (stk("AttitudeTimeQuatAngVels"), 0, "attitudes agree"),
-        "STK in turning axes": (stk(axes="Fixed"), 3, "the rotation between the two is unknown"),
-        "STK by yaw, pitch, roll": (stk("AttitudeTimeYPRAngles"), 3, "rows of AttitudeTimeYPRAngles are not read"),
         "behind an APM": (apm_before(xml(BASE | XML, Rotation.identity())), 0, "attitudes agree"),
         "Lagrange": (interpolated("LAGRANGE", 5), 0, "attitudes agree"),
         "a degree above all": (interpolated("LAGRANGE", 40), 0, "25 is the highest that is taken"),
         "an unknown method": (interpolated("SPLINE", 3), 0, "SPLINE, which is not known"),
         "Hermite without rates": (interpolated("HERMITE", 3), 0, "HERMITE takes rates"),
-        "an ACM": ("CCSDS_ACM_VERS = 2.0\n", 3, "an attitude comprehensive message (ACM)"),
-        "an APM": ("CCSDS_APM_VERS = 2.0\n", 3, "it has one moment"),
-        "an OPM": ("CCSDS_OPM_VERS = 2.0\n", 3, "an orbit parameter message (OPM)"),
-        "an OEM": (orbits.oem(60.0, 4, None), 3, "an orbit ephemeris message (OEM)"),
         "compressed": (b"\x1f\x8b\x08\x00packed", 3, "compressed by gzip"),
         "a kernel of others": (b"DAF/CK  " + bytes(80) + b"LTL-IEEE" + bytes(2000), 3, "ticks of a clock"),
     }
@@ -432,5 +403,7 @@ if __name__ == "__main__":
             print(f"{name:32} slew: {told[0]:8} Orekit: {told[1]:24} ccsds-ndm: {told[2]}", flush=True)
         print(f"{len(STYLES) if not wanted else len(wanted)} styles")
         words(folder, wanted)
+        if not wanted:
+            attitudes.corpus(SLEW, folder, random.Random(20261121))
     if not wanted:
         orbits.corpus(SLEW)

@@ -151,6 +151,14 @@ fn c_kernels_of_ours_are_read_back() {
     }
     assert!(found.epoch.unwrap().since(&loaded.identity.epoch.unwrap()).abs() < 1e-9);
     assert_eq!(found.reference_frame.as_deref(), Some("J2000"));
+    // Frames have the names in the file that they have in the spec, but for the bias of ICRF.
+    for (name, theirs) in [("ICRF", "J2000"), ("B1950", "B1950"), ("ECLIPJ2000", "ECLIPJ2000")] {
+        let names = NAMED.replace("\"ICRF\"", &format!("\"{name}\""));
+        let named = good(BASE, &["maneuver.steps=4", &names, EPOCH]);
+        let bytes = written(Format::Ck, &named, &path, None).unwrap();
+        let found = read_attitudes(&bytes[..], "plan.bc").unwrap();
+        assert_eq!(found.reference_frame.as_deref(), Some(theirs));
+    }
     // A truncated or changed file is either refused or read.
     for end in (0..bytes.len()).step_by(97) {
         let _ = read_attitudes(&bytes[..end], "cut");

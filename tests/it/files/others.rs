@@ -5,6 +5,7 @@
 //! t/60 s, so that its rate is 720°/60 s · s (1 − s) and largest, 3 deg/s, in the middle.
 
 use super::{bad, good};
+use slewkit::Vector3;
 use slewkit_files::exchange::{FileReport, judge_file, read_attitudes};
 use slewkit_files::spec::{Diagnostics, Loaded};
 
@@ -614,9 +615,17 @@ fn attitude_files_of_stk_are_read() {
         stk("AttitudeTimeQuaternions", "ICRF", "InterpolationOrder 1\n", plain, &times(2)),
         stk("AttitudeTimeQuaternions", "J2000", "", plain, &times(2)),
         stk("attitudetimequatscalarfirst", "ICRF", "", first, &times(2)),
-        stk("AttitudeTimeQuatAngVels", "ICRF", "", with_rate, &times(2)),
+        stk("AttitudeTimeQuatAngVels", "ICRF", "TimeFormat EpSec\n", with_rate, &times(2)),
     ] {
         assert_agrees(&text);
+    }
+    for (keys, note) in [
+        ("InterpolationOrder 0\n", "Lagrange of degree 0"),
+        ("InterpolationOrder 30\n", "25 is the highest that is taken"),
+        ("InterpolationMethod Spline\nInterpolationOrder 3\n", "Spline, which is not known here"),
+    ] {
+        let found = assert_agrees(&stk("AttitudeTimeQuaternions", "ICRF", keys, plain, &times(2)));
+        assert!(found.not_judged.iter().any(|text| text.contains(note)), "{:?}", found.not_judged);
     }
     let wrong = stk("AttitudeTimeQuaternions", "ICRF", "", first, &times(2));
     assert!(!judged(&wrong).passed());
@@ -628,6 +637,10 @@ fn attitude_files_of_stk_are_read() {
         (
             stk("AttitudeTimeQuaternions", "ICRF", "", with_rate, &times(2)),
             "the row has 8 numbers, 5 are needed",
+        ),
+        (
+            stk("AttitudeTimeQuaternions", "ICRF", "TimeFormat EpMin\n", plain, &times(2)),
+            "times in the format EpMin are not read",
         ),
         (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
         (wrong.replace("END Attitude", ""), "END Attitude is missing"),
@@ -845,6 +858,81 @@ fn an_end_is_taken_from_a_file() {
         ("none.aem", "2026-11-21T07:00:20", "cannot be read"),
     ] {
         let said = spec(file, epoch).unwrap_err().to_string();
+        assert!(said.contains(reason), "{said}");
+    }
+}
+
+/// The body has turned by 25° about z, its star tracker by 180° about x.
+#[test]
+fn an_attitude_of_several_frames_is_that_of_the_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = "CCSDS_APM_VERS = 2.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\nMETA_START\n\
+        OBJECT_NAME = DEMO\nOBJECT_ID = X\nTIME_SYSTEM = UTC\nMETA_STOP\nEPOCH = 2026-11-21T07:00:00\n";
+    let quaternion = |a: &str, b: &str, [x, y, z, w]: [f64; 4]| {
+        format!(
+            "QUAT_START\nREF_FRAME_A = {a}\nREF_FRAME_B = {b}\nQ1 = {x:.12}\nQ2 = {y:.12}\nQ3 = {z:.12}\n\
+             QC = {w:.12}\nQUAT_STOP\n"
+        )
+    };
+    let angles = |degrees: f64| {
+        format!(
+            "EULER_START\nREF_FRAME_A = ICRF\nREF_FRAME_B = SC_BODY_1\nEULER_ROT_SEQ = ZYX\nANGLE_1 = {degrees}\n\
+             ANGLE_2 = 0\nANGLE_3 = 0\nEULER_STOP\n"
+        )
+    };
+    let (sin, cos) = 12.5_f64.to_radians().sin_cos();
+    let body = quaternion("ICRF", "SC_BODY_1", [0.0, 0.0, sin, cos]);
+    let star = quaternion("ICRF", "STARTRACKER_1", [1.0, 0.0, 0.0, 0.0]);
+    let other = quaternion("ICRF", "STARTRACKER_2", [0.0, 1.0, 0.0, 0.0]);
+    let of_orbit = quaternion("LVLH", "SC_BODY_1", [1.0, 0.0, 0.0, 0.0]);
+    let mounted = quaternion("STARTRACKER_1", "SC_BODY_1", [1.0, 0.0, 0.0, 0.0]);
+    let begins = |text: &str, names: &str| {
+        std::fs::write(folder.path().join("told.apm"), text).unwrap();
+        let spec = REST
+            .replace("attitude = { axis = [0, 0, 1], angle_deg = 0 }", "attitude = { file = \"told.apm\" }")
+            .replace("reference_frame = \"ICRF\"", names);
+        let path = folder.path().join("spec.toml");
+        std::fs::write(&path, spec).unwrap();
+        slewkit_files::spec::read(&path, &[])
+    };
+    let named = "reference_frame = \"ICRF\"";
+    for (text, names, axis, degrees, warnings) in [
+        (format!("{head}{star}{body}"), named, Vector3::z(), 25.0, 0),
+        (format!("{head}{of_orbit}{body}"), named, Vector3::z(), 25.0, 0),
+        (format!("{head}{mounted}{body}{}", angles(25.0)), named, Vector3::z(), 25.0, 0),
+        (
+            format!("{head}{star}{body}"),
+            &format!("{named}\nbody_frame = \"STARTRACKER_1\""),
+            Vector3::x(),
+            180.0,
+            0,
+        ),
+        // Frames that the spec does not name.
+        (format!("{head}{star}"), named, Vector3::x(), 180.0, 1),
+        (format!("{head}{body}"), "", Vector3::z(), 25.0, 1),
+        // Four digits.
+        (format!("{head}{body}").replace("0.216439613938", "0.2164"), named, Vector3::z(), 25.0, 1),
+    ] {
+        let loaded = begins(&text, names).unwrap_or_else(|errors| panic!("{text}: {errors}"));
+        let turned = slewkit::lie::log(&loaded.problem.start.attitude);
+        assert!(
+            (turned.cross(&axis)).norm() < 1e-3 && (turned.norm().to_degrees() - degrees).abs() < 0.01,
+            "{text}"
+        );
+        let codes: Vec<_> = loaded.warnings.iter().map(|warning| warning.code).collect();
+        assert_eq!(codes, vec!["W0092"; warnings], "{text}");
+    }
+    for (text, reason) in [
+        (
+            format!("{head}{star}{other}"),
+            "the attitudes of STARTRACKER_1 and STARTRACKER_2 differ by 180 deg",
+        ),
+        (format!("{head}{body}{}", angles(35.0)), "two attitudes of SC_BODY_1 differ by 10.0 deg"),
+        (format!("{head}{of_orbit}"), "map to LVLH"),
+        (format!("{head}{mounted}"), "are both frames of the spacecraft"),
+        (format!("{head}{body}{head}{body}"), "2 messages with attitudes: DEMO, DEMO"),
+    ] {
+        let said = begins(&text, named).unwrap_err().to_string();
         assert!(said.contains(reason), "{said}");
     }
 }

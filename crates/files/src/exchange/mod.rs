@@ -62,8 +62,8 @@ pub use lacking::Lacking;
 pub use numpy::Arrays;
 pub use numpy_reading::{Array, read_arrays};
 pub use reading::{
-    AttitudeTold, Attitudes, Between, Block, EphemerisAxes, Refined, Segment, read_attitude_at,
-    read_attitudes, read_ephemeris, read_mean_elements,
+    AttitudeTold, Attitudes, Between, Block, EphemerisAxes, Refined, Segment, read_attitudes,
+    read_attitudes_at, read_ephemeris, read_mean_elements,
 };
 pub(crate) use reading::{Piece, Wrong, elements, whole_text};
 pub use record::{Record, Tables};

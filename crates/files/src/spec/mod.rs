@@ -86,6 +86,7 @@ pub(crate) use diagnostic::{Finding, Spot, cut};
 pub use difference::Difference;
 pub use dispersion::{Dispersion, Distribution, Nominal, Varied};
 pub use expect::{EndExpect, Expect, Oscillation, Precession, SimulationExpect, Toleranced};
+pub(crate) use json_text::parse as parse_json;
 pub use maneuver::default_steps;
 pub use overrides::Override;
 pub(crate) use overrides::typed;

@@ -6,6 +6,7 @@
 //! end of a block.
 
 use super::Attitudes;
+use crate::spec::cut;
 use slewkit::lie::interpolation::{Row, cubic, linear};
 use slewkit::numerics::polynomial;
 use slewkit::{Vector3, lie};
@@ -24,7 +25,31 @@ pub enum Between {
     Hermite(usize),
 }
 
+/// The highest degree: beyond it polynomials on equal steps oscillate.
+const HIGHEST: usize = 25;
+
 impl Between {
+    /// Returns the interpolation of this name and degree.
+    ///
+    /// # Errors
+    /// Returns why the interpolation is not used.
+    pub(super) fn named(name: &str, degree: Option<usize>) -> Result<Self, String> {
+        let is = |word: &str| name.eq_ignore_ascii_case(word);
+        let short = cut(name, 30);
+        match degree {
+            _ if is("LINEAR") => Ok(Self::OneRate),
+            None => Err(format!("{short}: the file does not say its degree")),
+            Some(0) => Err(format!("{short} of degree 0")),
+            Some(degree) if degree > HIGHEST => {
+                Err(format!("{short} of degree {degree}: {HIGHEST} is the highest that is taken"))
+            }
+            Some(1) => Ok(Self::OneRate),
+            Some(degree) if is("LAGRANGE") => Ok(Self::Lagrange(degree)),
+            Some(degree) if is("HERMITE") => Ok(Self::Hermite(degree)),
+            Some(_) => Err(format!("{short}, which is not known here")),
+        }
+    }
+
     /// Returns the number of rows that the interpolation uses.
     pub fn rows(self) -> usize {
         match self {

@@ -133,6 +133,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     }
     check_version(version)?;
     let (mut place, mut found, mut last) = (Place::Header, Vec::new(), first);
+    let mut object = None;
     for line in lines {
         last = line;
         if line.text.get(..7).is_some_and(|start| start.eq_ignore_ascii_case("COMMENT")) {
@@ -148,7 +149,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
                 }
                 Place::Header
             }
-            Place::Metadata(keys) if line.is("META_STOP") => Place::Data(started(&keys, line)?),
+            Place::Metadata(keys) if line.is("META_STOP") => Place::Data(started(&keys, line, &mut object)?),
             Place::Metadata(mut keys) => {
                 let (key, value) = pair(line)?;
                 add(&mut keys, key, value)?;
@@ -204,9 +205,19 @@ fn add<'t>(keys: &mut Keys<'t>, key: Piece<'t>, value: Piece<'t>) -> Result<(), 
     Ok(())
 }
 
+/// The name and the number of the object that all segments are of.
+type Object<'t> = Option<[Piece<'t>; 2]>;
+
 /// Returns the segment that the metadata describe together; `end` is the place where they end.
-fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
+fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Result<Started, Wrong> {
     let get = |name: &str| keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+    let here = ["OBJECT_NAME", "OBJECT_ID"].map(|name| get(name).unwrap_or(Piece { at: end.at, text: "" }));
+    let above = *object.get_or_insert(here);
+    if let Some((one, other)) = here.iter().zip(above).find(|(one, other)| !one.is(other.text)) {
+        let (one, other) = (cut(one.text, 40), cut(other.text, 40));
+        let reason = format!("this segment is of {one}, the one above of {other}");
+        return here[0].wrong(reason, "give one file for each object");
+    }
     let needed = |name: &str| {
         get(name).map_or_else(
             || end.wrong(format!("the metadata have no `{name}`"), format!("add {name} = …")),
@@ -387,6 +398,17 @@ mod tests {
         let EphemerisAxes::Inertial(bias) = found[0].axes else { panic!("inertial") };
         let angle = slewkit::lie::log(&bias).norm().to_degrees() * 3.6e6;
         assert!((angle - 23.1).abs() < 0.1, "{angle}");
+    }
+
+    #[test]
+    fn segments_of_two_objects_are_refused() {
+        for (from, to) in [("NAME = A", "NAME = B"), ("ID = 2026-001A", "ID = 2026-002A")] {
+            let text = format!("{HEAD}{META}{ROWS}{}{ROWS}", META.replace(from, to));
+            let said = reason(&text);
+            assert!(said.starts_with("this segment is of "), "{said}");
+        }
+        let text = format!("{HEAD}{META}{ROWS}{}{ROWS}", META.replace("NAME = A", "NAME = a"));
+        assert_eq!(read_ephemeris(text.as_bytes(), "orbit.oem").unwrap().len(), 2);
     }
 
     #[test]

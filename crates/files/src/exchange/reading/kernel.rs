@@ -9,6 +9,7 @@ use super::between::Between;
 use super::rows::{Moved, Rows};
 use super::{Number, Piece, Wrong, wrong};
 use crate::epoch::Epoch;
+use crate::exchange::spice::FRAMES;
 use slewkit::{Vector3, lie};
 
 /// Bytes of a record, and of a number.
@@ -110,11 +111,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
         return wrong(0, 0, reason, "give one kernel for each of them, against one frame");
     }
     let mut rows = Rows::default();
-    rows.found.reference_frame = match one.frame {
-        1 => Some("J2000".into()),
-        17 => Some("ECLIPJ2000".into()),
-        other => Some(format!("the frame of SPICE with the number {other}")),
-    };
+    let frame = FRAMES.iter().find(|(number, _)| *number == one.frame);
+    rows.found.reference_frame = Some(frame.map_or_else(
+        || format!("the frame of SPICE with the number {}", one.frame),
+        |(_, name)| (*name).into(),
+    ));
     for summary in &summaries {
         if summary.kind != 3 {
             let reason = format!("a segment of type {} is not read", summary.kind);

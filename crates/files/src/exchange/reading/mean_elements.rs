@@ -7,8 +7,7 @@ use super::message::date;
 use super::said::{self, Keys, Said};
 use super::{Piece, Wrong, elements, resolved, whole_text, wrong};
 use crate::epoch::Scale;
-use crate::spec::{Diagnostics, cut};
-use serde_json::Value;
+use crate::spec::{Diagnostics, Node, Source, Value, cut, parse_json};
 use slewkit_sky::MeanElements;
 use std::io::Read;
 
@@ -25,7 +24,8 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION_DDOT", &["rev/day**3"]),
 ];
 
-/// The keys of the standard; keys of users and of covariances are ignored.
+/// The keys of the standard except those of covariances; keys of users and of covariances are
+/// ignored.
 const KNOWN: [&str; 39] = [
     "CCSDS_OMM_VERS",
     "omm",
@@ -68,9 +68,6 @@ const KNOWN: [&str; 39] = [
     "SEMIMAJOR_AXIS",
 ];
 
-/// The largest depth of a text in JSON that is read.
-const DEEPEST: usize = 12;
-
 /// Reads an OMM; `name` is its name in messages.
 ///
 /// # Errors
@@ -90,12 +87,11 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
             taken(&said::of_xml(&document, "omm")?, true)
         }
         Some('[' | '{') => {
-            let values = of_json(text)?;
-            let keys = values.iter().map(|(at, key, value)| {
-                let (key, value) = (Piece { at: *at, text: key }, Piece { at: *at, text: value }.trimmed());
-                Said { key, value, unit: None, part: 0 }
-            });
-            taken(&keys.collect(), false)
+            let root =
+                parse_json(&Source::new("", text)).map_err(|mut found| Wrong::of(found.swap_remove(0)))?;
+            let (mut keys, mut parts) = (Keys::new(), 0);
+            flatten(&root, text, &mut parts, &mut keys)?;
+            taken(&keys, false)
         }
         Some('1' | '2') if text[lead..].chars().nth(1) == Some(' ') => {
             wrong(lead, 1, "these are two-line elements", "write their lines as tle = [\"1 …\", \"2 …\"]")
@@ -107,89 +103,60 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
     }
 }
 
-/// Returns the keys and values of JSON with their places: of an object, of a list with one object,
-/// or of objects within it. Several sets of elements are refused by their names.
-fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
-    let whole: Value = serde_json::from_str(text).or_else(|error| {
-        let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
-        let line = text[start..].lines().next().unwrap_or_default();
-        let column = error.column().saturating_sub(1);
-        let at =
-            start + if line.is_char_boundary(column.min(line.len())) { column.min(line.len()) } else { 0 };
-        wrong(at, 1, format!("this is no JSON: {error}"), "check the quotes, the commas and the braces")
-    })?;
-    let mut satellites = Vec::new();
-    named(&whole, 0, &mut satellites);
-    if satellites.len() > 1 {
-        let mut names = satellites[..satellites.len().min(3)].join(", ");
-        names.push_str(if satellites.len() > 3 { ", …" } else { "" });
-        let reason = format!("the file has {} sets of elements: {}", satellites.len(), cut(&names, 100));
-        return wrong(0, 1, reason, "leave that of one satellite and one epoch in the file");
-    }
-    let mut found = Vec::new();
-    flatten(&whole, text, 0, &mut found)?;
-    Ok(found)
-}
-
-/// Adds the name of every object that has elements, in lists and in other objects too.
-fn named(value: &Value, level: usize, found: &mut Vec<String>) {
-    if level > DEEPEST {
-        return;
-    }
-    match value {
-        Value::Array(list) => list.iter().for_each(|value| named(value, level + 1, found)),
-        Value::Object(map) => {
-            if map.contains_key("MEAN_MOTION") || map.contains_key("ECCENTRICITY") {
-                let name = map.get("OBJECT_NAME").or(map.get("NORAD_CAT_ID"));
-                found.push(name.map_or_else(
-                    || "without a name".to_string(),
-                    |name| name.as_str().map_or_else(|| name.to_string(), str::to_string),
-                ));
-            }
-            map.values().for_each(|value| named(value, level + 1, found));
-        }
-        _ => {}
-    }
-}
-
-fn flatten(
-    value: &Value,
-    text: &str,
-    level: usize,
-    found: &mut Vec<(usize, String, String)>,
-) -> Result<(), Wrong> {
-    if level > DEEPEST {
-        return wrong(0, 1, "objects stand within objects more than twelve times", "give the elements alone");
-    }
-    match value {
+/// Adds the keys and values of JSON: of an object, of lists, and of objects within them, each object
+/// a part.
+fn flatten<'t>(node: &'t Node, text: &'t str, parts: &mut usize, keys: &mut Keys<'t>) -> Result<(), Wrong> {
+    let at = node.span.start;
+    match &node.value {
         Value::Array(list) if list.is_empty() => {
-            wrong(0, 1, "the list has no elements", "give one satellite")
+            wrong(at, 1, "the list has no elements", "give one satellite")
         }
-        Value::Array(list) => list.iter().try_for_each(|value| flatten(value, text, level + 1, found)),
-        Value::Object(map) => map.iter().try_for_each(|(key, value)| {
-            let quoted = format!("\"{key}\"");
-            let at = text.find(&quoted).map_or(0, |at| at + 1);
-            match value {
-                Value::Object(_) | Value::Array(_) => flatten(value, text, level + 1, found),
-                Value::Null => Ok(()),
-                Value::String(word) => {
-                    found.push((at, key.clone(), word.clone()));
-                    Ok(())
-                }
-                other => {
-                    found.push((at, key.clone(), other.to_string()));
-                    Ok(())
-                }
-            }
-        }),
-        _ => wrong(0, 1, "this is no object", "give the elements as an object with the keys of OMM"),
+        Value::Array(list) => list.iter().try_for_each(|node| flatten(node, text, parts, keys)),
+        Value::Table(entries) => {
+            let part = *parts;
+            *parts += 1;
+            entries.iter().try_for_each(|entry| {
+                let written = entry.node.span;
+                let value = match &entry.node.value {
+                    Value::Table(_) | Value::Array(_) => {
+                        return flatten(&entry.node, text, parts, keys);
+                    }
+                    Value::Null => return Ok(()),
+                    Value::Text(word) => word,
+                    _ => &text[written.start..written.end],
+                };
+                keys.push(Said {
+                    key: Piece { at: entry.key_span.start, text: &entry.key },
+                    value: Piece { at: written.start, text: value }.trimmed(),
+                    unit: None,
+                    part,
+                });
+                Ok(())
+            })
+        }
+        _ => wrong(at, 1, "this is no object", "give the elements as an object with the keys of OMM"),
     }
+}
+
+/// Returns whether a key is of the standard, or is to be ignored: keys of users, and elements of a
+/// covariance such as `CX_DOT_Y`.
+fn known(key: Piece<'_>) -> bool {
+    let upper = key.text.to_ascii_uppercase();
+    let of_covariance = |rest: &str| {
+        let mut axes = rest.split('_').filter(|word| *word != "DOT");
+        axes.by_ref().take(2).filter(|axis| ["X", "Y", "Z"].contains(axis)).count() == 2
+            && axes.next().is_none()
+    };
+    KNOWN.iter().any(|known| key.is(known))
+        || upper.starts_with("USER_DEFINED_")
+        || upper.strip_prefix('C').is_some_and(of_covariance)
 }
 
 /// Returns the elements from the keys. A `message` has all keys that the standard requires; a
 /// record of a catalogue may lack the keys that all its records have in common.
 fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     said::check(keys, &UNITS)?;
+    said::one_message(keys, "sets of elements")?;
     let needed = |name: &str| said::needed(keys, name);
     if message {
         let version = keys[0].value;
@@ -197,15 +164,10 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
             let reason = format!("version {} is not known", cut(version.text, 20));
             return version.wrong(reason, "give an OMM of version 2.0 or 3.0");
         }
-        let strange = |said: &&Said<'_>| {
-            let key = said.key.text;
-            let passed_over = key.get(..13).is_some_and(|start| start.eq_ignore_ascii_case("USER_DEFINED_"))
-                || (key.starts_with('C') && key.contains('_') && key.len() <= 11)
-                || said.part > 0 && said.key.is(key) && !key.bytes().any(|byte| byte.is_ascii_uppercase());
-            !passed_over && !KNOWN.iter().any(|known| said.key.is(known))
-        };
-        // XML has a separate element for all user-defined parameters.
-        if let Some(said) = keys.iter().find(strange).filter(|_| keys[0].key.text != "omm") {
+        // Elements of XML that contain others begin with a lower-case letter.
+        let xml = keys[0].key.text == "omm";
+        let container = |key: Piece<'_>| xml && key.text.starts_with(|sign: char| sign.is_lowercase());
+        if let Some(said) = keys.iter().find(|said| !known(said.key) && !container(said.key)) {
             let reason = format!("unknown key `{}` in an OMM", cut(said.key.text, 40));
             return said.key.wrong(reason, "check the spelling");
         }
@@ -245,36 +207,34 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
             }
         },
     };
-    let number = |name: &str, from: f64, below: f64| -> Result<f64, Wrong> {
-        let said = needed(name)?;
-        let found = said.value.number()?.value;
-        if (from..below).contains(&found) {
+    let number = |name: &str, inside: fn(&f64) -> bool, range: &str| -> Result<f64, Wrong> {
+        let value = needed(name)?.value;
+        let found = value.number()?.value;
+        if inside(&found) {
             return Ok(found);
         }
-        said.value.wrong(
-            format!("`{name}` is {}: it is from {from} to below {below}", cut(said.value.text, 20)),
-            "check the number and its unit",
-        )
+        let reason = format!("`{name}` is {}: it is {range}", cut(value.text, 20));
+        value.wrong(reason, "check the number and its unit")
     };
     if word("MEAN_MOTION").is_none() && word("SEMI_MAJOR_AXIS").is_some() {
         return needed("SEMI_MAJOR_AXIS")?
             .key
             .wrong("SGP4 takes a mean motion, not a semi-major axis", "give MEAN_MOTION in rev/day");
     }
-    let (full, half) = (360.0 + f64::EPSILON * 360.0, 180.0 + f64::EPSILON * 180.0);
+    let angle = |name: &str| number(name, |angle| (-360.0..=360.0).contains(angle), "from -360 to 360 deg");
     let moment = date(needed("EPOCH")?.value, scale)?;
     let (year, day_of_year, nanoseconds_of_day) = day_of(&moment.in_other_scale(Scale::Utc).calendar_text());
     Ok(MeanElements {
         year,
         day_of_year,
         nanoseconds_of_day,
-        mean_motion: number("MEAN_MOTION", f64::MIN_POSITIVE, 20.0)?,
-        eccentricity: number("ECCENTRICITY", 0.0, 1.0)?,
-        inclination_deg: number("INCLINATION", 0.0, half)?,
-        raan_deg: number("RA_OF_ASC_NODE", -full, full)?,
-        argument_of_perigee_deg: number("ARG_OF_PERICENTER", -full, full)?,
-        mean_anomaly_deg: number("MEAN_ANOMALY", -full, full)?,
-        drag: number("BSTAR", -1e3, 1e3)?,
+        mean_motion: number("MEAN_MOTION", |n| *n > 0.0 && *n < 20.0, "above 0 and below 20 rev/day")?,
+        eccentricity: number("ECCENTRICITY", |e| (0.0..1.0).contains(e), "from 0 to below 1")?,
+        inclination_deg: number("INCLINATION", |i| (0.0..=180.0).contains(i), "from 0 to 180 deg")?,
+        raan_deg: angle("RA_OF_ASC_NODE")?,
+        argument_of_perigee_deg: angle("ARG_OF_PERICENTER")?,
+        mean_anomaly_deg: angle("MEAN_ANOMALY")?,
+        drag: number("BSTAR", |drag| drag.abs() < 1e3, "between -1000 and 1000 per radius of the Earth")?,
     })
 }
 
@@ -347,6 +307,34 @@ mod tests {
         }
     }
 
+    /// A covariance has 21 elements, and users name theirs as they like: none of them is an element
+    /// of the orbit.
+    #[test]
+    fn covariances_and_keys_of_users_are_passed_over() {
+        let axes = ["X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"];
+        let each = |open: fn(&str) -> String, close: fn(&str) -> String| -> String {
+            let pairs = (0..6).flat_map(|row| (0..=row).map(move |column| (axes[row], axes[column])));
+            let names = pairs.map(|(row, column)| format!("C{row}_{column}"));
+            names.map(|name| format!("{}1{}", open(&name), close(&name))).collect()
+        };
+        let lines = each(|name| format!("{name} = "), |_| "\n".into());
+        let found = of(&format!("{KEYWORDS}COV_REF_FRAME = RTN\n{lines}USER_DEFINED_BSTAR = 7\n"));
+        let elements = each(|name| format!("<{name}>"), |name| format!("</{name}>"));
+        let matrix = format!("<covarianceMatrix>{elements}</covarianceMatrix><userDefinedParameters>");
+        let theirs = "<USER_DEFINED parameter=\"BSTAR\">7</USER_DEFINED>".repeat(2);
+        let text = XML.replace("<userDefinedParameters>", &format!("{matrix}{theirs}"));
+        assert_eq!(of(&text), found);
+        assert_eq!(found.drag, 2e-5);
+        for (from, to) in [("CX_X", "CX_W"), ("CX_X", "CX"), ("CX_X", "CX_X_X")] {
+            let wrong = format!("{KEYWORDS}{lines}").replacen(from, to, 1);
+            let said = read_mean_elements(wrong.as_bytes(), "x").unwrap_err().0[0].reason.clone();
+            assert!(said.contains("unknown key"), "{to}: {said}");
+        }
+        let without = text.replace("<BSTAR>0.2E-4</BSTAR>", "");
+        let said = read_mean_elements(without.as_bytes(), "x").unwrap_err().0[0].reason.clone();
+        assert!(said.contains("no `BSTAR`"), "{said}");
+    }
+
     #[test]
     fn what_is_no_orbit_of_sgp4_is_refused_with_its_line() {
         for (text, from, to, told) in [
@@ -359,6 +347,8 @@ mod tests {
             (KEYWORDS, "BSTAR = 2e-05\n", "", "no `BSTAR`"),
             (KEYWORDS, "TIME_SYSTEM = UTC\n", "", "no `TIME_SYSTEM`"),
             (KEYWORDS, "= .0012", "= 1.2", "from 0 to below 1"),
+            (KEYWORDS, "270.1", "361", "from -360 to 360 deg"),
+            (KEYWORDS, "14.9 ", "0 ", "above 0 and below 20 rev/day"),
             (KEYWORDS, "MEAN_MOTION = 14.9 [rev/day]", "SEMI_MAJOR_AXIS = 7000", "takes a mean motion"),
             (KEYWORDS, "MEAN_ANOMALY = 270.1", "MEAN_ANOMALY = 270.1\nMEAN_ANOMALY = 1", "given twice"),
             (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
@@ -367,9 +357,12 @@ mod tests {
             (KEYWORDS, "2026-324T12", "2026-367T12", "this date does not exist"),
             (XML, "rev/day", "rad/s", "the unit rad/s"),
             (XML, "<omm", "<opm", "XML"),
+            (XML, "<EPHEMERIS_TYPE>0</EPHEMERIS_TYPE>", "<EPHEMERIS_TYP>4</EPHEMERIS_TYP>", "unknown key"),
+            (XML, "<BSTAR>0.2E-4</BSTAR>", "", "no `BSTAR`"),
             (NUMBERS, "14.9", "\"fast\"", "`fast` is no number"),
             (NUMBERS, "\"BSTAR\":2e-05,", "", "no `BSTAR`"),
-            (NUMBERS, "}", "", "this is no JSON"),
+            (NUMBERS, "\"BSTAR\":2e-05,", "\"BSTAR\":2e-05,\"BSTAR\":7,", "`BSTAR` is set twice"),
+            (NUMBERS, "}", "", "not valid JSON"),
         ] {
             let wrong = text.replacen(from, to, 1);
             let told = if told == "XML" { "stands where" } else { told };
@@ -378,12 +371,21 @@ mod tests {
         }
         let other = NUMBERS.replace("SAMPLE", "OTHER");
         let message = XML.split("<omm").nth(1).unwrap().split("</ndm>").next().unwrap();
+        let segment = XML.split("<body>").nth(1).unwrap().split("</body>").next().unwrap();
         for (two, told) in [
             (format!("[{NUMBERS},{other}]"), "2 sets of elements: SAMPLE, OTHER"),
             (format!("{{\"first\":{NUMBERS},\"second\":{other}}}"), "2 sets of elements: SAMPLE, OTHER"),
             (format!("{{\"omms\":[{NUMBERS},[{other}]]}}"), "2 sets of elements: SAMPLE, OTHER"),
-            (format!("{KEYWORDS}{KEYWORDS}"), "more than one OMM"),
-            (XML.replace("</ndm>", &format!("<omm{message}</ndm>")), "2 messages <omm>"),
+            (format!("{{\"omms\":[{NUMBERS},{{\"data\":{other}}}]}}"), "2 sets of elements: SAMPLE, OTHER"),
+            (
+                format!("{KEYWORDS}{}", KEYWORDS.replace("SAMPLE", "OTHER")),
+                "2 sets of elements: SAMPLE, OTHER",
+            ),
+            (
+                XML.replace("</ndm>", &format!("<omm{}</ndm>", message.replace("A&amp;B", "C"))),
+                "2 sets of elements: A&B, C",
+            ),
+            (XML.replace("</segment>", &format!("</segment>{segment}")), "2 sets of elements: A&B, A&B"),
         ] {
             let found = read_mean_elements(two.as_bytes(), "x").unwrap_err();
             assert!(found.0[0].reason.contains(told), "{}", found.0[0].reason);

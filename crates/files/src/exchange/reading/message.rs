@@ -216,24 +216,10 @@ impl<'t> Metadata<'t> {
                 }
             },
         };
-        let not_judged = |what: String| {
-            Ok((
-                Between::Unsaid,
-                Some(format!("the motion between rows by INTERPOLATION_METHOD {what}: judged at one rate")),
-            ))
-        };
-        let name = cut(method.text, 30);
-        match degree {
-            _ if method.is("LINEAR") => Ok((Between::OneRate, None)),
-            None => not_judged(format!("{name}: the file does not say its degree")),
-            Some(degree) if degree > HIGHEST => {
-                not_judged(format!("{name} of degree {degree}: {HIGHEST} is the highest that is taken"))
-            }
-            Some(1) => Ok((Between::OneRate, None)),
-            Some(degree) if method.is("LAGRANGE") => Ok((Between::Lagrange(degree), None)),
-            Some(degree) if method.is("HERMITE") => Ok((Between::Hermite(degree), None)),
-            Some(_) => not_judged(format!("{name}, which is not known here")),
-        }
+        Ok(match Between::named(method.text, degree) {
+            Ok(between) => (between, None),
+            Err(why) => (Between::Unsaid, Some(not_used(&why))),
+        })
     }
 
     /// Returns the span that the block states, and its usable part.
@@ -303,8 +289,10 @@ pub(super) struct Block {
     object: [String; 2],
 }
 
-/// The highest degree: beyond it polynomials on equal steps oscillate.
-const HIGHEST: usize = 25;
+/// Returns the note about an interpolation that is not used.
+pub(super) fn not_used(why: &str) -> String {
+    format!("the motion between rows by INTERPOLATION_METHOD {why}: judged at one rate")
+}
 
 /// Returns a moment in the scale of the block.
 pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {

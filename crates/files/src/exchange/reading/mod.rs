@@ -30,7 +30,6 @@ use crate::spec::{Diagnostic, Diagnostics, Finding, Source, Span};
 use rows::Rows;
 use slewkit::lie::interpolation::{Row, linear};
 use slewkit::numerics::encoding::{self, NoText};
-use slewkit::numerics::figures::short;
 use slewkit::verify::Rounding;
 use slewkit::{Vector3, lie};
 use std::io::Read;
@@ -130,20 +129,24 @@ pub struct AttitudeTold {
     pub reference_frame: Option<String>,
     /// The name of the body frame in the file.
     pub body_frame: Option<String>,
+    /// The statements of the file that are not used, and the questions that it leaves open, as in
+    /// [`Attitudes::not_taken`].
+    pub not_taken: Vec<String>,
 }
 
-/// Reads the attitude of a moment, `seconds` after `epoch`. An APM has one attitude, which must
-/// belong to that moment. The attitude in all other files is interpolated as the file declares.
-/// Times of tables count from the epoch. `name` is the name of the file in messages.
+/// Reads the attitudes at a moment, `seconds` after `epoch`. An APM may have several, of several
+/// frames; its moment must be the requested one. All other files have one attitude at a moment,
+/// interpolated as the file declares. Times of tables count from the epoch. `name` is the name of
+/// the file in messages.
 ///
 /// # Errors
 /// Returns the first fault with its line, or a moment that the file does not have.
-pub fn read_attitude_at(
+pub fn read_attitudes_at(
     input: impl Read,
     name: &str,
     epoch: Option<Epoch>,
     seconds: f64,
-) -> Result<AttitudeTold, Diagnostics> {
+) -> Result<Vec<AttitudeTold>, Diagnostics> {
     let bytes = whole(input, name)?;
     let told = |reason: String, remedy: &str| {
         Diagnostics(vec![Diagnostic::about_file("E0151", name, reason, remedy)])
@@ -157,27 +160,16 @@ pub fn read_attitude_at(
     if let Ok(text) = encoding::text(&bytes)
         && kind(text).is_some_and(|kind| kind.eq_ignore_ascii_case("APM"))
     {
-        let found = parameters::read(text).map_err(|wrong| resolved(wrong, name, text.into()))?;
+        let refused = |wrong| resolved(wrong, name, text.into());
+        let found = parameters::read(text).map_err(refused)?;
         let wanted = epoch.ok_or_else(no_epoch)?.after(seconds);
-        if found.moment.since(&wanted).abs() > found.open.max(SAME_MOMENT) {
-            let reason = format!("the attitude is that of {}, and {wanted} is wanted", found.moment);
+        if let Some(one) =
+            found.iter().find(|one| one.moment.since(&wanted).abs() > one.open.max(SAME_MOMENT))
+        {
+            let reason = format!("the attitude is that of {}, and {wanted} is wanted", one.moment);
             return Err(told(reason, "set the epoch of the spec to that moment"));
         }
-        let length = found.quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
-        if (length - 1.0).abs() > crate::rounding::ROTATION || length.is_nan() {
-            let reason = format!("the quaternion has the length {}", short(length));
-            let wrong = Wrong {
-                span: (found.at, found.at + 2),
-                reason,
-                remedy: "attitudes are unit quaternions".into(),
-            };
-            return Err(resolved(wrong, name, text.into()));
-        }
-        return Ok(AttitudeTold {
-            quaternion: found.quaternion.map(|part| part / length),
-            reference_frame: Some(found.reference_frame),
-            body_frame: Some(found.body_frame),
-        });
+        return found.into_iter().map(|one| one.told().map_err(refused)).collect();
     }
     let found = read_attitudes(&bytes[..], name)?;
     let time = match (found.epoch, found.begins) {
@@ -194,7 +186,13 @@ pub fn read_attitude_at(
             format!("the file has no attitude {time:.3} s after its first row; it has some for {last:.3} s");
         return Err(told(reason, "take a file of that moment"));
     };
-    Ok(AttitudeTold { quaternion, reference_frame: found.reference_frame, body_frame: found.body_frame })
+    let normalised = found.warnings.into_iter().map(|warning| warning.reason);
+    Ok(vec![AttitudeTold {
+        quaternion,
+        reference_frame: found.reference_frame,
+        body_frame: found.body_frame,
+        not_taken: found.not_taken.into_iter().chain(normalised).collect(),
+    }])
 }
 
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
@@ -322,6 +320,12 @@ pub(crate) struct Wrong {
 }
 
 impl Wrong {
+    /// Returns the fault of a finding in the text.
+    fn of(found: Finding) -> Self {
+        let Span { start, end, .. } = found.spot.span;
+        Self { span: (start, end), reason: found.reason, remedy: found.remedy }
+    }
+
     fn finding(self) -> Finding {
         self.coded("E0151")
     }

@@ -1,12 +1,14 @@
-//! One attitude, by an attitude parameter message of CCSDS (APM 1.0 and 2.0): keywords and values
-//! or XML, a quaternion or Euler angles.
+//! Attitudes at one moment, by an attitude parameter message of CCSDS (APM 1.0 and 2.0): keywords and values
+//! or XML, quaternions or Euler angles.
 
 use super::layout::{Attitude, Layout, Rates, sequence};
 use super::message::{body_is_a, date, half_second};
 use super::said::{self, Keys, Said};
-use super::{Number, Piece, Wrong, elements};
+use super::{AttitudeTold, Number, Piece, Wrong, elements, wrong};
 use crate::epoch::{Epoch, Scale};
+use crate::rounding::{ROTATION, SILENT};
 use crate::spec::cut;
+use slewkit::numerics::figures::short;
 
 /// An attitude at a moment.
 #[derive(Clone, Debug)]
@@ -22,10 +24,31 @@ pub(super) struct Parameters {
     pub at: usize,
 }
 
+impl Parameters {
+    /// Returns the attitude with a quaternion of length 1.
+    pub fn told(self) -> Result<AttitudeTold, Wrong> {
+        let length = self.quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let defect = (length - 1.0).abs();
+        if defect > ROTATION || defect.is_nan() {
+            let reason = format!("the quaternion has the length {}", short(length));
+            return wrong(self.at, 2, reason, "attitudes are unit quaternions");
+        }
+        let normalised = (defect > SILENT).then(|| {
+            format!("the length of the quaternion differs from 1 by {}: it is normalised", short(defect))
+        });
+        Ok(AttitudeTold {
+            quaternion: self.quaternion.map(|part| part / length),
+            reference_frame: Some(self.reference_frame),
+            body_frame: Some(self.body_frame),
+            not_taken: normalised.into_iter().collect(),
+        })
+    }
+}
+
 const UNITS: [(&str, &[&str]); 3] = [("ANGLE_1", &["deg"]), ("ANGLE_2", &["deg"]), ("ANGLE_3", &["deg"])];
 
-/// Reads the message.
-pub(super) fn read(text: &str) -> Result<Parameters, Wrong> {
+/// Reads the attitudes of the message, one for each quaternion and each set of Euler angles.
+pub(super) fn read(text: &str) -> Result<Vec<Parameters>, Wrong> {
     if text.trim_start().starts_with('<') {
         let document = elements::document(text)?;
         return parameters(&said::of_xml(&document, "apm")?);
@@ -33,13 +56,14 @@ pub(super) fn read(text: &str) -> Result<Parameters, Wrong> {
     parameters(&said::of_keywords(text, "CCSDS_APM_VERS", "APM")?)
 }
 
-fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
+fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
     let version = keys[0].value;
     if !["1.0", "2.0"].contains(&version.text) {
         let reason = format!("version {} is not known", cut(version.text, 20));
         return version.wrong(reason, "give an APM of version 1.0 or 2.0");
     }
     said::check(keys, &UNITS)?;
+    said::one_message(keys, "messages with attitudes")?;
     let needed = |name: &str| said::needed(keys, name);
     let scale = needed("TIME_SYSTEM")?.value;
     let Some(scale) = Scale::named(scale.text) else {
@@ -48,37 +72,51 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
     };
     let written = needed("EPOCH")?.value;
     let moment = date(written, scale)?;
-    // The keys of the part that has the attitude. All keys of version 1.0 belong to one part, and
-    // have a letter before their names.
-    let start =
-        said::get(keys, "Q1").or_else(|| said::get(keys, "ANGLE_1")).or_else(|| said::get(keys, "X_ANGLE"));
-    let Some(start) = start else {
-        return keys[0]
-            .key
-            .wrong("the message has no quaternion and no Euler angles", "give a QUAT_START … QUAT_STOP");
-    };
-    // XML has an element for the numbers within the part that has the frames.
-    let near = |name: &str| -> Option<Said<'_>> {
-        let named = |said: &&Said<'_>| said.key.is(name);
-        let before = keys.iter().rfind(|said| said.key.at <= start.key.at && named(said));
-        keys.iter().find(|said| said.part == start.part && named(said)).or(before).copied()
-    };
-    let of = |names: &[&str]| -> Result<Said<'_>, Wrong> {
-        names.iter().find_map(|name| near(name)).map_or_else(
-            || {
-                start
-                    .key
-                    .wrong(format!("the attitude has no `{}`", names[0]), format!("add {} = …", names[0]))
-            },
-            Ok,
-        )
-    };
-    let number = |name: &str| -> Result<Number, Wrong> { of(&[name])?.value.number() };
-    let (a, b) = (
-        of(&["REF_FRAME_A", "Q_FRAME_A", "EULER_FRAME_A"])?.value,
-        of(&["REF_FRAME_B", "Q_FRAME_B", "EULER_FRAME_B"])?.value,
-    );
-    let to_b = match ["Q_DIR", "EULER_DIR"].iter().find_map(|name| near(name)).map(|said| said.value) {
+    // Quaternions come first.
+    let of = |name: &'static str| keys.iter().filter(move |said| said.key.is(name));
+    let mut starts: Vec<_> = of("Q1").chain(of("ANGLE_1")).collect();
+    if starts.is_empty() {
+        let Some(angle) = of("X_ANGLE").next() else {
+            return keys[0]
+                .key
+                .wrong("the message has no quaternion and no Euler angles", "give a QUAT_START … QUAT_STOP");
+        };
+        return angle.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
+    }
+    // Beside attitudes of the spacecraft a message may have those of its frames against one another.
+    if starts.len() > 1 {
+        starts.retain(|start| frames(keys, start).is_ok_and(|[a, b]| body_is_a(a, b).is_ok()));
+    }
+    if starts.is_empty() {
+        return keys[0].key.wrong(
+            "no attitude of the message is of the spacecraft against a reference frame",
+            "give the attitude of the body against a reference frame",
+        );
+    }
+    let open = half_second(written.text);
+    starts.into_iter().map(|start| attitude(keys, start, moment, open)).collect()
+}
+
+/// Returns one of several keys that belong to the attitude that begins with `start`.
+fn near<'t>(keys: &Keys<'t>, start: &Said<'t>, names: &[&str]) -> Result<Said<'t>, Wrong> {
+    names.iter().find_map(|name| said::near(keys, start, name)).map_or_else(
+        || start.key.wrong(format!("the attitude has no `{}`", names[0]), format!("add {} = …", names[0])),
+        Ok,
+    )
+}
+
+/// Returns the frames A and B of the attitude that begins with `start`. The names of version 1.0
+/// have a word for its kind before them.
+fn frames<'t>(keys: &Keys<'t>, start: &Said<'t>) -> Result<[Piece<'t>; 2], Wrong> {
+    let frame = |name: &str, old: &str| near(keys, start, &[name, old]).map(|said| said.value);
+    Ok([frame("REF_FRAME_A", "Q_FRAME_A")?, frame("REF_FRAME_B", "Q_FRAME_B")?])
+}
+
+/// Returns the attitude that begins with `start`.
+fn attitude<'t>(keys: &Keys<'t>, start: &Said<'t>, moment: Epoch, open: f64) -> Result<Parameters, Wrong> {
+    let number = |name: &str| -> Result<Number, Wrong> { near(keys, start, &[name])?.value.number() };
+    let [a, b] = frames(keys, start)?;
+    let to_b = match said::near(keys, start, "Q_DIR").map(|said| said.value) {
         None => true,
         Some(way) if way.is("A2B") => true,
         Some(way) if way.is("B2A") => false,
@@ -89,10 +127,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
         let numbers = ["Q1", "Q2", "Q3", "QC"].map(number);
         (Attitude::Quaternion { scalar_first: false }, numbers.into_iter().collect::<Result<Vec<_>, _>>()?)
     } else {
-        let order: Piece<'_> = of(&["EULER_ROT_SEQ"])?.value;
-        if !start.key.is("ANGLE_1") {
-            return start.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
-        }
+        let order = near(keys, start, &["EULER_ROT_SEQ"])?.value;
         let numbers = ["ANGLE_1", "ANGLE_2", "ANGLE_3"].map(number);
         (Attitude::Euler(sequence(order)?), numbers.into_iter().collect::<Result<Vec<_>, _>>()?)
     };
@@ -100,7 +135,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
     let (reference, body) = if body_is_a { (b, a) } else { (a, b) };
     Ok(Parameters {
         moment,
-        open: half_second(written.text),
+        open,
         quaternion: layout.read(&numbers).row.quaternion,
         reference_frame: reference.text.into(),
         body_frame: body.text.into(),

@@ -19,8 +19,9 @@ pub(super) struct Said<'t> {
 /// The keys of a message in their order.
 pub(super) type Keys<'t> = Vec<Said<'t>>;
 
-/// Returns the keys of a message in keywords and values; `opening` is `CCSDS_OMM_VERS` or alike.
-/// Lines that end with `_START` or `_STOP` mark its parts.
+/// Returns the keys of a file in keywords and values, whose messages begin with the key `opening`:
+/// `CCSDS_OMM_VERS` or alike. A message begins a part, and lines that end with `_START` or `_STOP`
+/// mark its other parts.
 pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Result<Keys<'t>, Wrong> {
     let mut found = Keys::new();
     let mut part = 0;
@@ -37,8 +38,8 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
             let reason = format!("`{}` begins a message other than an {kind}", cut(key.text, 30));
             return key.wrong(reason, format!("give an {kind}: {opening} = 2.0"));
         }
-        if found.len() > 1 && key.is(opening) {
-            return key.wrong(format!("the file has more than one {kind}"), "leave one of them in the file");
+        if key.is(opening) {
+            part += 1;
         }
         let (value, unit) = with_unit(value);
         found.push(Said { key, value, unit, part });
@@ -54,35 +55,32 @@ fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
     (Piece { at: value.at, text: &value.text[..open] }.trimmed(), Some(unit))
 }
 
-/// Returns the keys of a message in XML: elements that contain no others. An element that is named
-/// by `parameter` has its value for a name.
+/// Returns the keys of the messages in XML: elements that contain no others. Parameters of users are
+/// left out: their names may be those of other keys.
 pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Keys<'t>, Wrong> {
-    let messages = elements::messages(document, element)?;
-    let [message] = messages[..] else {
-        let reason = format!("the file has {} messages <{element}>", messages.len());
-        return elements::name(messages[1]).wrong(reason, "leave one of them in the file");
-    };
     let mut found = Keys::new();
-    let root = elements::name(message);
-    let Some(version) = elements::attribute(message, "version") else {
-        return root.wrong("the message does not state its version", "write version=\"2.0\"");
-    };
-    found.push(Said { key: root, value: version, unit: None, part: 0 });
-    let leaves = message.descendants().filter(|node| node.is_element() && *node != message);
     let mut parents: Vec<Node<'_, '_>> = Vec::new();
-    for leaf in leaves.filter(|node| node.first_element_child().is_none()) {
-        let name = elements::name(leaf);
-        if name.text == "COMMENT" {
-            continue;
+    for message in elements::messages(document, element)? {
+        let root = elements::name(message);
+        let Some(version) = elements::attribute(message, "version") else {
+            return root.wrong("the message does not state its version", "write version=\"2.0\"");
+        };
+        parents.push(message);
+        found.push(Said { key: root, value: version, unit: None, part: parents.len() });
+        let leaves = message.descendants().filter(|node| node.is_element() && *node != message);
+        for leaf in leaves.filter(|node| node.first_element_child().is_none()) {
+            let name = elements::name(leaf);
+            if name.text == "COMMENT" || name.text == "USER_DEFINED" {
+                continue;
+            }
+            let value = elements::value(leaf)?.unwrap_or(Piece { at: name.at, text: "" });
+            let parent = leaf.parent_element().unwrap_or(message);
+            if parents.last() != Some(&parent) {
+                parents.push(parent);
+            }
+            let unit = elements::attribute(leaf, "units");
+            found.push(Said { key: name, value, unit, part: parents.len() });
         }
-        let value = elements::value(leaf)?.unwrap_or(Piece { at: name.at, text: "" });
-        let parent = leaf.parent_element().unwrap_or(message);
-        if parents.last() != Some(&parent) {
-            parents.push(parent);
-        }
-        let key = elements::attribute(leaf, "parameter").unwrap_or(name);
-        let unit = elements::attribute(leaf, "units");
-        found.push(Said { key, value, unit, part: parents.len() });
     }
     Ok(found)
 }
@@ -90,6 +88,31 @@ pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Ke
 /// Returns one of several keys.
 pub(super) fn get<'t>(keys: &Keys<'t>, name: &str) -> Option<Said<'t>> {
     keys.iter().find(|said| said.key.is(name) && !said.value.text.is_empty()).copied()
+}
+
+/// Returns the key `name` that belongs to the key `start`: of its part, or the last one before it.
+pub(super) fn near<'t>(keys: &Keys<'t>, start: &Said<'t>, name: &str) -> Option<Said<'t>> {
+    let named = |said: &&Said<'_>| said.key.is(name) && !said.value.text.is_empty();
+    let before = keys.iter().rfind(|said| said.key.at <= start.key.at && named(said));
+    keys.iter().find(|said| said.part == start.part && named(said)).or(before).copied()
+}
+
+/// Refuses a file of several messages, each of which has one epoch, by the names of their objects;
+/// `what` is what they have.
+pub(super) fn one_message(keys: &Keys<'_>, what: &str) -> Result<(), Wrong> {
+    const NAMED: usize = 3;
+    let epochs: Vec<_> = keys.iter().filter(|said| said.key.is("EPOCH")).collect();
+    let [_, second, ..] = epochs[..] else { return Ok(()) };
+    let names = epochs.iter().take(NAMED).map(|epoch| {
+        let name = ["OBJECT_NAME", "NORAD_CAT_ID"].iter().find_map(|name| near(keys, epoch, name));
+        name.map_or("without a name", |said| said.value.text)
+    });
+    let mut names = names.collect::<Vec<_>>().join(", ");
+    if epochs.len() > NAMED {
+        names.push_str(", …");
+    }
+    let reason = format!("the file has {} {what}: {}", epochs.len(), cut(&names, 100));
+    second.key.wrong(reason, "leave that of one object and one epoch in the file")
 }
 
 /// Returns a required key.

@@ -4,6 +4,7 @@
 
 use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates};
+use super::message::not_used;
 use super::rows::Rows;
 use super::{Number, Piece, Wrong, lines, wrong};
 use crate::epoch::{Epoch, Scale};
@@ -56,6 +57,11 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             method = Some(value);
         } else if key.is("NumberOfAttitudePoints") {
             count = Some((whole(value)?, value));
+        } else if key.is("TimeFormat") {
+            if !value.is("EpSec") {
+                let reason = format!("times in the format {} are not read", cut(value.text, 20));
+                return value.wrong(reason, "give seconds from ScenarioEpoch: TimeFormat EpSec");
+            }
         } else if key.is("CoordinateAxesEpoch") {
             return key.wrong(
                 "axes of a date are not understood",
@@ -71,13 +77,10 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 rates: *rates,
                 inverse: false,
             });
-            let between = match (method, order) {
-                (Some(method), Some(degree)) if degree > 1 && method.is("Lagrange") => {
-                    Between::Lagrange(degree)
-                }
-                (_, Some(1)) => Between::OneRate,
-                _ => Between::Unsaid,
-            };
+            let between = between(method, order).unwrap_or_else(|why| {
+                rows.note(not_used(&why));
+                Between::Unsaid
+            });
             rows.begin(between);
         } else if key.text.starts_with(|sign: char| sign.is_ascii_digit() || "+-.".contains(sign)) {
             let Some(layout) = &layout else {
@@ -124,7 +127,16 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
 }
 
 /// Keywords that do not concern the attitudes.
-const KNOWN: [&str; 4] = ["BlockingFactor", "CentralBody", "MessageLevel", "TimeFormat"];
+const KNOWN: [&str; 3] = ["BlockingFactor", "CentralBody", "MessageLevel"];
+
+/// Returns the interpolation between rows, or why it is not used. A file that names its method or
+/// its order has Lagrange's polynomial and the order 1 for the other one.
+fn between(method: Option<Piece<'_>>, order: Option<usize>) -> Result<Between, String> {
+    if method.is_none() && order.is_none() {
+        return Ok(Between::Unsaid);
+    }
+    Between::named(method.map_or("Lagrange", |method| method.text), Some(order.unwrap_or(1)))
+}
 
 fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {
     piece.text.parse().or_else(|_| {

@@ -21,14 +21,17 @@ const TYPE: i32 = 3;
 /// Number of list entries for each entry of the directory of the list.
 const DIRECTORY: usize = 100;
 
-/// Returns the SPICE number of the reference frame; `None` if SPICE does not have the frame.
+/// SPICE's numbers and names of the inertial frames that are written and read.
+pub(super) const FRAMES: [(i32, &str); 3] = [(1, "J2000"), (2, "B1950"), (17, "ECLIPJ2000")];
+
+/// Returns the SPICE number of the reference frame; `None` if SPICE does not have the frame. SPICE has
+/// no bias between ICRF and J2000.
 pub(super) fn inertial_frame(identity: &Identity) -> Option<i32> {
-    match identity.reference_frame() {
-        "J2000" | "ICRF" | "EME2000" => Some(1),
-        "B1950" => Some(2),
-        "ECLIPJ2000" => Some(17),
-        _ => None,
-    }
+    let name = match identity.reference_frame() {
+        "ICRF" | "EME2000" => "J2000",
+        other => other,
+    };
+    FRAMES.iter().find(|(_, known)| *known == name).map(|(number, _)| *number)
 }
 
 fn number(record: &Record<'_>) -> Result<i32, Lacking> {

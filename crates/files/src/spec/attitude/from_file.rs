@@ -4,9 +4,11 @@ use super::super::shape::open;
 use super::super::{Section, cut};
 use super::Rotation;
 use crate::epoch::Epoch;
-use crate::exchange::{into_our_frame, of_our_body, read_attitude_at};
+use crate::exchange::{AttitudeTold, into_our_frame, of_our_body, read_attitudes_at};
+use crate::rounding::ROTATION;
 use slewkit::Matrix3;
-use slewkit::lie::{log, rotation_from_quaternion};
+use slewkit::lie::{log, minus, rotation_from_quaternion};
+use slewkit::numerics::figures::significant;
 use std::path::Path;
 
 /// The time for which an attitude is read from a file, and the frames that it must have.
@@ -64,7 +66,7 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
         Err((code, reason, remedy)) => return section.refuse(code, KEY, reason, remedy),
     };
     let shown = cut(&path.to_string_lossy(), 200);
-    let told = match read_attitude_at(file, &shown, moment.epoch, seconds) {
+    let told = match read_attitudes_at(file, &shown, moment.epoch, seconds) {
         Ok(told) => told,
         Err(errors) => {
             let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
@@ -74,16 +76,50 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
             return section.refuse("E0092", KEY, format!("{shown}: line {line}: {reason}"), remedy);
         }
     };
-    let (mut open, theirs) = (Vec::new(), told.reference_frame.as_deref());
-    let turned = into_our_frame(theirs, moment.reference_frame, moment.turns, &mut open).and_then(|turned| {
-        of_our_body(told.body_frame.as_deref(), moment.body_frame, &mut open).map(|()| turned)
-    });
-    match turned {
-        Err((reason, remedy)) => section.refuse("E0092", KEY, format!("{shown}: {reason}"), remedy),
-        Ok(turned) => {
-            let told = rotation_from_quaternion(&told.quaternion);
-            let matrix: Matrix3 = turned.unwrap_or_else(Matrix3::identity) * told;
-            Some(Rotation { matrix, vector: log(&matrix), spot: section.here(), maybe_identity: None })
+    let mut refused = None;
+    let mut found = Vec::new();
+    for told in &told {
+        let (mut open, theirs) = (Vec::new(), told.reference_frame.as_deref());
+        let turned = into_our_frame(theirs, moment.reference_frame, moment.turns, &mut open);
+        let ours = of_our_body(told.body_frame.as_deref(), moment.body_frame, &mut open);
+        match turned.and_then(|turned| ours.map(|()| turned)) {
+            Err(apart) => refused = refused.or(Some(apart)),
+            Ok(turned) => {
+                let attitude = rotation_from_quaternion(&told.quaternion);
+                found.push((turned.unwrap_or_else(Matrix3::identity) * attitude, open, told));
+            }
         }
     }
+    // An attitude whose frames are those of the spec goes before those of which that is not known.
+    if found.iter().any(|(_, open, _)| open.is_empty()) {
+        found.retain(|(_, open, _)| open.is_empty());
+    }
+    let Some((matrix, open, told)) = found.first() else {
+        let (reason, remedy) = refused.unwrap_or_else(|| ("it has no attitude".into(), "check it".into()));
+        return section.refuse("E0092", KEY, format!("{shown}: {reason}"), remedy);
+    };
+    for (other, _, of) in &found[1..] {
+        let angle = minus(matrix, other).norm();
+        if angle > ROTATION {
+            let name = |told: &AttitudeTold| cut(told.body_frame.as_deref().unwrap_or_default(), 40);
+            let (one, other) = (name(told), name(of));
+            let of = if one.eq_ignore_ascii_case(&other) {
+                format!("two attitudes of {one}")
+            } else {
+                format!("the attitudes of {one} and {other}")
+            };
+            let reason = format!("{shown}: {of} differ by {} deg", significant(angle.to_degrees(), 3));
+            let remedy = "leave the one that is meant in the file, or name its frame in [names] body_frame";
+            return section.refuse("E0092", KEY, reason, remedy);
+        }
+    }
+    for (texts, remedy) in [
+        (open, "name the frames in [names] reference_frame and body_frame"),
+        (&told.not_taken, "see that the file has the attitude that is meant"),
+    ] {
+        for text in texts {
+            section.warn("W0092", KEY, format!("{shown}: not checked: {text}"), remedy);
+        }
+    }
+    Some(Rotation { matrix: *matrix, vector: log(matrix), spot: section.here(), maybe_identity: None })
 }

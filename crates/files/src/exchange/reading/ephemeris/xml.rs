@@ -2,7 +2,7 @@
 
 use super::super::elements::{self, Element, Message, Open};
 use super::super::{Piece, Wrong};
-use super::{HEADER, Keys, Segment, Started, add, check_version, started};
+use super::{HEADER, Keys, Object, Segment, Started, add, check_version, started};
 use crate::spec::cut;
 
 /// Elements of a state vector, each with its unit if it is used.
@@ -28,6 +28,7 @@ struct Reading<'t> {
     /// Whether an `<oem>` has been read.
     begun: bool,
     keys: Keys<'t>,
+    object: Object<'t>,
     segment: Option<Started>,
     /// The position and the velocity of the state that is being read.
     state: [Option<Piece<'t>>; STATE.len()],
@@ -77,7 +78,7 @@ impl<'t> Message<'t> for Reading<'t> {
                 if !self.begun {
                     return name.wrong("there is no <oem>", "give an <oem>");
                 }
-                self.segment = Some(started(&self.keys, name)?);
+                self.segment = Some(started(&self.keys, name, &mut self.object)?);
             }
             "stateVector" => self.row(name)?,
             "segment" => {
