@@ -59,21 +59,12 @@ pub fn solve_to(
     inner: Inner,
 ) -> Result<Solution, PlanError> {
     let began = Instant::now();
-    let mut search = |problem: &Problem| {
-        let mut search = OnTarget { problem, aim, settings, guess, near: None, began, observer, inner };
-        let moves = aim.moves(&problem.environment.frame_rate());
-        match (problem.duration.known(), problem.duration.at_most()) {
-            (Some(duration), _) => search.in_time(duration),
-            (None, _) if !moves => search.in_time(0.0),
-            (None, Some(longest)) => search.up_to(longest),
-            (None, None) => search.moving(),
-        }
-    };
-    let mut searched = search(problem);
+    let mut search = OnTarget { problem, aim, settings, guess, near: None, began, observer, inner };
+    let mut searched = search.best();
     if settings.target == Target::Motion
         && let Ok(found) = &searched
         && let Some((narrower, missed)) = drawn_in_at_end(problem, found)
-        && let Ok(other) = search(&narrower)
+        && let Some(other) = search.to_end_of(&narrower)
         && other.outcome == Outcome::Converged
         && left(&other.on_grid(problem), &other.trajectory) < missed
     {
@@ -138,6 +129,40 @@ struct OnTarget<'a> {
 }
 
 impl OnTarget<'_> {
+    /// Returns the plan to the best terminal state.
+    fn best(&mut self) -> Result<Solution, Halt> {
+        match (self.problem.duration.known(), self.problem.duration.at_most()) {
+            (Some(duration), _) => self.in_time(duration),
+            (None, _) if !self.moves() => self.in_time(0.0),
+            (None, Some(longest)) => self.up_to(longest),
+            (None, None) => self.moving(),
+        }
+    }
+
+    /// Returns whether the target moves.
+    fn moves(&self) -> bool {
+        self.aim.moves(&self.problem.environment.frame_rate())
+    }
+
+    /// Returns the plan of this maneuver to the terminal state that is the best one of a maneuver
+    /// with narrower constraints; `None` if no plan is found.
+    fn to_end_of(&mut self, narrower: &Problem) -> Option<Solution> {
+        let settings = Settings { target: Target::Discrete, ..self.settings() };
+        let other =
+            OnTarget { problem: narrower, settings: &settings, near: None, observer: self.observer, ..*self };
+        let other = { other }.best().ok().filter(|other| other.outcome == Outcome::Converged)?;
+        let guess = Guess::near(&other, narrower);
+        let time = other.trajectory.time.last().copied()?;
+        let last = lie::rotation_from_quaternion(other.trajectory.quaternion.last()?);
+        let attitude = lie::project_to_rotation(&last);
+        let known = self.problem.duration.known();
+        if known.is_none() && self.moves() {
+            return self.meeting((time, &attitude, STANDS), Some(&guess)).ok();
+        }
+        let ends = self.ends_at(known.unwrap_or(0.0)).ok()?;
+        self.plan(&self.problem.facing(&ends, ends.nearest(&attitude)), Some(&guess)).ok()
+    }
+
     /// Returns the terminal states on the target at a time.
     fn ends_at(&self, time: f64) -> Result<Ends, PlanError> {
         let ends = self.problem.ends_on(self.aim, time);
