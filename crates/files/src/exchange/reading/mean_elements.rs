@@ -24,7 +24,7 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION_DDOT", &["rev/day**3"]),
 ];
 
-/// The keys of the standard except those of covariances; keys of users and of covariances are
+/// The keys of the standard. Keys of users and elements of covariances are not listed, and are
 /// ignored.
 const KNOWN: [&str; 39] = [
     "CCSDS_OMM_VERS",

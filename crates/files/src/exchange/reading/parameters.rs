@@ -83,7 +83,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
         };
         return angle.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
     }
-    // Beside attitudes of the spacecraft a message may have those of its frames against one another.
+    // A message may also state how two frames of the spacecraft are mounted: that is no attitude.
     if starts.len() > 1 {
         starts.retain(|start| frames(keys, start).is_ok_and(|[a, b]| body_is_a(a, b).is_ok()));
     }

@@ -56,7 +56,7 @@ fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
 }
 
 /// Returns the keys of the messages in XML: elements that contain no others. Parameters of users are
-/// left out: their names may be those of other keys.
+/// left out, because they may have the names of other keys.
 pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Keys<'t>, Wrong> {
     let mut found = Keys::new();
     let mut parents: Vec<Node<'_, '_>> = Vec::new();

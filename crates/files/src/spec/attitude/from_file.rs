@@ -90,7 +90,7 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
             }
         }
     }
-    // An attitude whose frames are those of the spec goes before those of which that is not known.
+    // Attitudes in the frames of the spec have priority over attitudes in frames of unknown meaning.
     if found.iter().any(|(_, open, _)| open.is_empty()) {
         found.retain(|(_, open, _)| open.is_empty());
     }
