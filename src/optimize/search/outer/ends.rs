@@ -15,7 +15,7 @@
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::constraint::{Rule, Side};
 use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::{Problem, ProblemError};
+use crate::maneuver::problem::{EndCondition, Problem, ProblemError};
 use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rival, Sense, Solution, Trajectory};
 use crate::optimize::landing::{MET, left};
@@ -64,7 +64,7 @@ pub fn solve_to(
     if settings.target == Target::Motion
         && let Ok(found) = &searched
         && let Some((narrower, missed)) = drawn_in_at_end(problem, found)
-        && let Some(other) = search.to_end_of(&narrower)
+        && let Some(other) = search.plan_to_end_of(&narrower)
         && other.outcome == Outcome::Converged
         && left(&other.on_grid(problem), &other.trajectory) < missed
     {
@@ -102,7 +102,8 @@ fn drawn_in_at_end(problem: &Problem, found: &Solution) -> Option<(Problem, f64)
             }
         }
     };
-    let mut all = ended;
+    let lasting = found.trajectory.time.last().copied()?;
+    let mut all = Problem { end_condition: EndCondition::State, ..ended.lasting(lasting) };
     draw_in(&mut all, &|_| true);
     let at_end = |error| match error {
         ProblemError::Violated { end: "end", name, .. } => Some(name),
@@ -146,7 +147,7 @@ impl OnTarget<'_> {
 
     /// Returns the plan of this maneuver to the terminal state that is the best one of a maneuver
     /// with narrower constraints; `None` if no plan is found.
-    fn to_end_of(&mut self, narrower: &Problem) -> Option<Solution> {
+    fn plan_to_end_of(&mut self, narrower: &Problem) -> Option<Solution> {
         let settings = Settings { target: Target::Discrete, ..self.settings() };
         let other =
             OnTarget { problem: narrower, settings: &settings, near: None, observer: self.observer, ..*self };
