@@ -277,7 +277,10 @@ fn all(
     }
     destination.write(console, |format, output| match format {
         Format::Json => record.write(output),
-        _ => write_cases(runs, &flights, format == Format::Npz, output),
+        _ => {
+            let Runs { problem, uncertainty, marks, .. } = *runs;
+            write_cases((problem, uncertainty, marks), &flights, format == Format::Npz, output)
+        }
     })?;
     Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }

@@ -56,7 +56,8 @@ pub struct FlightEnd {
     /// Terminal error `[ζ; δΩ]` of attitude \[rad\] and rate \[rad/s\], true minus planned, in body
     /// axes.
     pub error: [f64; 6],
-    /// The same at each instant before the end at which the craft has to be at a stop.
+    /// Error `[ζ; δΩ]` at each instant before the end at which the craft has to be at a stop, in the
+    /// same units.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stops: Vec<[f64; 6]>,
     /// Smallest margin to each constraint: \[rad\] for cones, relative to the limit for rates.

@@ -1,7 +1,6 @@
 //! Results of `slew fly`: statistics of many cases, each case, and one case step by step.
 
 use super::plan::{Part, PointingRecord, boresights};
-use super::runs::Runs;
 use super::whole::Mark;
 use crate::cells::quoted;
 use crate::exchange::Arrays;
@@ -325,12 +324,11 @@ impl Columns<'_> {
 /// # Errors
 /// Returns the errors of the stream.
 pub fn write_cases(
-    runs: &Runs<'_>,
+    (problem, uncertainty, marks): (&Problem, &Uncertainty, &[Mark]),
     flights: &[Flight<'_>],
     as_arrays: bool,
     output: &mut dyn Write,
 ) -> Result<(), ExportError> {
-    let Runs { problem, uncertainty, marks, .. } = *runs;
     let columns = Columns { problem, uncertainty, marks };
     let heads = columns.heads();
     if as_arrays {
