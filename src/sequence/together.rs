@@ -28,7 +28,7 @@ use nalgebra::{DMatrix, DVector};
 /// Settings of the Newton method.
 #[derive(Clone, Debug)]
 pub struct Tuning {
-    /// Most steps: what takes more has met legs that change their kind.
+    /// Largest number of Newton steps. A solve that needs more has met legs that change their kind.
     pub steps: usize,
     /// Halvings of a step.
     pub halvings: usize,
@@ -394,5 +394,5 @@ impl Model {
     }
 }
 
-/// Most projected gradients of a step: many, since each takes microseconds.
+/// Largest number of projected gradients of a step: many, since each takes microseconds.
 const MOST_GRADIENTS: usize = 20_000;
