@@ -7,8 +7,8 @@
 //! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
 //! bounds of the joints and of the windows, and is halved until the cost falls.
 //!
-//! Cones that move are where they are when a leg begins; that the begin of a leg depends on the legs
-//! before it changes the cost, but not the slopes.
+//! Cones that move are where they are when a leg begins; that the start of a leg depends on the
+//! legs before it changes the cost, but not the slopes.
 //!
 //! Legs are planned one by one, so that all of what one leg may have (limits, cones, wheels, least
 //! time) goes with stops too. That the unknowns end to first order right makes the cost right to

@@ -27,7 +27,7 @@ pub(crate) struct Budget<'a> {
     pub watch: Watch<'a>,
 }
 
-/// Number of stages between two polls of the stop request.
+/// Number of stages between two checks for a stop request.
 const POLLED: usize = 256;
 
 /// Means to stop work early: stop requests and the deadline.
