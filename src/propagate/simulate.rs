@@ -149,9 +149,9 @@ impl Simulation {
     }
 
     /// Builds the simulation of a maneuver's body from the maneuver's start, over its duration and
-    /// in its number of steps. `inputs` is one row in the order of the crate's plans, forces before
-    /// torques, and is held throughout; `None` for no actuation. The end of the maneuver is not
-    /// used.
+    /// in its number of steps. `inputs` is one input row with its components in the same order as
+    /// in a plan, forces before torques. It is constant over the whole motion; `None` means no
+    /// actuation. The end of the maneuver is not used.
     ///
     /// # Errors
     /// A [`SimulationError`], also if the maneuver has reaction wheels.

@@ -35,7 +35,7 @@ pub struct Legs<'a> {
     pub cost: f64,
     /// When the next leg begins \[s\].
     pub time: f64,
-    /// By how much windows are missed \[s\].
+    /// Sum of the delays past the windows of the stops so far \[s\].
     pub late: f64,
     /// Why there are no more legs, where a search was stopped.
     pub cut: Option<Status>,

@@ -245,7 +245,7 @@ pub struct SequencePlan {
     pub cost: f64,
     /// The end of the last hold \[s\].
     pub end: f64,
-    /// By how much windows are missed, in all \[s\].
+    /// Sum of the delays past the windows of all stops \[s\].
     pub late: f64,
     /// Why the legs end before the last stop.
     pub cut: Option<Status>,

@@ -7,8 +7,8 @@
 //! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
 //! bounds of the joints and of the windows, and is halved until the cost falls.
 //!
-//! Cones that move are where they are when a leg begins; that the begin of a leg depends on the legs
-//! before it changes the cost, but not the slopes.
+//! Cones that move are where they are when a leg begins; that the start of a leg depends on the
+//! legs before it changes the cost, but not the slopes.
 //!
 //! Legs are planned one by one, so that all of what one leg may have (limits, cones, wheels, least
 //! time) goes with stops too. That the unknowns end to first order right makes the cost right to
@@ -28,7 +28,7 @@ use nalgebra::{DMatrix, DVector};
 /// Settings of the Newton method.
 #[derive(Clone, Debug)]
 pub struct Tuning {
-    /// Most steps: what takes more has met legs that change their kind.
+    /// Largest number of Newton steps. A solve that needs more has met legs that change their kind.
     pub steps: usize,
     /// Halvings of a step.
     pub halvings: usize,
@@ -394,5 +394,5 @@ impl Model {
     }
 }
 
-/// Most projected gradients of a step: many, since each takes microseconds.
+/// Largest number of projected gradients of a step: many, since each takes microseconds.
 const MOST_GRADIENTS: usize = 20_000;

@@ -209,7 +209,8 @@ mod tests {
         }
     }
 
-    /// Only the root below 90° is physical; a momentum that a step cannot represent is an error.
+    /// Of the roots of the implicit attitude equation, only the one with a rotation below 90° per
+    /// step is physical. If the momentum is too large for such a root, `solve` returns `None`.
     #[test]
     fn beyond_the_limit_of_existence_there_is_no_rotation() {
         let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());

@@ -40,8 +40,8 @@ pub struct Propagation<'a> {
     pub steps: u64,
     /// Number of steps between two rows; the start and the end always have a row. Default: 1.
     pub stride: u64,
-    /// Inputs held throughout: one row in the order of the crate's plans. `None` for no actuation,
-    /// the default.
+    /// Constant inputs for the whole motion: one input row, with its components in the same order
+    /// as in a plan (forces before torques). `None`, the default, means no actuation.
     pub inputs: Option<&'a [f64]>,
 }
 

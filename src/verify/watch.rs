@@ -3,7 +3,7 @@
 use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Number of steps between two polls.
+/// Number of steps of a witness between two checks for a stop request.
 const EVERY: usize = 16;
 
 /// The decision whether the witnesses continue. One thread polls the caller and stores the answer;

@@ -93,7 +93,8 @@ pub enum Which {
 /// Formats that can hold cases.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Csv, Format::Npz];
 
-/// The number of cases between two polls of Ctrl-C: some tenths of a second.
+/// Number of cases that run between two checks for Ctrl-C. This many cases take a few tenths of a
+/// second.
 const CHUNK: usize = 4096;
 
 /// Runs the command.

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Forces `f_i` are in the reference frame and moments `M_i` in the axes of body i, as in section 3
-//! of the survey.
+//! of the survey by Leok (*An overview of Lie group variational integrators*).
 //!
 //! | potential | for | error |
 //! |---|---|---|

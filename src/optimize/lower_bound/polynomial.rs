@@ -106,8 +106,9 @@ impl Ring {
         matrix(|i, j| sum(|k| (self.product(&a[i][k], &b[k][j]), 1.0)))
     }
 
-    /// Returns all normal monomials of one rotation of degree `from`, and of every lower degree of
-    /// the same parity, without the constant: on the sphere they span the forms of degree `from`.
+    /// Returns the monomials in normal form, in the quaternion of rotation `id`, of degree `from`
+    /// and of all lower degrees of the same parity, except the constant. On the sphere they span
+    /// the forms of degree `from`, together with the constant if `from` is even.
     pub fn monomials(&self, id: usize, from: u8) -> Vec<Polynomial> {
         let mut out = Vec::new();
         let mut degree = if from.is_multiple_of(2) { 2 } else { 1 };

@@ -21,13 +21,13 @@ pub(crate) trait Method {
 /// Limits of the work of a method.
 #[derive(Clone, Copy)]
 pub(crate) struct Budget<'a> {
-    /// Most iterations of one Newton run, and most subproblems of one convex run.
+    /// Largest number of iterations of one Newton run, and of subproblems of one convex run.
     pub iterations: usize,
     /// Means to stop work early: stop requests and the deadline.
     pub watch: Watch<'a>,
 }
 
-/// Number of stages between two polls of the stop request.
+/// Number of stages between two checks for a stop request.
 const POLLED: usize = 256;
 
 /// Means to stop work early: stop requests and the deadline.

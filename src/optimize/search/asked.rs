@@ -166,7 +166,8 @@ pub(super) fn asked_for_a_sense<const N: usize>(search: &Search<N>) -> Option<Se
     }
 }
 
-/// Returns whether a path is in the requested homotopy class, or its class cannot be determined.
+/// Returns `true` if a path is in the requested homotopy class, if its class cannot be determined,
+/// or if no class is requested.
 pub(super) fn is_of_the_sense<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
     let is = |asked: Sense| sense_of(&search.coarse, path).is_none_or(|sense| sense == asked);
     asked_for_a_sense(search).is_none_or(is)

@@ -43,9 +43,9 @@ use grids::{Grids, OnGrid, distance};
 use settings::ON_EVENTS;
 use std::cell::Cell;
 
-/// Most wheels whose torques are determined by a torque about all axes. More wheels can share it in
-/// many ways while a rate limit, a cone or a saturated wheel is active. Only a thorough search
-/// looks for arcs then, because arcs are rarely found and the search takes long
+/// Largest number of wheels whose torques are determined by a torque about all axes. More wheels
+/// can share it in many ways while a rate limit, a cone or a saturated wheel is active. Only a
+/// thorough search looks for arcs then, because arcs are rarely found and the search takes long
 /// (`slew plan -v --set solver.search=thorough` on a spec of
 /// `cargo run --release -p evidence -- everyday rate 0 1`).
 const AXES: usize = 3;

@@ -112,8 +112,8 @@ pub enum Misfit {
     Methods,
 }
 
-/// Most steps of a plan by the interior-point method or SCP, which hold all steps in memory at once
-/// (some gigabytes).
+/// Largest number of steps of a plan by the interior-point method or SCP, which hold all steps in
+/// memory at once (some gigabytes).
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {
@@ -354,9 +354,9 @@ fn solve_on(
     }
 }
 
-/// Most steps with which a uniform grid is tried without a request: ten thousand steps take the
-/// interior-point method seconds, and memory that the estimate for a plan of arcs does not include
-/// (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
+/// Largest number of steps with which a uniform grid is tried without a request: ten thousand steps
+/// take the interior-point method seconds, and memory that the estimate for a plan of arcs does not
+/// include (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
 const MOST_EQUAL_STEPS: usize = 10_000;
 
 /// Returns the plan of arcs, or the plan of the interior-point method on a uniform grid if that is

@@ -28,8 +28,8 @@ pub struct SearchTuning {
     /// requested grid. A larger value takes more solves there
     /// (`cargo bench -p benches --bench everyday`).
     pub close: f64,
-    /// Most plans that are refined: more take longer, but find optima whose order changes with the
-    /// grid (`evidence -- guard --part best_known`).
+    /// Largest number of plans that are refined: more take longer, but find optima whose order
+    /// changes with the grid (`evidence -- guard --part best_known`).
     pub carried: usize,
     /// Relative difference of coarse costs below which two plans are the same optimum. A larger
     /// value loses optima of nearly equal cost (`cargo bench -p benches --bench everyday`).

@@ -60,7 +60,7 @@ pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, true)
 }
 
-/// Solves for a plan that serves as an initial path and need not land.
+/// Solves for a plan that serves as an initial path. Its true motion need not meet the target.
 pub(super) fn solve_discrete(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, false)
 }
@@ -70,7 +70,8 @@ pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, false, false)
 }
 
-/// Solves with bang-bang arcs or without, for a plan that lands or need not.
+/// Solves the maneuver: by bang-bang arcs if `arcs` is true, otherwise by the smoothed law alone.
+/// If `lands` is true, the true motion of the plan must also meet the target.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
     let once = |problem: &Problem| {
         let found = Extremals::of(problem, context, arcs)
@@ -114,7 +115,7 @@ pub(super) fn up_to(
 
 /// Plans of a maneuver without its constraints.
 pub(super) struct Unconstrained {
-    /// The cheapest plan, which need not land.
+    /// The cheapest plan. Its true motion need not meet the target.
     pub cheapest: Solution,
     /// The cheapest plan that satisfies the constraints too; it lands if required.
     pub within: Option<Solution>,

@@ -63,9 +63,10 @@ fn angles(
     })
 }
 
-/// Returns the margins of `trajectory` to every limit and constraint of `problem` at its nodes, in
-/// the stated units. `inputs` returns the index of the input row of a node. In contrast to
-/// [`super::Margin`], the arcs between nodes are not checked.
+/// Returns the margins to every limit and constraint of `problem` at the nodes of `trajectory`, in
+/// the units of [`NodeMargins::unit`]. `inputs` maps the index of a node to the index of its input
+/// row, or to `None` if the node has no inputs. Unlike [`super::Margin`], these margins do not
+/// cover the motion between nodes.
 pub fn margins_at_nodes(
     problem: &Problem,
     trajectory: &Trajectory,

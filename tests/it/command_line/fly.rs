@@ -443,7 +443,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .ends(3)
         .tells("E0171")
         .tells("their covariances and flights");
-    // The reserve of the limits remains for the regulator, and the arcs of the plan are at the
+    // The margin below the limits remains for the regulator, and the arcs of the plan are at the
     // reduced limits.
     let reserve = ["--set", "actuators.torque_limit_reserve_n_m=5", "-o", "reserve.json"];
     folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("would make arc 3");

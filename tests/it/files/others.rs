@@ -252,7 +252,8 @@ fn the_frame_of_rates_may_be_named_by_its_keyword() {
     }
 }
 
-/// The file's rates against z are the rates of B against A, whichever of the two is the body.
+/// The rates in the file, about z, are the rates of B relative to A, whichever of the two is the
+/// body.
 #[test]
 fn rates_of_the_reference_against_the_body_are_turned_round() {
     let row = |time: f64| {

@@ -127,7 +127,7 @@ impl Column<'_> {
 pub(crate) struct Names<'a> {
     /// Names of the inputs; unless every input has a name, numbers are used.
     inputs: &'a [String],
-    /// Number of the force inputs \[N\], which precede the torque inputs.
+    /// Number of force inputs, whose unit is N. They precede the torque inputs.
     forces: usize,
     /// Lever arms \[m\] of thrusters that the spec defines by position and force and whose torques
     /// are the inputs of the plan; empty for other inputs.

@@ -343,14 +343,14 @@ tables! {
         /// its limit at the worst instant, for each input: the plan leaves a reserve. For wheels
         /// it applies to their torque limits. Below 0.5.
         "torque_limit_chance": Number(q::CHANCE);
-        /// The reserve of the limit for corrections: one number for all, or one for each input.
-        /// With a chance the larger one is active. Default: 0.
+        /// Margin kept below the limit for corrections: one number for all, or one for each input.
+        /// If the chance requires a larger margin, that margin applies. Default: 0.
         "torque_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of the norm of the whole torque. Default: none.
         "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
         /// The chance that the norm of the torque exceeds its limit at the worst instant.
         "torque_norm_limit_chance": Number(q::CHANCE);
-        /// The reserve of the limit of the norm. Default: 0.
+        /// Margin kept below the limit of the norm. Default: 0.
         "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of the rate of change of each torque input, also of the torques of wheels: one
         /// number for all, or one for each axis. Default: none.
@@ -508,10 +508,10 @@ tables! {
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
         /// The limit in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
-        /// The reserve of the limit: one number, or three for three limits. With a chance the
-        /// larger one is active. Default: 0.
+        /// Margin kept below the limit: one number, or three for a limit on each axis. If `chance`
+        /// requires a larger margin, that margin applies. Default: 0.
         "margin_deg_s": Spread(q::SPREAD), only RATE_LIMIT;
-        /// The reserve in rad/s.
+        /// The margin in rad/s.
         "margin_rad_s": Spread(q::SPREAD), only RATE_LIMIT;
     }
 }

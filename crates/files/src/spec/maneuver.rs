@@ -15,7 +15,7 @@ const DEFAULT_STEPS: f64 = 100.0;
 /// turns by at most 0.3 rad in each step.
 ///
 /// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`, because the rate of the cubic is at most `1.5 φ/T`. `angle`
-/// = φ \[rad\] is the longest rotation that is tried. `rate` = ω \[rad/s\] is the largest boundary
+/// = φ \[rad\] is the largest rotation that is tried. `rate` = ω \[rad/s\] is the largest boundary
 /// rate plus the rate of the reference frame plus the nutation rate due to the momentum of the
 /// wheels. `duration` = T \[s\].
 pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {

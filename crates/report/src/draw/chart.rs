@@ -46,7 +46,7 @@ pub struct Span {
     pub label: String,
 }
 
-/// The edges of the plot [px].
+/// Left edge of the plot [px].
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;

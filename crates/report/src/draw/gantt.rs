@@ -20,7 +20,7 @@ pub struct Gantt {
     pub rows: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// The edges of the rows [px]. Long names move the left edge.
+/// Left edge of the rows [px]. Long names move the left edge.
 const LEFT: f64 = 118.0;
 const RIGHT: f64 = 776.0;
 const TOP: f64 = 64.0;

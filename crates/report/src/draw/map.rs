@@ -23,7 +23,7 @@ pub struct Map {
     pub cells: Vec<Option<f64>>,
 }
 
-/// The edges of the cells \[px\].
+/// Left edge of the cells \[px\].
 const LEFT: f64 = 110.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;

@@ -115,8 +115,8 @@ fn profile(k: f64) -> Option<f64> {
     reached.is_finite().then_some(reached)
 }
 
-/// Solves the tridiagonal system with the given diagonal, and `beside` in both off-diagonals
-/// (Thomas algorithm).
+/// Solves the tridiagonal system with the given diagonal and `beside` in both off-diagonals (Thomas
+/// algorithm).
 fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
     let count = diagonal.len();
     let (mut over, mut found) = (vec![0.0; count], vec![0.0; count]);

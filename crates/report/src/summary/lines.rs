@@ -84,11 +84,11 @@ impl Lines for Vec<String> {
 /// The meaning of a text, which is shown as a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// The outcome is good.
+    /// A good outcome, shown in green.
     Good,
-    /// The outcome is bad.
+    /// A bad outcome, shown in red.
     Bad,
-    /// A remark.
+    /// A remark, shown in yellow.
     Note,
 }
 

@@ -7,8 +7,10 @@
 //! (γ, Π) += h K_p ,     (λ^x, λ^R) −= h K_q
 //! ```
 //!
-//! `K_p` is force plus moment plus `B u`. `K_q` is `Γᵀ p`, plus a term of the input where the axes
-//! of the input rotate relative to the coordinates. For such inputs, with `A = B W⁻¹ Bᵀ`:
+//! `K_p` is the wrench (force and moment) plus `B u`. `K_q` is `Γᵀ p`, where `Γ = ∂wrench/∂q`, plus
+//! a term due to the inputs if their axes rotate relative to the coordinates. For such inputs, let
+//! `A = B₀ W⁻¹ B₀ᵀ` with the constant axes `B₀` in the frame in which they are fixed. Torques about
+//! axes fixed in the reference frame, and forces along axes fixed in the body, are:
 //!
 //! ```text
 //! torque fixed to the reference:  τ = −Rᵀ A R λ^Π            K_R = λ^Π × τ
@@ -26,7 +28,7 @@
 //! fixed to the body and actuators fixed to the reference frame are three terms of one `K`. A new
 //! force field or a new kind of actuator adds its own term and requires no change in the sweep, in
 //! Newton's method or in the second-order test. The formulas for torques in reference axes, which
-//! are long when written as a linearisation of the whole step, take four lines here.
+//! are long when written as a linearisation of the whole step, are short here.
 
 use super::{Costate, Dynamics, Point, Sensitivity};
 use crate::lie::hat;

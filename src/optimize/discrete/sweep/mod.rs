@@ -57,7 +57,8 @@ pub(crate) trait Listener {
     fn asks_to_stop(&self) -> bool;
 }
 
-/// Number of steps of a sweep between two polls of the listener: some milliseconds of work.
+/// Number of steps of a sweep between two checks for a stop request or the deadline. This many
+/// steps take a few milliseconds.
 const PATIENCE: usize = 4096;
 
 /// Largest number of steps for which the best iterate is still swept and recorded after a stop.

@@ -35,9 +35,9 @@ type Block<const D: usize> = SMatrix<f64, D, D>;
 
 /// Largest displacement of a node in the first trial of a line search \[rad, or unit lengths\].
 const LONGEST: f64 = 1.5;
-/// Most halvings of an undamped step before a damped direction is used.
+/// Largest number of halvings of an undamped step before a damped direction is used.
 const HALVINGS: usize = 6;
-/// Most halvings of a damped step in a line search.
+/// Largest number of halvings of a damped step in a line search.
 const MOST_HALVINGS: usize = 20;
 /// First shift of a Hessian that is not positive definite. The lowest mode of a clamped beam has
 /// the curvature 4.73⁴ = 500 in these units; the result hardly depends on the value between 10 and

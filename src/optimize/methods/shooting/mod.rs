@@ -14,7 +14,7 @@ use crate::optimize::discrete::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, SVector};
 use newton::{Newton, outcome_of};
 
-/// Most steps of a grid for which nodes are kept; a node takes half a kilobyte.
+/// Largest number of steps of a grid for which nodes are kept; a node takes half a kilobyte.
 const MOST_KEPT: usize = 4096;
 
 /// Residual below which an intermediate grid counts as solved.

@@ -301,7 +301,7 @@ impl Arcs {
     }
 }
 
-/// Returns the begin and end times of the pulses of an input with the levels `on`, from 0 to 1, at
+/// Returns the start and end times of the pulses of an input with the levels `on`, from 0 to 1, at
 /// the nodes of a path.
 fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
     let n = path.intervals();

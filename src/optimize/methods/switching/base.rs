@@ -363,8 +363,8 @@ fn base(
     at_branching(extremal, found, work)
 }
 
-/// Refines an initial extremal to the usual number of intervals and continues it to the ε where
-/// branches are distinguished.
+/// Refines an initial extremal to `INTERVALS` intervals and continues it to the smoothing parameter
+/// ε = `BRANCHING`, at which branches are distinguished. Returns `None` if the continuation fails.
 fn at_branching(extremal: &Extremal, mut found: Smoothed, work: &Work) -> Option<Smoothed> {
     while found.path.intervals() < INTERVALS {
         found.path = Smooth::of(extremal, found.epsilon).doubled(&found.path);

@@ -1,11 +1,12 @@
-//! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
+//! Discrete minimum-time and minimum-fuel extremals: every switch is at the end of a step.
 //!
-//! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits
-//! over every step. The unknowns are the costates before the first step and the lengths `d_a`. The
-//! equations are the six terminal conditions, and that the mean discrete Hamiltonians of all arcs
-//! are equal (zero if the duration is free): the discrete action is stationary in the length of
-//! every arc. Under a smoothed law all steps have one common length. Every step starts from its own
-//! node, as in the smoothed problem, and the nodes are updated with the unknowns (`sequence`).
+//! Arc a, of duration `d_a`, has `N_a` equal steps of length `d_a/N_a`, so that inputs are held at
+//! their limits over every step. The unknowns are the costates before the first step and the
+//! durations `d_a`. There are six terminal conditions. In addition, the mean discrete Hamiltonians
+//! of all arcs must be equal, and zero if the duration is free; the discrete action is then
+//! stationary in every `d_a`. Under a smoothed law all steps have one common length. As in the
+//! smoothed problem, every step starts from its own node, and a Newton step updates the nodes
+//! together with the unknowns (`sequence`).
 
 use super::extremal::Extremal;
 use super::flow::Node;

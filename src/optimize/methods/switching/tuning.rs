@@ -216,8 +216,8 @@ pub(super) mod smooth {
     /// Factor on the step length after a rejected trial of the line search. A smaller factor needs
     /// fewer trials and gives shorter steps.
     pub const SHORTENED: f64 = 0.4;
-    /// Most trials of one line search. A step that fails this often seldom succeeds with more
-    /// trials.
+    /// Largest number of trials of one line search. A step that fails this often seldom succeeds
+    /// with more trials.
     pub const MOST_TRIALS: usize = 6;
 
     /// Intervals of the initial path where a turn has only one and ε is large. With half as many,
@@ -231,30 +231,31 @@ pub(super) mod smooth {
     /// Number of intervals that suffices where no input changes fast. More intervals take longer
     /// and resolve shorter pulses.
     pub const ENOUGH: usize = 128;
-    /// Most intervals of a path. It bounds the time of one solve; a larger value allows a smaller
-    /// ε.
+    /// Largest number of intervals of a path. It bounds the time of one solve; a larger value
+    /// allows a smaller ε.
     pub const MOST_INTERVALS: usize = 3000;
 
     /// Largest change of an input over one interval, as a fraction of its range. On a uniform grid,
     /// this value divided by ε is a sufficient number of intervals. A smaller value resolves
     /// switches better and takes more intervals.
     pub const RESOLVED: f64 = 0.2;
-    /// Most bisections of one interval in one refinement. With fewer, more refinements and solves
-    /// are needed.
+    /// Largest number of bisections of one interval in one refinement. With fewer, more refinements
+    /// and solves are needed.
     pub const DEEPEST: usize = 8;
 }
 
 /// Constants of bang-bang arcs (`arcs`, `certificate`, `least_gap`). They decide whether Newton on
 /// switching times converges from the arcs of a smoothed path.
 pub(super) mod arcs {
-    /// Most integration steps of one arc; it bounds only durations that are far too long.
+    /// Largest number of integration steps of one arc; it bounds only durations that are far too
+    /// long.
     pub const MOST_STEPS: f64 = 1e3;
 
     /// Fewest switches that determine all costates; with fewer of them the Newton step is the
     /// shortest one.
     pub const DETERMINED: usize = 5;
-    /// Most switches of a plan. Singular arcs of minimum-fuel plans are long and need many; more
-    /// switches take longer.
+    /// Largest number of switches of a plan. Singular arcs of minimum-fuel plans are long and need
+    /// many; more switches take longer.
     pub const MOST_SWITCHES: usize = 40;
 
     /// Input level, as a fraction of its limit, below which the input is off. A smaller value
@@ -306,11 +307,11 @@ pub(crate) mod limits {
     /// can be far from the cost of the arcs.
     pub const FAR_RIVAL: f64 = 1.1;
 
-    /// Most reductions of ε for a minimum-time branch without exact arcs. More of them take a third
-    /// longer in the slowest tenth of the public set.
+    /// Largest number of reductions of ε for a minimum-time branch without exact arcs. More of them
+    /// take a third longer in the slowest tenth of the public set.
     pub const MOST_DESCENTS: usize = 3;
-    /// Most reductions of ε for a minimum-fuel branch, whose short pulses appear only at small ε.
-    /// More of them find more pulses and take longer.
+    /// Largest number of reductions of ε for a minimum-fuel branch, whose short pulses appear only
+    /// at small ε. More of them find more pulses and take longer.
     pub const MOST_DESCENTS_FUEL: usize = 12;
 
     /// ε at which the coarse continuation of a branch with a singular arc ends. A smaller value has
@@ -320,9 +321,9 @@ pub(crate) mod limits {
     /// its inputs. A smaller value has a smaller gap and takes more intervals.
     pub const SMALLEST: f64 = 2e-5;
 
-    /// Most corrections of a switching sequence in each of these loops: signs of inputs, arcs whose
-    /// gap is not small, and on the grid the bounds of pulses and the order of switches. More
-    /// corrections take longer and seldom help.
+    /// Largest number of corrections of a switching sequence in each of these loops: signs of
+    /// inputs, arcs whose gap is not small, and on the grid the bounds of pulses and the order of
+    /// switches. More corrections take longer and seldom help.
     pub const MOST_CORRECTIONS: usize = 12;
 
     /// Number of runs with the largest gaps, each of which is tried alone as a correction. More
@@ -412,7 +413,8 @@ pub(super) mod pulses {
     /// gives up sooner.
     pub const LESS: f64 = 0.9;
 
-    /// Most steps of the minimisation of fuel. More steps take longer, for gains that become small.
+    /// Largest number of steps of the minimisation of fuel. More steps take longer, for gains that
+    /// become small.
     pub const MOST_STEPS: usize = 40;
     /// Predicted gain, as a fraction of the cost, below which the times are optimal. A smaller
     /// value takes more steps.
@@ -445,11 +447,11 @@ pub(super) mod pulses {
     /// give more initial schedules.
     pub const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
 
-    /// Most extremals from which schedules are made. More of them find more schedules and take
-    /// longer.
+    /// Largest number of extremals from which schedules are made. More of them find more schedules
+    /// and take longer.
     pub const MOST_EXTREMALS: usize = 4;
-    /// Most initial schedules whose times are optimised. More of them find cheaper pulses and take
-    /// longer.
+    /// Largest number of initial schedules whose times are optimised. More of them find cheaper
+    /// pulses and take longer.
     pub const MOST_STARTS: usize = 24;
     /// Factor on the number of trials in a thorough search. A larger one finds cheaper pulses and
     /// takes longer.
@@ -458,13 +460,14 @@ pub(super) mod pulses {
     /// Number of cheapest schedules that are changed by one pulse at a time. More of them find
     /// cheaper pulses and take longer.
     pub const CHANGED: usize = 3;
-    /// Most changes of schedules that are tried in all. It bounds the time of the search.
+    /// Largest number of changes of schedules that are tried in all. It bounds the time of the
+    /// search.
     pub const MOST_CHANGES: usize = 60;
 
     /// Number of random schedules. More of them find cheaper pulses and take longer.
     pub const RANDOM: usize = 12;
-    /// Most random schedules if no schedule meets the terminal conditions. More of them find more
-    /// plans and take longer.
+    /// Largest number of random schedules if no schedule meets the terminal conditions. More of
+    /// them find more plans and take longer.
     pub const MOST_RANDOM: usize = 40;
 
     /// Relative difference of costs below which two schedules are the same. A larger value merges
@@ -474,7 +477,7 @@ pub(super) mod pulses {
     /// loses schedules; a smaller one repeats work.
     pub const ALIKE: f64 = 1e-3;
 
-    /// Most pulses of a schedule. It bounds the size of the quadratic programs.
+    /// Largest number of pulses of a schedule. It bounds the size of the quadratic programs.
     pub const MOST_PULSES: usize = 24;
     /// Number of levels among which the three of a burn are chosen; the time grows with its cube.
     pub const MOST_COMBINED: usize = 12;

@@ -35,7 +35,7 @@ pub(crate) struct StopRequest {
 }
 
 impl StopRequest {
-    /// Number of steps of a sweep between two polls.
+    /// Number of steps of a sweep between two checks for a stop request.
     const POLLED: usize = 4096;
 
     /// Creates the request from the flag and the deadline of a watch.

@@ -9,8 +9,9 @@ pub(super) struct OnEvents {
     /// Number of attempts of a search that is not thorough: more attempts find more arcs and take
     /// longer.
     pub by_default: usize,
-    /// Most iterations times steps of the interior-point method in a search that is not thorough.
-    /// It bounds the time if inputs chatter; a larger value finds arcs that need many iterations.
+    /// Largest product of iterations and steps of the interior-point method in a search that is not
+    /// thorough. It bounds the time if inputs chatter; a larger value finds arcs that need many
+    /// iterations.
     pub most: usize,
     /// Steps of the uniform grid on which events are first read, as a multiple of the steps of the
     /// first grid: more steps resolve shorter arcs.
@@ -21,7 +22,7 @@ pub(super) struct OnEvents {
     /// Time difference, as a fraction of the duration, below which two events are one, and pulse
     /// width below which a pulse is ignored.
     pub apart: f64,
-    /// Most rounds of the fixed-point iteration on one grid.
+    /// Largest number of rounds of the fixed-point iteration on one grid.
     pub rounds: usize,
     /// Number of rounds after which no event is dropped.
     pub free: usize,

@@ -38,8 +38,8 @@ use crate::optimize::search::{Guess, Observer, PlanError, check_for_no_guess, ch
 use crate::{Matrix3, lie};
 use std::time::Instant;
 
-/// Most rounds from one schedule. Each plan satisfies the schedule of the previous one, and the
-/// rounds end earlier when the cost no longer decreases.
+/// Largest number of rounds from one schedule. Each plan satisfies the schedule of the previous
+/// one, and the rounds end earlier when the cost no longer decreases.
 const MOST_ROUNDS: usize = 12;
 /// Relative decrease of the cost that counts as a gain.
 const GAINED: f64 = 1e-7;
@@ -48,11 +48,11 @@ const TOUCHING: f64 = 1e-6;
 /// Changes of a moment, as fractions of the duration: first on the coarse grid, first on the
 /// requested grid, and smallest.
 const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
-/// Most passes over all moments: eight halvings lead from the first to the smallest change, and
-/// most passes gain nothing.
+/// Largest number of passes over all moments: eight halvings lead from the first to the smallest
+/// change, and most passes gain nothing.
 const MOST_PASSES: usize = 24;
-/// Most steps of the grid on which moments are finally moved: they depend on the grid by the square
-/// of the step.
+/// Largest number of steps of the grid on which the shift times are optimised last. The error of
+/// these times due to the grid is `O(h²)`, so more steps change them little.
 const MOST_STEPS: usize = 200;
 /// End of the last shift for a free duration \[s\].
 const FOR_GOOD: f64 = f64::MAX;

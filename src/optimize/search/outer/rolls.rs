@@ -29,7 +29,7 @@ const GAINED_BY_PULSES: f64 = 1e-6;
 /// their order between a uniform grid and continuous time, or between two rolls.
 pub const CLOSE: f64 = 0.02;
 
-/// Most evaluations for one minimum.
+/// Largest number of evaluations for one minimum.
 const MOST_EVALUATIONS: usize = 8;
 
 /// Cost of a plan to one roll, and its derivative.

@@ -41,11 +41,12 @@ const COST: f64 = 1e-3;
 /// estimate of the excess omits.
 const RESERVE: f64 = 1.1;
 
-/// Most steps that are chosen; more are used only if given. A plan with this number takes seconds.
+/// Largest number of steps that are chosen; more are used only if given. A plan with this number
+/// takes seconds.
 const MOST: usize = 20_000;
 
-/// Most steps that are chosen for plans whose error is of first order in the step: an error of a
-/// thousandth takes many more steps than one of a hundredth.
+/// Largest number of steps that are chosen for plans whose error is of first order in the step: an
+/// error of a thousandth takes many more steps than one of a hundredth.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
 /// Largest rotation of a body in a step \[rad\] for which a step approximates the motion. If no

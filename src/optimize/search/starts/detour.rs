@@ -18,7 +18,7 @@ use crate::optimize::search::starts::transfer::Interpolant;
 const CLEARANCE: f64 = 0.03;
 /// Parts of a step at which crossings are tested.
 const PARTS: usize = 8;
-/// Most paths that are kept; each further cone doubles their number.
+/// Largest number of paths that are kept; each further cone doubles their number.
 const MOST: usize = 8;
 
 /// A pair of a boresight and the direction of a cone.

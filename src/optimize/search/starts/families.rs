@@ -21,10 +21,10 @@ const UNEQUAL: f64 = 4.0;
 /// Turns about the axis of the smallest moment that are added to paths of such a body. They cost
 /// little, and the gyroscopic torques of a spinning rod bend its path.
 const TWISTS: [i32; 4] = [1, -1, 2, -2];
-/// Most minima of the coarse grid that are followed further.
+/// Largest number of minima of the coarse grid that are followed further.
 const MOST_MINIMA: usize = 6;
-/// Most minima that are followed further for a body with unequal moments, whose minima are so close
-/// that the coarse grid sorts them wrongly.
+/// Largest number of minima that are followed further for a body with unequal moments, whose minima
+/// are so close that the coarse grid sorts them wrongly.
 const MOST_MINIMA_UNEQUAL: usize = 8;
 /// Number of random paths by default.
 const RANDOM: usize = 24;

@@ -44,7 +44,8 @@ pub const SAME_BRANCH: f64 = 1e-4;
 /// Relative difference of costs below which they are the same branch when the last widened
 /// authority is removed.
 pub const NARROW: f64 = 0.02;
-/// Most steps of reducing the authority of a minimum, summed over all minima and levels.
+/// Largest number of steps of reducing the authority of a minimum, summed over all minima and
+/// levels.
 const MOST_BRANCHES: usize = 100;
 /// Number of the lowest minima that are twisted and hopped from.
 const LOWEST: usize = 4;
@@ -53,9 +54,9 @@ const HOPS_BY: [f64; 2] = [0.4, 1.0];
 /// Factor between the number of hops without success after which the search ends and the most hops
 /// in all.
 const MOST_HOPS: usize = 10;
-/// Most minima to which turns about the axis of the smallest moment are added.
+/// Largest number of minima to which turns about the axis of the smallest moment are added.
 const MOST_TWISTED: usize = 40;
-/// Most paths on which the lifted Newton method is tried directly.
+/// Largest number of paths on which the lifted Newton method is tried directly.
 const MOST_LIFTED: usize = 2;
 /// Relative excess over the cheapest cost on the coarse grid up to which a minimum on a rougher
 /// grid is followed.

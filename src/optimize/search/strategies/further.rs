@@ -14,7 +14,7 @@ use crate::optimize::search::strategies::descents::descents;
 use crate::optimize::search::strategies::extremals::carry_extremals;
 use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requested_grid};
 
-/// Most successive saddles from which a descent is made.
+/// Largest number of successive saddles from which a descent is made.
 const MOST_SADDLES: usize = 3;
 
 /// Finds minima near a saddle; also makes descents if earlier strategies did not.

@@ -31,8 +31,8 @@ const FINE_TOLERANCE: f64 = 1e-14;
 const PATIENCE: usize = 4;
 /// Levels of authority that a path passes on the requested grid.
 const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
-/// Most steps of a descent or a lifted Newton iteration on the requested grid, which keep the
-/// matrices of every step.
+/// Largest number of steps of a descent or a lifted Newton iteration on the requested grid, which
+/// keep the matrices of every step.
 pub const MOST_STEPS: usize = 20_000;
 
 /// Descends from a path on the requested grid to a minimum, and solves for its extremal.

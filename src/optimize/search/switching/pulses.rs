@@ -20,7 +20,7 @@ use crate::optimize::methods::switching::work::Work;
 /// Relative amount by which a pulse may be shorter than the minimum pulse width because of
 /// round-off.
 const ROUND_OFF: f64 = 1e-10;
-/// Most rivals that are reported.
+/// Largest number of rivals that are reported.
 const RIVALS: usize = 4;
 
 impl Extremals<'_, '_> {

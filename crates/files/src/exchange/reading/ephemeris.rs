@@ -47,9 +47,9 @@ pub struct Segment {
     pub span: [Epoch; 2],
     /// The moments of the rows, increasing.
     pub moment: Vec<Epoch>,
-    /// Positions against the centre of the Earth \[m\], in `axes`.
+    /// Positions relative to the centre of the Earth \[m\], in `axes`.
     pub position: Vec<Vector3>,
-    /// Velocities against `axes`, which may turn \[m/s\].
+    /// Velocities \[m/s\] relative to `axes`, which may rotate.
     pub velocity: Vec<Vector3>,
     /// The line of each row, from 1.
     pub line: Vec<usize>,

@@ -43,7 +43,7 @@ pub(super) enum Rates {
     None,
     /// Derivatives of the numbers of the attitude.
     Derivative,
-    /// Components of the angular velocity of Y against X.
+    /// Components of the angular velocity of Y relative to X.
     Velocity(Axes),
     /// Rates of version 1.0: components, or derivatives of these angles.
     Old(Axes, Option<[usize; 3]>),
@@ -193,8 +193,9 @@ impl Layout {
         if self.inverse { [w, -x, -y, -z] } else { [w, x, y, z] }
     }
 
-    /// Converts the rate of Y against X, in axes of Y, to the rate of the body against the
-    /// reference, in axes of the body.
+    /// Converts the angular velocity of the frame Y relative to the frame X, in Y axes, to that of
+    /// the body relative to the reference frame, in body axes. `of_y` is the quaternion that maps Y
+    /// to X.
     fn of_body(&self, rate: Vector3, of_y: &[f64; 4]) -> Vector3 {
         if self.inverse { -(lie::rotation_from_quaternion(of_y) * rate) } else { rate }
     }

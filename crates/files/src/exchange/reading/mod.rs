@@ -67,7 +67,7 @@ pub struct Attitudes {
     pub reference_frame: Option<String>,
     /// The name of the body frame in the file.
     pub body_frame: Option<String>,
-    /// The line at which the file names the frames.
+    /// The line on which the file names the frames.
     pub frames_line: Option<usize>,
     /// The statements of the file that are not used, and the questions that it leaves open, a
     /// sentence each without its point.

@@ -10,7 +10,8 @@
 //! each combination it has the errors above, largest and mean, and the work: time, evaluations of
 //! the potential, iterations. From these rows follows the work of each method at equal mean energy
 //! error ([`EqualError`]), interpolated between the steps on logarithmic axes. [`figures`] draws
-//! the comparison as figures 2 and 3 in section 3.4 of the survey.
+//! the comparison as figures 2 and 3 in section 3.4 of the survey by Leok (*An overview of Lie
+//! group variational integrators*).
 //!
 //! A ratio of work is meaningful only together with its error level and its horizon. The energy
 //! error of a symplectic method is bounded, and that of other methods grows, so every such ratio
@@ -171,7 +172,8 @@ impl Study {
     /// The largest number of steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
-    /// The methods that section 3.4 of the survey compares: Lie–Verlet (LGVI), Crouch–Grossman
+    /// The methods that are compared in section 3.4 of Leok's survey (*An overview of Lie group
+    /// variational integrators*, see the crate `slewkit`): Lie–Verlet (LGVI), Crouch–Grossman
     /// (LGM), explicit midpoint (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];

@@ -77,7 +77,7 @@ impl Motion {
     }
 }
 
-/// Returns whether the time is the begin of a pulse; false for its end.
+/// Returns whether the time is the start of a pulse; false for its end.
 fn turns_on(time: usize) -> bool {
     time.is_multiple_of(2)
 }
