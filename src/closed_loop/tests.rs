@@ -253,6 +253,8 @@ fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
         (Plant { delay: 0.1, ..Plant::default() }, 1e-3),
         (Plant { delay: 0.03, ..Plant::default() }, 0.05),
         (Plant { delay: 0.25, tick: 0.05, ..Plant::default() }, 0.05),
+        // The first command acts for a part of a step, and so has fewer ticks than a step.
+        (Plant { lag: 0.02, delay: 0.03, tick: 0.01, ..Plant::default() }, 0.5),
     ] {
         let (late, led) = (missed(plant, false), missed(Plant { leads: true, ..plant }, false));
         assert!(led < part * late, "{plant:?}: {late:e}, led {led:e}");
