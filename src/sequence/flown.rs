@@ -67,8 +67,17 @@ impl WholeMotion {
     /// [`Unlinearised`] if no leg moves, if a motion cannot be followed, or if the whole has more
     /// steps than can be linearised.
     pub fn of(sequence: &Sequence, legs: &[LegMotion<'_>]) -> Result<Self, Unlinearised> {
-        let followed =
-            |motion: &Motion<'_>| Flight::recorded(motion.problem, motion.path).ok_or(Unlinearised::Step);
+        let followed = |motion: &Motion<'_>| {
+            let Motion { problem, path } = motion;
+            let nodes = path.time.len();
+            let fits = path.quaternion.len() == nodes
+                && path.angular_velocity.len() == nodes
+                && path.torque.len() <= nodes;
+            if nodes == 0 || !fits {
+                return Err(Unlinearised::Trajectory);
+            }
+            Flight::recorded(problem, path).ok_or(Unlinearised::Step)
+        };
         let mut motions = Vec::with_capacity(legs.len());
         let (mut shortest, mut step) = (f64::INFINITY, f64::INFINITY);
         for LegMotion { leg, hold, begins, holds } in legs {
@@ -81,7 +90,10 @@ impl WholeMotion {
             let arrival = begins + lasting;
             let hold = match hold {
                 Some(hold) => Some(followed(hold)?),
-                None => resting(&path, step, [holds[0] - arrival, holds[1] - arrival])?,
+                None => {
+                    let inputs = leg.problem.actuation.count();
+                    resting((&path, inputs), step, [holds[0] - arrival, holds[1] - arrival])?
+                }
             };
             motions.push((path, hold));
         }
@@ -172,7 +184,7 @@ impl WholeMotion {
 /// Returns the rest after a leg with nodes where the hold begins and where it ends, both in seconds
 /// from the end of the leg, on steps of at most `step` \[s\]; `None` if it takes no time.
 fn resting(
-    leg: &Trajectory,
+    (leg, inputs): (&Trajectory, usize),
     step: f64,
     [begins, ends]: [f64; 2],
 ) -> Result<Option<Trajectory>, Unlinearised> {
@@ -192,8 +204,8 @@ fn resting(
     Ok((nodes > 1).then(|| Trajectory {
         quaternion: vec![leg.quaternion[leg.quaternion.len() - 1]; nodes],
         angular_velocity: vec![Vector3::zeros(); nodes],
-        input: vec![0.0; (nodes - 1) * leg.input_count],
-        input_count: leg.input_count,
+        input: vec![0.0; (nodes - 1) * inputs],
+        input_count: inputs,
         torque: vec![Vector3::zeros(); nodes - 1],
         wheel_momentum: held.repeat(nodes),
         time,

@@ -554,6 +554,14 @@ fn a_sequence_flies_over_all_its_stops() {
     assert!(head.lines().next().unwrap().contains("\"attitude_error near, hold begins_rad\""), "{head}");
     folder.slew(&["fly", "plan.json", "--case", "3", "-o", "one.csv"]).ends(0).tells("case        3");
     folder.slew(&["verify", "plan.json"]).ends(0);
+    // A first stop at the start has a leg of no duration.
+    fs::write(folder.path("here.toml"), STOPS.replace("angle_deg = 50", "angle_deg = 0")).unwrap();
+    folder.slew(&["plan", "here.toml", "-q", "-o", "here.json"]).ends(0);
+    folder.slew(&["fly", "here.json", "--cases", "10"]).ends(0).tells("far, hold begins at");
+    let mut tampered = folder.json("here.json");
+    tampered["legs"][0]["trajectory"]["quaternion_wxyz"] = Value::Array(Vec::new());
+    fs::write(folder.path("tampered.json"), tampered.to_string()).unwrap();
+    folder.slew(&["fly", "tampered.json"]).ends(8);
     fs::write(folder.path("long.toml"), STOPS.replace("hold_s = 8", "hold_s = 1e6")).unwrap();
     folder.slew(&["plan", "long.toml", "-q", "-o", "long.json"]).ends(0);
     folder.slew(&["fly", "long.json"]).ends(8).tells("E0170").tells("shorter holds");
