@@ -311,7 +311,9 @@ impl Solver {
                 let acceptable = state.best <= tuning.acceptable;
                 let patience = if acceptable { tuning.acceptable_patience } else { tuning.patience };
                 if state.idle > patience {
-                    run.end = End::Stalled;
+                    if self.recovers(program, tuning, &mut state, &mut run, watch) {
+                        continue;
+                    }
                     break;
                 }
             }
@@ -345,11 +347,15 @@ impl Solver {
                 }
             }
             if !self.iterate(program, tuning, &mut state, residuals.mean, watch) {
-                run.end = if watch.stopped() { End::Stopped } else { End::Stalled };
+                if watch.stopped() {
+                    run.end = End::Stopped;
+                } else if self.recovers(program, tuning, &mut state, &mut run, watch) {
+                    continue;
+                }
                 break;
             }
         }
-        if matches!(run.end, End::Stalled | End::Iterations) && state.best <= tuning.acceptable {
+        if run.end == End::Iterations && state.best <= tuning.acceptable {
             self.settle(program, tuning, state.last, &mut run, watch);
         }
         run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
@@ -517,18 +523,40 @@ impl Solver {
 
     /// Returns to the last point that satisfied the conditions of a barrier parameter, if that
     /// parameter is small, and makes it the final one. The central path ends there: a valley of
-    /// nearly equal plans has no minimum for smaller parameters. Returns `false` if no such point
-    /// exists.
-    fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State) -> bool {
-        if state.barrier >= state.met || state.met > tuning.tolerable * weight {
+    /// nearly equal plans has no minimum for smaller parameters. A `stalled` run whose last such
+    /// parameter is larger decreases it less, to the geometric mean of both, if that is small.
+    /// Returns `false` if no such point exists.
+    fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State, stalled: bool) -> bool {
+        let small = tuning.tolerable * weight;
+        let between = (state.barrier * state.met).sqrt();
+        let next = if state.met <= small { state.met } else { between };
+        if state.barrier >= state.met || next > small || next == between && !stalled {
             return false;
         }
-        (state.barrier, state.last) = (state.met, state.met);
+        (state.barrier, state.last) = (next, next);
         let rows = [&mut self.slacks, &mut self.violations];
         self.met.restore(&mut self.point, &mut self.duals, rows, &mut self.misses);
         self.filter.clear();
-        (state.best_at_last, state.idle) = (f64::INFINITY, 0);
+        (state.best, state.best_at_last, state.idle) = (f64::INFINITY, f64::INFINITY, 0);
         true
+    }
+
+    /// Ends a stalled run at its best point, if that is a solution to the acceptable residual.
+    /// Otherwise returns whether the run continues with a larger final barrier parameter.
+    fn recovers<P: Program>(
+        &mut self,
+        program: &P,
+        tuning: &Tuning,
+        state: &mut State,
+        run: &mut Run,
+        watch: &Watch,
+    ) -> bool {
+        run.end = End::Stalled;
+        if state.best <= tuning.acceptable {
+            self.settle(program, tuning, state.last, run, watch);
+        }
+        let weight = STAGES / program.shape().stages as f64;
+        run.end == End::Stalled && self.back(tuning, weight, state, true)
     }
 
     /// Computes and takes one step; returns `false` if no acceptable step exists or the watch ends
@@ -548,7 +576,8 @@ impl Solver {
         let mut taken = Taken { curved: true, shift: state.least_shift };
         state.exact = state.least_shift == 0.0;
         if !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken) {
-            if self.back(tuning, weight, state) {
+            let retreats = state.last > tuning.last * weight;
+            if self.back(tuning, weight, state, retreats) {
                 return true;
             }
             state.exact = false;
