@@ -40,6 +40,7 @@ pub(crate) mod least_gap;
 pub(crate) mod limit;
 pub(crate) mod long;
 pub(crate) mod moved;
+mod nearby;
 pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;

@@ -11,6 +11,7 @@ use super::impulses;
 use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
+use super::nearby;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
 use super::tuning::smooth::ENOUGH;
@@ -20,24 +21,32 @@ use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
-/// Searches for the best extremals, and keeps what was found if the search is stopped. If the best
-/// is a saddle, or is no quicker than the turn about a fixed axis, which is usually a saddle, the
-/// search is repeated as a thorough one.
+/// Searches for the best extremals, and keeps what was found if the search is stopped. If the body
+/// turns about a fixed axis on the best one, which is usually a saddle, the extremals of nearby
+/// maneuvers are tried. If the best is a saddle, is no quicker than such a turn, or remains one, the
+/// search is repeated as a thorough one, unless the maneuver is so small that this gains nothing.
 pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchEnds {
     let mut found = search_once(extremal, ask, work);
     if ask.thoroughness != Thoroughness::Default || work.stopped() {
         return found;
     }
-    if ask.path == Way::Best && extremal.seeks_time() {
+    let seeks_best_time = ask.path == Way::Best && extremal.seeks_time();
+    if seeks_best_time {
         found.eigenaxis = eigenaxis::duration(extremal);
     }
-    let slow =
-        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
-    let saddle = |best: &BranchEnd| {
-        let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
-        exact.is_some_and(|found| is_saddle(extremal, &found.arcs))
-    };
-    if !found.limits.first().is_some_and(|best| slow(best) || saddle(best)) {
+    let Some(best) = found.limits.first() else { return found };
+    let cost = best.cost(extremal);
+    let slow = found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
+    let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
+    let saddle = exact.is_some_and(|found| is_saddle(extremal, &found.arcs));
+    let about_an_axis = seeks_best_time && nearby::turns_about_an_axis(extremal, best);
+    if about_an_axis {
+        let search = |extremal: &Extremal, ask: &SearchRequest| search_once(extremal, ask, work);
+        let limits = nearby::limits(extremal, ask, search, work);
+        found.extend(extremal, limits);
+    }
+    let gains = found.limits[0].cost(extremal) < cost * (1.0 - NOTHING);
+    if !(slow || saddle || about_an_axis && !gains) || about_an_axis && nearby::is_small(extremal) {
         return found;
     }
     let mut more =

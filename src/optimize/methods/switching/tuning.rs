@@ -103,6 +103,10 @@ pub(super) mod paths {
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
     /// Largest factor on the duration in one step of such a continuation.
     pub const STRETCH: f64 = 1.3;
+    /// Displacement of the end that breaks the symmetry of a maneuver, as a fraction of its size.
+    /// After a larger one Newton fails to return to the true end; a smaller one leaves the search
+    /// on the saddle (`--test it -- problems::found::plans_cost`).
+    pub const DISPLACED: f64 = 0.02;
 
     /// Given durations from which a minimum-time extremal is continued, as fractions of the
     /// duration of the first level. More values find more extremals and take longer.
