@@ -10,6 +10,7 @@
 //! | `values` | L × D | least times \[s\], or efforts |
 //! | `gradients` | N × 3 | gradients of the values by the rotation vector, body axes |
 //! | `bounds` | L × D | rigorous lower bounds of the values |
+//! | `fixed_axis` | L × D | durations of turns about their fixed axes \[s\]; absent if they are not known |
 //! | `axes` | 3 × 3 | columns: the axes of the octahedron, body axes |
 //! | `symmetry` | k × 9 | signed permutations of these axes, row after row |
 //! | `reference_torque`, `reference_rate` | 3 × 3 | the closed form that the interpolation divides by |
@@ -31,6 +32,9 @@ use thiserror::Error;
 
 /// Version of the set of arrays in a file.
 const VERSION: f64 = 1.0;
+
+/// Name of the array of turns about fixed axes, which a table may lack.
+const FIXED_AXIS: &str = "fixed_axis";
 
 /// Reason why a file is not a valid slew-time table.
 #[derive(Debug, Error)]
@@ -79,6 +83,9 @@ pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Re
     arrays.add("values", angles, width, &nodes.values)?;
     arrays.add("gradients", rows, 3, &gradients)?;
     arrays.add("bounds", angles, width, &nodes.bounds)?;
+    if !nodes.fixed_axis.is_empty() {
+        arrays.add(FIXED_AXIS, angles, width, &nodes.fixed_axis)?;
+    }
     arrays.add("axes", 3, 3, &by_rows(&nodes.axes))?;
     let maps: Vec<f64> = nodes.maps.iter().flat_map(by_rows).collect();
     arrays.add("symmetry", nodes.maps.len(), 9, &maps)?;
@@ -136,6 +143,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
         values: arrays.get("values")?.numbers.clone(),
         gradients: gradients.chunks_exact(3).map(Vector3::from_column_slice).collect(),
         bounds: arrays.get("bounds")?.numbers.clone(),
+        fixed_axis: arrays.0.get(FIXED_AXIS).map(|found| found.numbers.clone()).unwrap_or_default(),
         duration_s: arrays.fact("duration_s")?,
         scales: flag(arrays.fact("scales")?),
         reference: [arrays.matrix("reference_torque")?, arrays.matrix("reference_rate")?],
@@ -177,7 +185,7 @@ impl Found {
 }
 
 /// Writes a table as Parquet, with one row for each node: rotation vector, value, gradient, lower
-/// bound. The facts about the table are written as metadata of the file.
+/// bound and, if it is known, the duration of the turn about the fixed axis. The facts about the table are written as metadata of the file.
 ///
 /// # Errors
 /// Returns the errors of the output stream. Always fails in a program built without the feature
@@ -190,7 +198,8 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
         let value = if nodes.quantity == Quantity::Time { "time_s" } else { "effort" };
         let names = ["rotation_x_rad", "rotation_y_rad", "rotation_z_rad", value, "lower_bound"]
             .into_iter()
-            .chain(["gradient_x", "gradient_y", "gradient_z"]);
+            .chain(["gradient_x", "gradient_y", "gradient_z"])
+            .chain((!nodes.fixed_axis.is_empty()).then_some("fixed_axis_s"));
         let columns: Vec<_> = names.map(|name| (name.to_string(), Kind::Number)).collect();
         let notes = [
             ("spec_checksum", format!("{checksum:016x}")),
@@ -206,7 +215,7 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
         let numbers = |of: &dyn Fn(usize) -> f64| {
             Cells::Numbers((0..nodes.values.len()).map(|row| Some(of(row))).collect())
         };
-        file.rows(&[
+        let mut rows = vec![
             numbers(&|row| vectors[row].x),
             numbers(&|row| vectors[row].y),
             numbers(&|row| vectors[row].z),
@@ -215,7 +224,11 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
             numbers(&|row| nodes.gradients[row].x),
             numbers(&|row| nodes.gradients[row].y),
             numbers(&|row| nodes.gradients[row].z),
-        ])?;
+        ];
+        if !nodes.fixed_axis.is_empty() {
+            rows.push(numbers(&|row| nodes.fixed_axis[row]));
+        }
+        file.rows(&rows)?;
         Ok(file.close()?)
     }
     #[cfg(not(feature = "parquet"))]
