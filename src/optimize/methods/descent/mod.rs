@@ -58,13 +58,14 @@ const ESCAPES: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4];
 /// Relative difference to the cost of a known minimum below which the cost predicted for a Newton
 /// step may be the same minimum.
 const SAME_COST: f64 = 1e-4;
-/// Largest distance of each node from the known minimum \[rad, or unit lengths\] at which such a
-/// step leads to this minimum: two different minima at this distance differ in cost by its cube.
+/// Largest distance of a node from the known minimum, after an undamped Newton step, at which the
+/// step leads to this minimum \[rad, or unit lengths\]. Two different minima at this distance
+/// differ in cost by its cube.
 const SAME_PLACE: f64 = 3e-3;
-/// Cost that counts as zero; the unit is the cost of a turn by one radian.
+/// Cost below which a path counts as free of cost, in units of the cost of a turn by one radian.
 const NO_COST: f64 = 1e-20;
-/// Factor on the iterations that the settings allow: an iteration of a descent is cheap, and narrow
-/// valleys take many.
+/// Factor on the number of iterations that the settings allow: an iteration of a descent is cheap,
+/// and narrow valleys take many.
 const PATIENCE: usize = 4;
 /// Fewest steps of a descent: each side of the elimination then has an inner node.
 pub(crate) const FEWEST_STEPS: usize = 6;
@@ -150,7 +151,7 @@ struct Descending<'a, const N: usize, const D: usize> {
     /// True if the path is a minimum.
     minimal: bool,
     known: &'a [Attempt],
-    /// Known minimum that the descent approaches.
+    /// Known minimum that the descent approaches; `None` if it approaches none.
     met: Option<&'a Attempt>,
 }
 
@@ -213,8 +214,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         false
     }
 
-    /// Accepts the first of the halved steps that decreases the cost enough; returns whether there
-    /// is one.
+    /// Halves the step until the cost decreases enough, at most `halvings` times; returns whether a
+    /// step was accepted.
     fn search(&mut self, slope: f64, halvings: usize) -> bool {
         let mut fraction = (LONGEST / self.direction.largest()).min(1.0);
         for _ in 0..=halvings {
@@ -323,12 +324,14 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
     }
 }
 
-/// Combines translation and rotation to configuration or momentum rows, in the order of the crate.
+/// Combines translation and rotation to configuration or momentum rows: first the translation, if
+/// the body translates, then the rotation.
 fn half<const D: usize>(translation: &nalgebra::Vector3<f64>, rotation: &nalgebra::Vector3<f64>) -> Half<D> {
     SVector::from_fn(|row, _| if row + 3 >= D { rotation[row + 3 - D] } else { translation[row] })
 }
 
-/// Splits configuration or momentum rows into translation and rotation.
+/// Splits configuration or momentum rows into translation (zero if the body does not translate) and
+/// rotation.
 fn parts<const D: usize>(half: &Half<D>) -> (nalgebra::Vector3<f64>, nalgebra::Vector3<f64>) {
     let part = |row: usize| nalgebra::Vector3::new(half[row], half[row + 1], half[row + 2]);
     (if D == 6 { part(0) } else { nalgebra::Vector3::zeros() }, part(D - 3))

@@ -79,14 +79,14 @@ impl<const D: usize> Direction<D> {
     }
 }
 
-/// A path with the quantities that inverse dynamics gives.
+/// A path, with its cost, costates and gradient by inverse dynamics.
 #[derive(Clone, Debug)]
 pub(super) struct Path<const D: usize> {
     /// Poses of all nodes.
     pub poses: Vec<Pose>,
     /// Cost of the path, scaled.
     pub cost: f64,
-    /// Drifts from each node; meaningless before the first.
+    /// Drift from each node to the next one; meaningless before node `first` of the setting.
     pub drifts: Vec<Drift>,
     /// Linear momentum after the kick at each node.
     linear_momenta: Vec<Vector3>,

@@ -178,8 +178,9 @@ impl<'a> Subproblem<'a> {
         step.increment.states.chunks_exact(n).map(turn).fold(0.0, f64::max)
     }
 
-    /// Solves for the best move from a point. With `after`, the values that a move has led to, the
-    /// move also corrects the defects there, which are the second-order error of the linearisation.
+    /// Solves for the best move from the point `at`. If `after` has the values at the point that a
+    /// first move led to, the new move also corrects the defects at that point, which are the
+    /// second-order error of the linearisation.
     pub fn solve(
         &mut self,
         at: &Derivatives,
