@@ -74,10 +74,12 @@ pub(crate) struct Subproblem<'a> {
     tolerance: f64,
     /// Source of stop requests and of the time limit.
     watch: Watch<'a>,
-    /// Index of `t`, index of the slack of each group (`None` if the group has none), and the
-    /// number of unknowns.
+    /// Index, in the vector of unknowns, of the fraction `t` of the defects that remains.
     left: usize,
+    /// Index of the slack of each group in the vector of unknowns; `None` if the group has no
+    /// slack.
     slack: Vec<Option<usize>>,
+    /// Number of unknowns of the cone program.
     count: usize,
     /// Wall-clock time in the cone solver so far \[s\].
     pub seconds: f64,

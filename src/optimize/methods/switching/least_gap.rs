@@ -31,10 +31,11 @@ type CostateChange = SVector<f64, 6>;
 /// A switching function on a short piece of its arc.
 struct Piece {
     length: f64,
-    /// Sign of the input, value of the switching function, and its derivative with respect to the
-    /// costates at the start.
+    /// Sign of the input.
     sign: f64,
+    /// Value of the switching function.
     value: f64,
+    /// Derivative of the switching function with respect to the costates at the start.
     slope: CostateChange,
 }
 

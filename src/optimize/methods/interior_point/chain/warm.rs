@@ -12,7 +12,8 @@ pub(crate) struct Warm {
     duals: Duals,
     /// Fuel variables `σ`, for each stage and norm.
     norms: Vec<f64>,
-    /// Dimensions of the program, which a later program must have too.
+    /// Dimensions of the program; the warm start can be used only for a program with equal
+    /// dimensions.
     n: usize,
     terminal: usize,
     first_row: Vec<usize>,
@@ -63,8 +64,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the multipliers and fuel variables of an earlier solve; returns `false` if that had
-    /// another shape.
+    /// Writes the multipliers and fuel variables of an earlier solve; returns `false` if the
+    /// program of that solve had another shape.
     pub fn resume(&self, warm: &Warm, at: &mut Point, duals: &mut Duals) -> bool {
         let Shape { m, n, terminal, .. } = self.shape;
         let count = self.norms.len() * self.shape.stages;
