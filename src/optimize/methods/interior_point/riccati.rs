@@ -531,7 +531,7 @@ impl Riccati {
     }
 }
 
-/// Computes the block `Σ a_r b_rᵀ`.
+/// Computes the block `Σ a_r b_rᵀ`, summed over the rows `r` of two columns of blocks.
 #[inline(always)]
 fn block(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
     let mut out = [[0.0; LANES]; LANES];
@@ -620,7 +620,7 @@ fn cholesky(matrix: &mut [f64], size: usize) -> bool {
     true
 }
 
-/// Solves a system with the factor of [`cholesky`].
+/// Solves a linear system in place, with the factor that [`cholesky`] computes.
 fn substitute(factor: &[f64], b: &mut [f64]) {
     forward(factor, b);
     backward(factor, b);

@@ -92,8 +92,8 @@ fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     }
 }
 
-/// Returns the momentum costate, in units of ε, at which the smoothed law produces a torque, or
-/// nearly this torque if it exceeds the limits.
+/// Returns the momentum costate, in units of ε, at which the smoothed law produces a torque, at
+/// least approximately.
 fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f64) -> Vector3 {
     let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
     match &extremal.law {

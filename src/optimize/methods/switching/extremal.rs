@@ -39,7 +39,8 @@ use crate::{Matrix3, Vector3};
 /// Limit on the torque: a limit on each input, or a limit on the norm of the torque.
 #[derive(Clone, Debug)]
 pub(crate) enum TorqueLimit {
-    /// Inputs in `[−1, 1]` whose torques at level 1 are these axes.
+    /// Inputs in `[−1, 1]`. Each axis is the torque of one input at level 1, relative to its torque
+    /// at level 0.
     Inputs(Vec<Vector3>),
     /// Largest norm of the torque.
     Norm(f64),

@@ -200,7 +200,8 @@ impl Extremal {
             over_arc(self, m, &first, law, (length, duration), longest, &mut lanes)
         };
         lanes.add(9, &self.rate(m, &end, &law.at(&end.e).torque), 1.0);
-        // The Hamiltonian is constant along the arc: its derivatives by m, Π, e are Ω, −e', Π'.
+        // The Hamiltonian is constant along the arc: its derivatives with respect to m, Π, e are Ω,
+        // −e', Π'.
         let of_hamiltonian =
             [turn.x, turn.y, turn.z, -e_rate.x, -e_rate.y, -e_rate.z, pi_rate.x, pi_rate.y, pi_rate.z, 0.0];
         StepMap {
