@@ -4,8 +4,8 @@
 //! With the attitude costate fixed in space, `M = R m`, and the momentum costate `e` in body axes,
 //!
 //! ```text
-//! R' = R S(Ω) ,   Π' = Π×Ω + τ ,   e' = −J⁻¹(m + e×Π) + e×Ω ,   m = RᵀM ,   Ω = J⁻¹Π H  = p + Σ
-//! c_j v_j + m·Ω + e·(Π×Ω + τ) ,   0 where the duration is sought, p the price of time
+//! R' = R S(Ω) ,   Π' = Π×Ω + τ ,   e' = −J⁻¹(m + e×Π) + e×Ω ,   m = RᵀM ,   Ω = J⁻¹Π
+//! H  = p + Σ c_j v_j + m·Ω + e·(Π×Ω + τ) ,   0 where the duration is sought, p the price of time
 //! ```
 //!
 //! A disturbance consists of `η` of the attitude in reference axes, `R⁺ = exp(S(η)) R`, of `δΠ`,
