@@ -111,7 +111,7 @@ pub(crate) enum ConeError {
     /// A setting is out of range.
     #[error("setting {name} is {value}: out of range")]
     Setting { name: &'static str, value: f64 },
-    /// The solver rejected the data for a reason of its own.
+    /// The solver rejected the data; holds its message.
     #[error("cone solver: {0}")]
     Solver(String),
 }

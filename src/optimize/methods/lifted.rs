@@ -99,7 +99,7 @@ struct Residuals<const N: usize> {
     /// Matrix `Q` at node 0 and at node N.
     q_start: SMatrix<f64, N, N>,
     q_end: SMatrix<f64, N, N>,
-    /// Matrix `K_pq`, the gradient of the kick, at node N.
+    /// Matrix `K_pq`, the gradient of the kick with respect to the configuration, at node N.
     gradient_end: SMatrix<f64, N, N>,
     norm: f64,
     largest: f64,

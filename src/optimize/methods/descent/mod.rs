@@ -67,10 +67,11 @@ const NO_COST: f64 = 1e-20;
 /// Factor on the number of iterations that the settings allow: an iteration of a descent is cheap,
 /// and narrow valleys take many.
 const PATIENCE: usize = 4;
-/// Fewest steps of a descent: each side of the elimination then has an inner node.
+/// Smallest number of steps of a path on which a descent is possible: each side of the elimination
+/// then has an inner node.
 pub(crate) const FEWEST_STEPS: usize = 6;
 
-/// Descends from the poses of a candidate to a local minimum.
+/// Method that starts from the poses of a candidate and decreases the cost to a local minimum.
 pub(crate) struct Descent<'a> {
     /// Dynamics with inputs about every axis.
     pub dynamics: &'a Dynamics,
@@ -148,7 +149,7 @@ struct Descending<'a, const N: usize, const D: usize> {
     shift: f64,
     /// Last predicted decrease of the cost, relative to the cost.
     promised: f64,
-    /// True if the path is a minimum.
+    /// True if the current path is a local minimum.
     minimal: bool,
     known: &'a [Attempt],
     /// Known minimum that the descent approaches; `None` if it approaches none.
@@ -174,7 +175,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         }
     }
 
-    /// Returns the known minimum to which the undamped step leads, if any.
+    /// Returns the known minimum to which the undamped Newton step leads; `None` if it leads to
+    /// none of them.
     fn runs_into(&mut self) -> Option<&'a Attempt> {
         // If the cost is a parabola along a step, it decreases by half of the value that the slope
         // predicts.
@@ -188,7 +190,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
             let nodes = self.trial.poses.iter().zip(&known.candidate.states);
             nodes.into_iter().all(|(pose, state)| {
                 let shift = (pose.position - state.position.value).norm();
-                // By the chord: |R − R'| = 2√2 sin(θ/2).
+                // The angle θ between two attitudes follows from the chord: |R − R'| = 2√2
+                // sin(θ/2).
                 let chord = (pose.attitude - state.attitude.value).norm() / SQRT_2;
                 shift <= SAME_PLACE && chord <= SAME_PLACE
             })

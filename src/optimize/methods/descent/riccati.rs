@@ -313,7 +313,8 @@ impl<const D: usize> Stage<D> {
     }
 }
 
-/// Returns the metric of the shift: `(tr Ŵ/3) J²` for rotations, `tr Ŵ/3` for translations.
+/// Returns the metric by which a shift of the Hessian is scaled: `(tr Ŵ/3) J²` for rotations, `tr
+/// Ŵ/3` for translations.
 fn metric<const D: usize>(dynamics: &Dynamics, traces: &(f64, f64)) -> Block<D> {
     let identity = nalgebra::Matrix3::identity();
     diagonal(&(identity * (traces.0 / 3.0)), &(dynamics.j * dynamics.j * (traces.1 / 3.0)))

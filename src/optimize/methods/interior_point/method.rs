@@ -33,7 +33,7 @@ pub(crate) struct InteriorPoint<'a> {
     pub tuning: &'a Tuning,
     /// Family of possible ends; `None` if the end is that of the chain.
     pub family: Option<&'a Family>,
-    /// Warm start from a solve of nearly the same maneuver, if any.
+    /// Warm start from a solve of nearly the same maneuver; `None` for a cold start.
     pub warm: Option<&'a Warm>,
     /// Known optima of the chain: a run that converges to one of them ends early.
     pub known: &'a [Attempt],

@@ -230,8 +230,9 @@ impl Riccati {
         true
     }
 
-    /// Assembles the Hessian of a stage from all terms that depend on its unknowns: its own, its
-    /// rows, the value function of the next state, and the terminal columns.
+    /// Assembles the Hessian of a stage from all terms that depend on its unknowns: the Hessian of
+    /// its cost, the curvature of its step, its rows, the value function of the next state, and the
+    /// terminal columns.
     #[inline(always)]
     fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
         let (n, m, width) = (self.n, self.m, self.width);

@@ -117,8 +117,8 @@ pub(crate) struct Tuning {
     /// factor accepts steps out of the domain of the derivatives; a factor of ten takes up to a
     /// fifth more iterations for everyday maneuvers.
     pub more_infeasible: f64,
-    /// Infeasibility, as a fraction of its current value or of one, up to which a step is judged by
-    /// its cost alone.
+    /// Infeasibility up to which a step is judged by its cost alone, as a fraction of the current
+    /// infeasibility or, if that is below one, as an absolute value.
     pub judged_by_cost: f64,
     /// Factor by which the residual must decrease for an iteration to count as progress.
     pub gain: f64,

@@ -45,7 +45,8 @@ impl Default for ScpOptions {
 }
 
 impl ScpOptions {
-    /// Returns options for the convex iteration alone, run to its own convergence.
+    /// Returns options with which the convex iteration runs to convergence, without refinement by
+    /// the interior-point method.
     pub fn unpolished() -> Self {
         // Duals are less accurate than the point: they have six digits only if its moves have nine.
         Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-10, ..Self::default() }

@@ -42,6 +42,7 @@ pub(super) const FUTILE: f64 = 1e-2;
 pub(super) const DEARER: f64 = 0.02;
 /// Final barrier parameter of the refinement: the cost error is this value for each active row.
 pub(super) const LAST_BARRIER: f64 = 1e-14;
-/// Number of unknowns from which the cone solver runs on a thread of its own. The solver cannot be
-/// stopped during its setup nor within an iteration; for smaller problems these are short.
+/// Smallest number of unknowns at which the cone solver runs on a separate thread. The solver
+/// cannot be stopped during its setup nor within an iteration; for smaller problems these are
+/// short.
 pub(super) const LARGE: usize = 20_000;

@@ -60,7 +60,8 @@ pub(crate) struct Newton<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
-    /// Starts at `costate`, with the factor of a coarser grid if available.
+    /// Starts at `costate`, with the factorised sensitivity of a coarser grid; with `None`, the
+    /// first step computes the sensitivity.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -81,7 +82,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         Self { nodes: Some([Vec::new(), nodes]), ..self }
     }
 
-    /// Starts at `costate`, and computes its `Ψ₁₂`.
+    /// Starts at `costate`, and computes the sensitivity `Ψ₁₂` of the terminal error to it.
     pub fn derived(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -116,7 +117,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         complete.then_some(Swept { nodes, error, cost: self.end.cost })
     }
 
-    /// Returns the sensitivity `Ψ₁₂` of the current iterate.
+    /// Returns the sensitivity `Ψ₁₂` of the terminal error to the costate at the current iterate.
     pub fn sensitivity(&self) -> Result<SMatrix<f64, N, N>, StepError> {
         match &self.psi {
             Some(psi) => Ok(*psi),

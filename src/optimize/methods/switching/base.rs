@@ -319,7 +319,7 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Finds smoothed extremals for a turn at the ε where branches are distinguished.
+/// Finds smoothed extremals for a turn, at the ε at which branches are distinguished.
 ///
 /// The result has at most one extremal, or one for each successful initial path in three cases:
 ///
@@ -346,8 +346,9 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
     found
 }
 
-/// Finds the smoothed extremal that one initial path leads to, at the ε where branches are
-/// distinguished.
+/// Finds the smoothed extremal to which one initial path of a turn leads, at the ε at which
+/// branches are distinguished. `try_index` selects the initial path. Returns `None` if Newton or a
+/// continuation fails.
 fn base(
     extremal: &Extremal,
     turn: &Turn,

@@ -89,8 +89,8 @@ impl<const L: usize> Lanes<L> {
         }
     }
 
-    /// Returns the sum as `Self::add` does, without a store to a single lane; for lanes that are
-    /// then read as whole rows.
+    /// Returns these derivatives with `rate` added to one lane. Unlike `Self::add`, it makes no
+    /// store to a single lane, which is faster if the lanes are then read as whole rows.
     #[inline(always)]
     pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &UnitRows<L>) -> Self {
         let mut sum = *self;

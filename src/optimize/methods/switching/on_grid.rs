@@ -33,7 +33,7 @@ pub(crate) struct OnGrid {
     pub nodes: Vec<Node>,
     /// Torque held over each step.
     pub torques: Vec<Vector3>,
-    /// Residual of the last sweep: terminal conditions and stationarity.
+    /// Residual of the terminal conditions and of stationarity in the last sweep.
     pub residual: f64,
     pub iterations: usize,
     /// True if the grid meets the terminal conditions but is not stationary, so that it is no
@@ -82,7 +82,8 @@ impl OnGrid {
         self.of_free_times.clone().unwrap_or_else(all)
     }
 
-    /// Sweeps once, and returns the KKT system in costates and free lengths.
+    /// Sweeps over the grid once. Returns the result of the sweep, and the KKT system in costates
+    /// and free lengths.
     fn swept(&self, extremal: &Extremal) -> Option<(SweptArcs, KktSystem)> {
         let Self { m, lengths, steps, nodes, .. } = self;
         let beside = Sequence::AT_THE_NODE;

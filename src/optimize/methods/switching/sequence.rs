@@ -43,7 +43,7 @@ pub(crate) struct Step {
 #[derive(Clone, Copy)]
 pub(super) struct Sequence<'a> {
     pub m: &'a Vector3,
-    /// Lengths of the arcs.
+    /// Duration of each arc.
     pub lengths: &'a [f64],
     pub steps: &'a [Step],
     /// Initial nodes of the steps, and the end of the last step. A step without a stored node
@@ -59,7 +59,7 @@ pub(super) struct Sequence<'a> {
 
 /// Result of a sweep over arcs.
 pub(super) struct SweptArcs {
-    /// KKT system in costates and arc lengths.
+    /// KKT system with the costates and the arc lengths as unknowns.
     pub kkt: KktSystem,
     /// Sum of the squares of the gaps between steps.
     pub gaps: f64,

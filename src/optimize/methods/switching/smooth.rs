@@ -334,8 +334,9 @@ impl<'a> Smooth<'a> {
         })
     }
 
-    /// Returns the path with intervals bisected repeatedly while `divide` is true. Its arguments
-    /// are the nodes at both ends, the length in time and the number of bisections so far.
+    /// Returns the path with intervals bisected repeatedly while `divide` is true. The arguments of
+    /// `divide` are the nodes at both ends of an interval, its duration and the number of
+    /// bisections that led to it.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), FlowStages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);

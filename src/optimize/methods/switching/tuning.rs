@@ -162,7 +162,7 @@ pub(super) mod branches {
 
     /// Rotation vector from the body axes to the axes of the symmetry-breaking perturbations. A
     /// symmetric maneuver usually has its symmetry along body axes, and a perturbation along these
-    /// has the symmetry too and breaks nothing.
+    /// axes has the symmetry too and does not break it.
     pub const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
     /// Rotation vector from the body axes to the axes of the second set of symmetry-breaking
     /// perturbations.
@@ -257,8 +257,8 @@ pub(super) mod arcs {
     /// long.
     pub const MOST_STEPS: f64 = 1e3;
 
-    /// Fewest switches that determine all costates; with fewer of them the Newton step is the
-    /// shortest one.
+    /// Smallest number of switches that determine all costates. With fewer switches the Newton step
+    /// of smallest norm is used.
     pub const DETERMINED: usize = 5;
     /// Largest number of switches of a plan. Singular arcs of minimum-fuel plans are long and need
     /// many; more switches take longer.
@@ -360,7 +360,7 @@ pub(super) mod impulses {
     /// coasts and take longer.
     pub const RANDOM: usize = 48;
     /// Number of cheapest two-impulse transfers that are converted to burns. More of them take
-    /// longer, and find plans whose order of costs changes with burns.
+    /// longer, and find plans that are cheaper with burns than their impulsive transfers suggest.
     pub const TRIED: usize = 24;
     /// Number of cheapest transfers with burns to which further burns are added. More of them find
     /// more plans and take longer.

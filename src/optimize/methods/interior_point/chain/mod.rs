@@ -93,10 +93,10 @@ struct Norm {
     place: usize,
 }
 
-/// Kind of a row of the program.
+/// Kind of a row (constraint) of the program.
 #[derive(Clone, Copy, Debug)]
 enum Bound {
-    /// A row of the chain, at its own stage.
+    /// A row of the chain, at the stage to which the chain assigns it.
     Row,
     /// Limit of an input rate, at the later of the two stages.
     Change,

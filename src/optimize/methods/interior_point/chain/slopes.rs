@@ -28,7 +28,7 @@ struct Kick {
 }
 
 impl ChainProgram<'_> {
-    /// Writes the derivatives of stage k.
+    /// Writes the first derivatives of the step, rows and cost of stage k to `out`.
     pub(super) fn slopes(
         &self,
         at: &Point,
@@ -208,7 +208,8 @@ impl ChainProgram<'_> {
         if k < self.model.steps { self.model.dynamics.grid.step(k) } else { 0.0 }
     }
 
-    /// Writes `[B A] = D Y`, the derivative of a step: that of the drift times that of the kick.
+    /// Writes the derivative of a step, `[B A] = D Y`: the derivative `D` of the drift times the
+    /// derivative `Y` of the kick.
     fn steps(&self, space: &Space, steps: &mut [f64]) {
         let n = self.shape.n;
         for (to, column) in steps.chunks_exact_mut(n).zip(space.columns()) {
@@ -261,8 +262,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Converts the second derivatives with respect to `ln s` to those with respect to the
-    /// increment of the duration.
+    /// Converts the second derivatives with respect to `ln s`, the logarithm of the duration, to
+    /// second derivatives with respect to the increment of the duration.
     fn to_increment(&self, k: usize, duals: &Duals, out: &mut Derivatives) {
         let Some(duration) = self.model.duration else { return };
         let (n, z) = (self.shape.n, self.shape.z());

@@ -32,9 +32,9 @@ impl ChainProgram<'_> {
         cost
     }
 
-    /// Returns the distance of a path from that of a candidate: the largest rotation between
-    /// corresponding nodes, the largest displacement, or the difference of the logarithms of their
-    /// durations.
+    /// Returns the distance between a path and the path of a candidate: the largest of the
+    /// rotations \[rad\] and displacements between corresponding nodes and of the difference of the
+    /// logarithms of the durations.
     pub(super) fn apart(&self, at: &Point, from: &Candidate) -> f64 {
         let (c, zeta) = (self.shape.coordinates, self.model.zeta());
         let s = at.states[zeta + 12 + self.model.wheels];
