@@ -96,8 +96,9 @@ struct Residuals<const N: usize> {
     c: Vec<SVector<f64, N>>,
     e: SVector<f64, N>,
     linear: Vec<Linearization<N>>,
-    /// Matrix `Q` at node 0 and at node N.
+    /// Matrix `Q` at node 0: the weight of the kick times the control authority.
     q_start: SMatrix<f64, N, N>,
+    /// Matrix `Q` at node N: the weight of the kick times the control authority.
     q_end: SMatrix<f64, N, N>,
     /// Matrix `K_pq`, the gradient of the kick with respect to the configuration, at node N.
     gradient_end: SMatrix<f64, N, N>,

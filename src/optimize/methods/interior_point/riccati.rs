@@ -118,8 +118,8 @@ pub(crate) struct Riccati {
     /// Matrix of the border that remains for the unknowns `dy` of the start, later its factor.
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Work space, in columns of blocks: `[B A]` followed by the dense rows, their products with
-    /// `P` and `Σ`, and `[P, p^1 …]`; then the Hessian with the terminal columns, and vectors.
+    // Work space, in columns of blocks: `[B A]` followed by the dense rows, their products with
+    // `P` and `Σ`, and `[P, p^1 …]`; then the Hessian with the terminal columns, and vectors.
     rows: usize,
     left: Vec<Lanes>,
     right: Vec<Lanes>,

@@ -61,9 +61,11 @@ impl ScpOptions {
 /// Result of the convex iteration.
 pub(crate) struct Convex {
     pub outcome: Outcome,
-    /// Last point, with its multipliers and values.
+    /// Last point of the iteration.
     pub point: Point,
+    /// Lagrange multipliers at the last point.
     pub duals: Duals,
+    /// Cost, defects and rows at the last point.
     pub values: Values,
     /// Number of subproblems solved.
     pub subproblems: usize,

@@ -12,8 +12,8 @@ pub(crate) struct Warm {
     duals: Duals,
     /// Fuel variables `σ`, for each stage and norm.
     norms: Vec<f64>,
-    /// Dimensions of the program; the warm start can be used only for a program with equal
-    /// dimensions.
+    // Dimensions and scale of the program. The warm start can be used only for a program with equal
+    // dimensions.
     n: usize,
     terminal: usize,
     first_row: Vec<usize>,

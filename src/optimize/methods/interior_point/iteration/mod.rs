@@ -103,8 +103,9 @@ pub(crate) struct Solver {
     /// Penalties of the violations of the terminal equations.
     prices: Vec<f64>,
     pub at: Derivatives,
-    /// Trial point of the line search and its values.
+    /// Trial point of the line search.
     trial: Point,
+    /// Cost, defects and rows at the trial point.
     trial_values: Values,
     riccati: Riccati,
     sigma: Vec<f64>,
