@@ -14,7 +14,8 @@ pub(super) const WIDENED: f64 = 2.5;
 pub(super) const NARROWED: f64 = 0.5;
 /// Ratio of the trust radius after a rejected move to the length of that move.
 pub(super) const REFUSED: f64 = 0.3;
-/// Ratio of actual to predicted decrease above which the trust radius grows.
+/// Ratio of actual to predicted decrease from which on the trust radius grows after a move that it
+/// limits.
 pub(super) const GOOD: f64 = 0.7;
 /// Ratio of actual to predicted decrease below which the trust radius shrinks.
 pub(super) const POOR: f64 = 0.25;

@@ -49,8 +49,8 @@ const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
 /// which no further sensitivities are computed. It measures the error of their extrapolation: below
 /// this value a chord step on the requested grid gains more digits than the prediction lacks.
 const TELLING: f64 = 1e-5;
-/// Smallest error of the extrapolated extremals, as a multiple of the product of `h^p` over all
-/// coarse grids (step length, order of the scheme).
+/// Smallest estimate of the error of the extrapolated extremals, as a multiple of the product of
+/// `h^p` over all coarse grids, with the step length `h` and the order `p` of the scheme.
 const MISSED: f64 = 100.0;
 /// Smallest ratio of the requested number of steps to that of a coarse grid at which the coarse
 /// grid is worth solving.

@@ -30,7 +30,8 @@ impl ExtremalUnits {
     }
 }
 
-/// How each input of the maneuver is represented by inputs of its extremal, which lie in `[−1, 1]`.
+/// Rule by which the inputs of the maneuver are represented by inputs of the extremal, which lie in
+/// `[−1, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
     /// One extremal input for each input from −limit to limit: only time counts.
