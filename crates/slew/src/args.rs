@@ -15,7 +15,7 @@ pub struct Common {
     pub json: bool,
 }
 
-/// The spec of a command.
+/// Path of the spec of a command, with the options for reading it.
 #[derive(Debug, clap::Args)]
 pub struct SpecArgs {
     /// Spec file; `-` reads stdin
