@@ -137,7 +137,7 @@ pub fn sequence(
 }
 
 /// Returns the plan file with the verdict of the witnesses. If they refute the status in the file,
-/// the status of the returned file states this, and a warning is printed.
+/// the status of the returned file states this, and an error is printed.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,
