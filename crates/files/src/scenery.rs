@@ -10,6 +10,7 @@ use slewkit_sky::{EARTH_RADIUS_M, EARTH_RATE_RAD_S, geodetic, meets_ground, stat
 
 /// Radius of the Sun \[m\].
 const SUN_RADIUS_M: f64 = 6.957e8;
+/// Radius of the Moon \[m\].
 const MOON_RADIUS_M: f64 = 1.7374e6;
 
 /// Directions and distances of the Earth, the Sun and the Moon over time, the rotation of the

@@ -30,6 +30,7 @@ use std::io::Write;
 
 /// Name of a block with inertial pointing (template 4.2).
 const INERTIAL: &str = "inertial";
+/// Name of a block with Sun pointing (template 4.3).
 const SUN: &str = "sunPointing";
 
 /// Identifier of the message type in the attribute `id`.

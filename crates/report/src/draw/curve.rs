@@ -1,9 +1,11 @@
 //! The curves of a chart.
 
-/// A curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
+/// A curve of a chart. Points that are not finite are omitted, and so are points that are not
+/// positive on a logarithmic axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// The name in the legend. Text after a line feed is a second, smaller line.
+    /// Name of the curve in the legend. Text after a line feed is written in a second, smaller
+    /// line.
     pub name: String,
     /// The index of the curve's colour, mark and dash pattern.
     pub style: usize,

@@ -25,6 +25,7 @@ const DEGREE: usize = 7;
 /// Lowest degree that is accepted. From this degree, the second derivative of the interpolated
 /// position is nearly continuous at the rows.
 const LOWEST: usize = 3;
+/// Highest degree that is accepted; polynomials of higher degree on a uniform grid oscillate.
 const HIGHEST: usize = 25;
 
 /// Axes in which the positions and velocities of a segment are given.

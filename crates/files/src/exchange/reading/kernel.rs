@@ -15,13 +15,16 @@ use slewkit::{Vector3, lie};
 
 /// Length of a record of the file \[bytes\].
 const RECORD: usize = 1024;
+/// Length of a number of the file \[bytes\].
 const WORD: usize = 8;
 /// Largest number of summary records that are read.
 const MOST_RECORDS: usize = 1 << 16;
 
 /// Text by which the comment area of a kernel of this program states the unit of its clock.
 const CLOCK: &str = "one tick is a microsecond of TT";
+/// Text that precedes the epoch of time zero in the comment area of a kernel of this program.
 const EPOCH: &str = "Epoch: ";
+/// Length of a clock tick of a kernel of this program \[s\].
 const TICK: f64 = 1e-6;
 
 /// Bytes of a file, with their byte order.
