@@ -83,7 +83,7 @@ fn refused(py: Python<'_>, code: &str, reason: &str, remedy: &str) -> PyErr {
     }
 }
 
-/// Builds the exception for a problem that the planner refused.
+/// Builds the exception for a problem that the planner rejects.
 pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     match error {
         PlanError::Problem(error) => problem(py, error),

@@ -8,15 +8,15 @@
 //! |---|---|---|
 //! | `directions` | D × 3 | unit axes of the turns, body axes |
 //! | `angles_rad` | L | angles of the turns |
-//! | `values` | L × D | least times \[s\], or efforts |
-//! | `gradients` | N × 3 | gradients of the values by the rotation vector, body axes |
+//! | `values` | L × D | minimum times \[s\], or efforts |
+//! | `gradients` | N × 3 | gradients of the values with respect to the rotation vector, body axes |
 //! | `bounds` | L × D | rigorous lower bounds of the values |
 //! | `axes` | 3 × 3 | columns: the axes of the octahedron, body axes |
 //! | `symmetry` | k × 9 | signed permutations of these axes, row after row |
 //! | `reference_torque`, `reference_rate` | 3 × 3 | the closed form that the interpolation divides by |
-//! | `bound_numbers` | 20 | the constants of the lower bound |
-//! | `errors` | 6 | turns, median, 99 %, lowest and highest relative error, median bound over plan |
-//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | facts |
+//! | `bound_numbers` | 20 | constants of the lower bound |
+//! | `errors` | 6 | number of test turns; median, 99 % quantile, minimum and maximum of the relative error; median ratio of bound to plan |
+//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | properties of the table |
 //! | `spec_checksum` | 2 | the hash of the spec, upper and lower 32 bits |
 
 use crate::exchange::{Array, Arrays, read_arrays};

@@ -13,7 +13,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// An entry of such a file: the result of one case, stored as one line.
+/// An entry of a file of results: the result of one case, stored as one line.
 pub trait Entry: DeserializeOwned {
     /// First line of the file: the data on which all other lines depend.
     type Header: Serialize + PartialEq;

@@ -19,7 +19,7 @@ pub enum FileError {
     FolderMissing {
         /// Path of the folder.
         folder: String,
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// The path of the folder of the output leads to a file.
@@ -27,7 +27,7 @@ pub enum FileError {
     FolderIsFile {
         /// Path of the folder.
         folder: String,
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// No file can be created in the folder.
@@ -41,7 +41,7 @@ pub enum FileError {
     /// Writing failed before the end of the file, usually because the disk is full.
     #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
         /// Error of the operating system.
         reason: std::io::Error,
@@ -49,13 +49,13 @@ pub enum FileError {
     /// The output file exists already.
     #[error("{path} exists")]
     Exists {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// The output file exists and is write-protected.
     #[error("{path} is write-protected")]
     Protected {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// The name cannot be used for an output file.
@@ -69,7 +69,7 @@ pub enum FileError {
     /// The output would replace an input file.
     #[error("the output {path} is also an input")]
     IsInput {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
 }
@@ -173,7 +173,7 @@ impl Target {
         Ok(Self { path, folder, force })
     }
 
-    /// Returns the path of the output as given.
+    /// Returns the path of the output as the user wrote it.
     pub fn path(&self) -> &Path {
         &self.path
     }

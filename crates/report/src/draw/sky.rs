@@ -49,7 +49,7 @@ pub struct SkyCone {
     pub axis: Vector3,
     /// Half angle of the cone at the start \[rad\].
     pub half_angle: f64,
-    /// Whether boresights must stay outside, inside or on the surface of the cone.
+    /// Condition on boresights: they must stay outside, inside or on the surface of the cone.
     pub asks: ConeAsks,
     /// Time intervals in which the cone is active, as fractions of the duration from 0 to 1; `None`
     /// if the cone is always active.

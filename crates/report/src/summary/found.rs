@@ -180,7 +180,7 @@ fn landed(landing: &Landing) -> String {
     }
 }
 
-/// Describes how the number of steps was chosen.
+/// Describes the choice of the number of steps.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
         Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),

@@ -18,7 +18,7 @@ use std::io::Write;
 /// A quantity in each row of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 struct Field {
-    /// The index of the body to which the quantity belongs; `None` for a quantity of the whole
+    /// Index of the body to which the quantity belongs; `None` for a quantity of the whole
     /// system.
     body: Option<usize>,
     /// The key of the quantity in JSON.

@@ -87,7 +87,7 @@ pub struct Refined {
 
 /// Largest number of times that the interval between two rows is halved.
 const MOST_HALVINGS: u32 = 6;
-/// Largest number of attitudes of a refined file.
+/// Largest number of attitudes that the refinement of a file may have.
 const MOST_ROWS: usize = 1 << 22;
 
 impl Attitudes {

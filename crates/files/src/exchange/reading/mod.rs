@@ -324,7 +324,7 @@ pub(crate) struct Wrong {
 }
 
 impl Wrong {
-    /// Converts a finding in the text to such an error.
+    /// Converts a finding in the text to an error at the position of the finding.
     fn of(found: Finding) -> Self {
         let Span { start, end, .. } = found.spot.span;
         Self { span: (start, end), reason: found.reason, remedy: found.remedy }

@@ -19,8 +19,8 @@ pub struct History {
     pub step: f64,
     /// The energy at the start \[J\].
     pub start_energy: f64,
-    /// The time intervals, all of equal length, in chronological order. Intervals without a sample
-    /// are left out.
+    /// Time intervals of equal length in chronological order. Intervals without a sample are
+    /// omitted.
     pub moments: Vec<Moment>,
 }
 

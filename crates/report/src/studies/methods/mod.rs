@@ -4,8 +4,8 @@
 //!
 //! - **shooting**: Newton's method on the costates, with forward and backward sweeps of the
 //!   extremal;
-//! - **scp**: sequential convex programming until its own convergence on the requested grid. The
-//!   duals of its last subproblem serve as costates. Newton's method is not used;
+//! - **scp**: sequential convex programming until it converges on the requested grid. The duals of
+//!   its last subproblem serve as costates. Newton's method is not used;
 //! - **scp + polish**: SCP as a plan uses it, with a final solve by the interior-point method.
 //!
 //! The duals are costates: the multipliers of the linearised dynamics converge to the costates `λ`.
