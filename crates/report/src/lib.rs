@@ -131,7 +131,7 @@ pub struct Shown {
     /// Name of the picture in file names and on the command line, such as "sky", "inputs" or
     /// "rates".
     pub key: &'static str,
-    /// The picture.
+    /// Picture that can be drawn as SVG.
     pub picture: Picture,
     /// Sentence that explains the picture; empty if its title suffices.
     pub remark: String,

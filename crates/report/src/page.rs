@@ -287,7 +287,7 @@ fn verdict(html: &mut String, name: &str, words: &Words) {
     );
 }
 
-/// Writes the headline figures.
+/// Writes the headline figures of a page as HTML.
 fn write_tiles(html: &mut String, tiles: &[Tile]) {
     if tiles.is_empty() {
         return;

@@ -9,9 +9,9 @@ use slewkit::verify::{Margin, Verification};
 
 /// A headline figure: a quantity with its value and a note.
 pub(super) struct Tile {
-    /// The name of the quantity.
+    /// Name of the quantity that the figure states.
     pub name: String,
-    /// The value with its unit.
+    /// Value of the quantity, as text with its unit.
     pub value: String,
     /// Note below the value: the value in percent of its limit, or the time at which it occurs.
     pub note: String,

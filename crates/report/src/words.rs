@@ -11,7 +11,7 @@ use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
 use slewkit::verify::{Margin, Verification};
 
-/// A table of a page.
+/// A table of a page, with its heading and its rows.
 pub(super) struct Table {
     pub title: &'static str,
     pub head: Vec<&'static str>,

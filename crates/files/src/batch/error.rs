@@ -18,7 +18,7 @@ pub enum BatchError {
     Argument {
         /// Stable code of the error.
         code: &'static str,
-        /// Reason of the error.
+        /// Reason why the request is impossible.
         reason: String,
         /// Remedy for the error.
         remedy: String,
@@ -28,7 +28,7 @@ pub enum BatchError {
     File {
         /// Stable code of the error.
         code: &'static str,
-        /// Reason of the error.
+        /// Reason why the file cannot be used.
         reason: String,
         /// Remedy for the error.
         remedy: String,

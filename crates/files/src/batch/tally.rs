@@ -13,7 +13,7 @@ const KEPT: usize = 5;
 /// Counts, costs and extreme cases of the results added so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Number of results.
+    /// Number of results that were added.
     pub cases: u64,
     /// Number of cases with each status, and the case numbers of the first few of these cases.
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,

@@ -13,7 +13,7 @@ use std::io::Write;
 const MONTHS: [&str; 12] =
     ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
-/// Writes the attitude file.
+/// Writes the trajectory as an STK attitude file.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     // STK expects the epoch as a Gregorian date in UTC.
     let epoch = record.epoch()?.in_other_scale(Scale::Utc);

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 /// Writer of indented XML elements.
 pub(crate) struct Xml<'o> {
-    /// Output stream.
+    /// Stream to which the elements are written.
     pub output: &'o mut dyn Write,
 }
 

@@ -23,7 +23,7 @@ pub struct Flight<'a> {
     pub name: &'static str,
     /// Covariance predicted by the motion linearised about the plan.
     pub covariance: &'a Covariance,
-    /// Result of each case.
+    /// Result of each simulated case; an error if the case has no result.
     pub cases: Vec<Result<Flown, Lost>>,
 }
 

@@ -23,7 +23,7 @@ use slewkit::uncertainty::Uncertainty;
 pub struct ClosedLoop {
     /// Feedback gains that are requested along the plan.
     pub feedback: Option<Feedback>,
-    /// Uncertain quantities and their distributions.
+    /// Uncertain quantities with their distributions; `None` if the spec has no `[uncertainty]`.
     pub uncertainty: Option<Uncertainty>,
     /// Model of the actuators and the controller.
     pub plant: Plant,

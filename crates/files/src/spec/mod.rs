@@ -133,7 +133,7 @@ impl Format {
 /// A checked spec of a single maneuver, ready to be planned.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The maneuver in SI units.
+    /// Maneuver that the spec describes, in SI units.
     pub problem: Problem,
     /// Settings of the solver.
     pub settings: Settings,
@@ -192,9 +192,9 @@ pub struct LoadedSimulation {
 /// A homogeneous solid whose faces are given in the spec or in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// Number of triangular faces.
+    /// Number of triangular faces of the solid.
     pub faces: usize,
-    /// Volume \[m³\].
+    /// Volume of the solid \[m³\].
     pub volume: f64,
     /// Center of mass in the coordinates of the given vertices \[m\]. It becomes the origin of the
     /// body axes.

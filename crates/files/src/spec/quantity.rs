@@ -25,7 +25,7 @@ pub(crate) struct Quantity {
     pub unit: &'static str,
     /// Smallest absolute value, except for zero.
     pub smallest: f64,
-    /// Largest absolute value.
+    /// Largest allowed absolute value.
     pub largest: f64,
     /// Signs that are allowed.
     pub sign: Sign,

@@ -75,7 +75,7 @@ impl Budget {
 /// Shape of a body with its mass properties.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    /// Mass \[kg\].
+    /// Mass of the body \[kg\].
     pub mass: f64,
     /// Inertia about the center of mass in body axes \[kg·m²\]. It is singular if all points lie on
     /// a line.

@@ -55,7 +55,7 @@ pub struct Named {
 /// Named targets of a spec, and the sky that determines their directions.
 #[derive(Clone, Debug)]
 pub struct Heavens {
-    /// The spacecraft on its orbit.
+    /// Orbit of the spacecraft and positions of celestial bodies.
     pub sky: Sky,
     /// Named targets, in the order in which they were read.
     pub targets: Vec<Named>,

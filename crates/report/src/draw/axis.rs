@@ -1,6 +1,6 @@
 //! Axes of charts: their limits, ticks and labels.
 
-/// The scale of an axis.
+/// Scale of an axis, linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences of the values have equal lengths on the axis.

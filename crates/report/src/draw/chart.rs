@@ -10,13 +10,13 @@ use super::{COLOURS, colour};
 /// A chart: curves over two axes, with limits and shaded intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// The title.
+    /// Title of the chart.
     pub title: String,
     /// Subtitle below the title, a single line that states the conditions of the data.
     pub subtitle: String,
-    /// The horizontal axis.
+    /// Horizontal axis of the plot.
     pub x: Axis,
-    /// The vertical axis.
+    /// Vertical axis of the plot.
     pub y: Axis,
     /// Curves of the chart, of which the first is drawn on top.
     pub curves: Vec<Curve>,

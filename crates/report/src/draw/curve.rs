@@ -9,14 +9,14 @@ pub struct Curve {
     pub name: String,
     /// The index of the curve's colour, mark and dash pattern.
     pub style: usize,
-    /// The shape of the curve.
+    /// Shape of the curve, with its points.
     pub shape: Shape,
 }
 
-/// The shape of a curve.
+/// Shape of a curve: a line, a line with marks, or a band.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A line.
+    /// A line through these points.
     Line(Vec<(f64, f64)>),
     /// A line with a mark at each point.
     Marked(Vec<(f64, f64)>),

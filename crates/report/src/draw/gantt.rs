@@ -10,7 +10,7 @@ use slewkit::numerics::figures::significant;
 /// A timeline chart with one row of bars for each object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gantt {
-    /// The title.
+    /// Title of the chart.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,

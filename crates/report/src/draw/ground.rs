@@ -11,11 +11,11 @@ use std::f64::consts::PI;
 /// A map of ground tracks and named places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The ground tracks.
+    /// Ground tracks that the map shows.
     pub tracks: Vec<GroundTrack>,
     /// Named places, such as ground stations.
     pub places: Vec<(String, Place)>,
@@ -24,10 +24,10 @@ pub struct Ground {
 /// A place on the ground, given by its latitude and east longitude \[deg\].
 pub type Place = [f64; 2];
 
-/// A ground track.
+/// The track on the ground of a spacecraft or of a line of sight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTrack {
-    /// The name of the track.
+    /// Name of the track in the legend.
     pub name: String,
     /// The index of the track's colour.
     pub style: usize,

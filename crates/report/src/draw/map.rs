@@ -7,7 +7,7 @@ use slewkit::numerics::figures::short;
 /// A map of a value as a function of two quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,

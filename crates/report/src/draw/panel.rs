@@ -7,7 +7,7 @@ use super::map::Map;
 use super::sky::Sky;
 use super::svg::{Anchor, INK, SIZE, Svg};
 
-/// A picture.
+/// A picture of any kind, which can be drawn as SVG.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Picture {
     /// Curves over two axes.
@@ -16,7 +16,7 @@ pub enum Picture {
     Sky(Sky),
     /// A value as a function of two quantities, as coloured cells.
     Map(Map),
-    /// Ground tracks.
+    /// Ground tracks on a map of the Earth.
     Ground(Ground),
     /// Time intervals in which thrusters or other objects are on.
     Gantt(Gantt),

@@ -8,44 +8,44 @@ use slewkit::Vector3;
 /// A three-dimensional drawing in parallel projection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The title.
+    /// Title of the drawing.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The unit of the axes.
+    /// Unit of the three axes, such as "m".
     pub unit: String,
     /// The names of the bodies in the legend, in the order of their colours.
     pub names: Vec<String>,
-    /// The items of the drawing.
+    /// Items that are drawn: paths, rods and balls.
     pub items: Vec<Item>,
 }
 
-/// An item of the drawing.
+/// An item of the drawing: a path, a rod or a ball.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
-    /// A path.
+    /// A path through points in space.
     Path {
         /// Points of the path \[m\].
         points: Vec<Vector3>,
-        /// The index of the colour.
+        /// Index of the colour of the path.
         style: usize,
         /// True if the path is drawn thin and pale.
         faint: bool,
     },
-    /// A rod.
+    /// A straight rod between two points.
     Rod {
         /// Ends of the rod \[m\].
         ends: [Vector3; 2],
-        /// The index of the colour.
+        /// Index of the colour of the rod.
         style: usize,
     },
-    /// A ball.
+    /// A ball with a center and a radius.
     Ball {
         /// Center of the ball \[m\].
         center: Vector3,
         /// Radius of the ball \[m\]. A small ball is drawn large enough to be visible.
         radius: f64,
-        /// The index of the colour.
+        /// Index of the colour of the ball.
         style: usize,
     },
 }

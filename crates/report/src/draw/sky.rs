@@ -19,21 +19,21 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 /// A map of the sphere of directions, with tracks and cones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
     /// True to show the whole sphere; false to show only the part with tracks and cones.
     pub whole: bool,
-    /// The cones.
+    /// Cones that the map shows.
     pub cones: Vec<SkyCone>,
     /// The moving discs, such as Earth, Moon and Sun.
     pub discs: Vec<SkyDisc>,
-    /// The tracks of directions.
+    /// Tracks of directions over the sphere that the map shows.
     pub tracks: Vec<SkyTrack>,
     /// Closed curves around points of the tracks, such as covariance ellipses.
     pub rings: Vec<SkyRing>,
-    /// Marked single directions.
+    /// Single directions that are marked on the map.
     pub marks: Vec<SkyMark>,
     /// The names of the azimuth about z and of the elevation above the x-y plane, such as right
     /// ascension and declination.
@@ -43,7 +43,7 @@ pub struct Sky {
 /// A pointing constraint as a cone on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCone {
-    /// The name of the constraint.
+    /// Name of the pointing constraint.
     pub name: String,
     /// Axis of the cone at the start, as a unit vector.
     pub axis: Vector3,
@@ -87,7 +87,7 @@ impl ConeAsks {
 /// The track of a direction over the sphere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
-    /// The name of the direction.
+    /// Name of the direction, such as a boresight.
     pub name: String,
     /// Index of the colour of the track.
     pub style: usize,
@@ -109,7 +109,7 @@ pub struct SkyRing {
 /// A marked direction with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyMark {
-    /// The name of the direction.
+    /// Name of the marked direction.
     pub name: String,
     /// Direction of the mark, as a unit vector.
     pub at: Vector3,

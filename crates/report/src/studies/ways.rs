@@ -35,7 +35,7 @@ pub struct WayRun {
     pub cost: Option<f64>,
     /// Upper bound, to first order, on the saving of a plan near the extremal in continuous time.
     pub gap: Option<f64>,
-    /// The number of input switches.
+    /// Number of switches of the inputs in the plan.
     pub switches: Option<usize>,
     /// Scaled smoothing parameter ε of the control law on the grid.
     pub smoothing: Option<f64>,

@@ -12,7 +12,7 @@ const OFF: f64 = 0.01;
 /// An interval in which one thruster is on without interruption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Firing {
-    /// The index of the thruster.
+    /// Index of the thruster that fires.
     pub input: usize,
     /// The start of the firing \[s\].
     pub from: f64,

@@ -123,11 +123,11 @@ fn channels(problem: &Problem) -> Vec<Channel<'_>> {
 pub(crate) struct Busiest {
     /// Kind of the input in the plural, such as "wheels".
     pub kind: &'static str,
-    /// The name of the input.
+    /// Name of the input in the summary.
     pub name: String,
     /// Peak of the input, in the unit `unit`.
     pub peak: f64,
-    /// The unit of the peak.
+    /// Unit of the peak and of the limit.
     pub unit: &'static str,
     /// Limit of the input, in the unit `unit`; `None` if it has no limit.
     pub limit: Option<f64>,

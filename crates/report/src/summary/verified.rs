@@ -9,7 +9,7 @@ use slewkit_files::spec::escape;
 
 /// A plan that the witnesses have judged, with the data for describing it.
 pub struct Judged<'a> {
-    /// The maneuver.
+    /// Maneuver to which the plan belongs.
     pub problem: &'a Problem,
     /// Names of the inputs and frames.
     pub identity: &'a Identity,

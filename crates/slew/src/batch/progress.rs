@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Interval between two progress lines if stderr is not a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
-/// The progress of a batch.
+/// Progress of a batch, from which progress lines are made.
 pub struct Progress {
     cases: u64,
     /// Number of results that the file contained before this run.

@@ -13,7 +13,7 @@ use slewkit_report::studies::methods::{Global, global};
 /// A global lower bound, or the reason why it cannot be computed, as lines of the summary and as
 /// JSON.
 pub struct Bound {
-    /// The lines of the summary.
+    /// Lines of the summary that describe the bound.
     pub lines: Vec<String>,
     /// Value of the key `bound` in the JSON document: the numbers of the bound, or its `reason`.
     pub document: serde_json::Value,

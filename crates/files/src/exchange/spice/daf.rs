@@ -22,14 +22,14 @@ const NAME: usize = 40;
 
 /// A segment of the file: one array with its summary.
 pub(super) struct Segment {
-    /// Name of the array.
+    /// Name of the segment.
     pub name: String,
     /// First and last time of the array \[clock ticks\].
     pub bounds: [f64; 2],
     /// Numbers of the structure, of the reference frame and of the segment type; then 1 if the
     /// segment has rates, 0 if it has none.
     pub integers: [i32; 4],
-    /// Contents of the array.
+    /// Contents of the array, as doubles.
     pub numbers: Vec<f64>,
 }
 

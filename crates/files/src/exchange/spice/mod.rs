@@ -39,7 +39,7 @@ fn number(record: &Record<'_>) -> Result<i32, Lacking> {
     record.identity.spice_id.ok_or(Lacking::SpiceId)
 }
 
-/// Writes the C-kernel.
+/// Writes the attitudes and rates as a SPICE C-kernel of type 3.
 pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
@@ -78,7 +78,7 @@ fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError>
     Ok(lines)
 }
 
-/// Writes the clock kernel.
+/// Writes the SPICE clock kernel, which defines the clock of the C-kernel.
 pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let (number, epoch) = (number(record)?, record.epoch()?);
     let clock = number.unsigned_abs();
@@ -95,7 +95,7 @@ pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// Writes the frame kernel.
+/// Writes the SPICE frame kernel, which defines the body frame.
 pub(super) fn write_fk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let (frame, name) = (number * 1000, record.identity.body_frame());

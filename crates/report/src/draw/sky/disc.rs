@@ -7,9 +7,9 @@ use slewkit::Vector3;
 /// A moving disc, or a moving point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyDisc {
-    /// The name of the target.
+    /// Name of the celestial body or target.
     pub name: String,
-    /// The kind of the disc.
+    /// Kind of the disc, which determines its colour.
     pub kind: DiscKind,
     /// Direction of the middle of the disc, as a unit vector, and its angular radius \[rad\], at
     /// equally spaced times from the start to the end. The list is never empty.

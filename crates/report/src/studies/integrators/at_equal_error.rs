@@ -28,7 +28,7 @@ pub struct EqualError {
     pub horizon_s: f64,
     /// Mean energy error `e_E` for which the work is given.
     pub energy_error: f64,
-    /// The name of the method.
+    /// Name of the method whose work is given.
     #[serde(deserialize_with = "super::run::name")]
     pub method: Name,
     /// Kind of the values `force_evaluations` and `time_s`. If they are upper bounds, `step_s` is a
@@ -38,7 +38,7 @@ pub struct EqualError {
     pub step_s: Option<f64>,
     /// The number of evaluations of the potential.
     pub force_evaluations: Option<f64>,
-    /// The computing time \[s\].
+    /// Computing time that the method needs \[s\]; `None` if the method fails with every step.
     pub time_s: Option<f64>,
     /// Kind of the two ratios, interpolated or bounds; `None` if the ratios are unknown.
     pub ratio_bound: Option<Bound>,

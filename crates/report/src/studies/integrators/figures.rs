@@ -33,7 +33,7 @@ pub struct Figure {
 /// Outline of a body, which consists of rods and balls in body axes \[m\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
-    /// The name in the legend.
+    /// Name of the body in the legend.
     pub name: String,
     /// Ends of the rods, which are straight lines \[m\].
     pub rods: Vec<[Vector3; 2]>,

@@ -13,7 +13,7 @@ const POSES: u64 = 4000;
 /// Errors of a method over time, for a single step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
-    /// The method.
+    /// Method whose errors were recorded.
     pub kind: Kind,
     /// The step of the method \[s\].
     pub step: f64,
@@ -39,7 +39,7 @@ pub struct Moment {
     pub angular_momentum: f64,
 }
 
-/// The motion of all bodies.
+/// Recorded motion of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path {
     /// The poses of each body, equally spaced in time from the start.

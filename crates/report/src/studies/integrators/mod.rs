@@ -95,7 +95,7 @@ pub enum StudyError {
     Order {
         /// Name of the contents of the list, such as "steps".
         what: &'static str,
-        /// The required order.
+        /// Order in which the numbers must be, as a phrase.
         order: &'static str,
         /// The first number that violates the order.
         value: f64,
@@ -106,9 +106,9 @@ pub enum StudyError {
         short(*step), short(*horizon), short(horizon / (horizon / step).ceil().max(1.0))
     )]
     Division {
-        /// The step \[s\].
+        /// Step that does not divide the horizon \[s\].
         step: f64,
-        /// The horizon \[s\].
+        /// Horizon that is not a multiple of the step \[s\].
         horizon: f64,
     },
     /// The number of steps to the horizon is too large.
@@ -119,15 +119,15 @@ pub enum StudyError {
     TooManySteps {
         /// The number of steps to the horizon.
         steps: f64,
-        /// The step \[s\].
+        /// Step with which the horizon needs too many steps \[s\].
         step: f64,
-        /// The horizon \[s\].
+        /// Horizon that needs too many steps \[s\].
         horizon: f64,
     },
     /// The step for which errors are to be recorded over time is not one of the steps.
     #[error("the step to show, {} s, is not one of the compared steps", short(*step))]
     ShownStep {
-        /// The step \[s\].
+        /// Step for which errors were to be recorded \[s\].
         step: f64,
     },
     /// The initial state does not fit the system, or a setting of the integrator is invalid.
@@ -135,7 +135,7 @@ pub enum StudyError {
     System(#[from] SystemError),
 }
 
-/// The progress of a study.
+/// Progress of a study while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudyProgress {
     /// Method that is running.
@@ -147,7 +147,7 @@ pub struct StudyProgress {
     pub runs: (usize, usize),
 }
 
-/// The result of a study.
+/// Errors and work of all methods of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkPrecision {
     /// Energy `T₀ + |U₀|` by which energy errors are divided \[J\].

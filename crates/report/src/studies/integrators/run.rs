@@ -28,10 +28,10 @@ const MOST_REPEATS: u32 = 100;
 /// Errors and work of a method with one step, over one horizon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorRun {
-    /// The name of the method.
+    /// Name of the method of the run.
     #[serde(deserialize_with = "name")]
     pub method: Name,
-    /// The step \[s\].
+    /// Step of the run \[s\].
     pub step_s: f64,
     /// Duration of the motion \[s\].
     pub horizon_s: f64,
@@ -67,13 +67,13 @@ pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D
 /// equally spaced ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// The largest energy error `e_E`.
+    /// Largest energy error `e_E` over the samples.
     pub energy_error_max: f64,
-    /// The mean energy error `e_E`.
+    /// Mean energy error `e_E` over the samples.
     pub energy_error_mean: f64,
-    /// The largest orthogonality error `e_R`.
+    /// Largest orthogonality error `e_R` over the samples.
     pub orthogonality_error_max: f64,
-    /// The mean orthogonality error `e_R`.
+    /// Mean orthogonality error `e_R` over the samples.
     pub orthogonality_error_mean: f64,
     /// Largest error of the linear momentum `e_P`. For a body in a force field, it includes the
     /// change of momentum due to the field.

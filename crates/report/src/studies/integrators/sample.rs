@@ -14,7 +14,7 @@ pub(super) struct Scales {
     angular: f64,
 }
 
-/// The errors of one state.
+/// Errors of one state relative to the initial state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub energy: f64,

@@ -27,7 +27,7 @@ pub enum Verdict {
 /// unique and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
-    /// The verdict on the costs.
+    /// Verdict on whether the costs of the methods agree.
     pub verdict: Verdict,
     /// Largest difference between the costs of the methods that solved the problem, as a fraction
     /// of the smallest cost.
@@ -54,7 +54,7 @@ pub struct Agreement {
 /// the final interior-point solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FromDuals {
-    /// The outcome of shooting.
+    /// Outcome of the shooting method.
     pub outcome: Outcome,
     /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,

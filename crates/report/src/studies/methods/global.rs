@@ -76,7 +76,7 @@ pub enum GlobalError {
     NotSolved {
         /// The number of steps of the grid.
         steps: usize,
-        /// The outcome of the solve.
+        /// Outcome of the unsuccessful search.
         outcome: Outcome,
     },
     /// The lower bound cannot be computed.

@@ -51,7 +51,7 @@ use slewkit::optimize::search::{self, Guess, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
-/// A method of the comparison.
+/// A method of solution that the comparison includes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
@@ -89,7 +89,7 @@ pub struct ActiveNodes {
 /// Result of a method before it was started again from the plan of another method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
-    /// The outcome of the method.
+    /// Outcome of the method in its independent run.
     pub status: Standing,
     /// Cost of this result; `None` if its motion does not reach the target.
     pub cost: Option<f64>,
@@ -99,7 +99,7 @@ pub struct ByItself {
 /// numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodRun {
-    /// The method.
+    /// Method to which the result belongs.
     pub method: Contender,
     /// Outcome of the run.
     pub status: Standing,
@@ -141,7 +141,7 @@ pub struct MethodRun {
 pub struct Comparison {
     /// The results of the methods, in the order of [`Contender`].
     pub methods: Vec<MethodRun>,
-    /// The agreement of the results.
+    /// Agreement between the results of the methods.
     pub agreement: Agreement,
 }
 
