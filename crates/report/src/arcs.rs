@@ -42,7 +42,6 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
 /// Classifies the inputs on an arc. Returns "coast" if all inputs are off, "singular" if a singular
 /// input lies strictly between its limits, and "bang" in all other cases. A torque at its norm
 /// limit counts as "bang", even if its direction changes.
-/// full norm whose direction changes counts as "bang".
 fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
     let set = &subject.problem.actuation.torque;
     let limits = set.limits();

@@ -20,7 +20,6 @@
 //! and 5″ for all targets seen from a low orbit; light time shifts ground stations by 1″ and the
 //! Moon by 0.7″. UT1 − UTC and polar motion affect only ground stations. If they are assumed to be
 //! zero, the errors are at most 120 m and 15 m.
-//! zero.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

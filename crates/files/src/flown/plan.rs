@@ -32,7 +32,6 @@ pub struct FeedbackRecord {
     /// three more factors on the deviation of the wheel momentum in body axes \[N·m·s\]. If the
     /// body translates, there is a row for each input, forces before torques, which begins with
     /// three factors on the position \[m\] and three on the velocity \[m/s\].
-    /// these, by position \[m\] and velocity [m/s].
     ///
     /// R* is the planned attitude in the continuous motion under the held inputs. This motion is
     /// recorded in the file, unless the discrete motion meets the target. In that case the discrete

@@ -116,8 +116,7 @@ pub(super) fn apply(
             findings.push(Finding::error_at("E0025", spot, reason, remedy));
             continue;
         }
-        // A message about a whole value, such as an attitude, then shows the part that was
-        // overridden.
+        // A message about the table that contains the key, such as an attitude, shows the override.
         let inside = keys.len() > 2 && keys[keys.len() - 2].0.parse::<usize>().is_err();
         if inside && let Some(value) = root.at_mut(&keys[..keys.len() - 1]) {
             value.span = shown;

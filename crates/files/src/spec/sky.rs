@@ -3,7 +3,6 @@
 //! When a spec is read, each target becomes a direction vector as a function of time, in GCRS axes.
 //! The maneuver contains these functions, and a plan file contains their coefficients
 //! (`at = "track"`), so that later commands need neither an orbit nor an ephemeris.
-//! commands need neither an orbit nor an ephemeris. The axes are those of the GCRS.
 
 mod acting;
 mod scenery;

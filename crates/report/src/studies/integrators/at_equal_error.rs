@@ -107,7 +107,6 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
     // From this index on, all shorter steps have an error below the level. A single longer step
     // with a small error may be chance.
-    // long step may be chance.
     let good_from = runs.len() - runs.iter().rev().take_while(|run| good(run)).count();
     let row = |bound, numbers: Option<[f64; 3]>| EqualError {
         horizon_s,
