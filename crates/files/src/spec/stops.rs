@@ -265,7 +265,7 @@ pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
         let (key, there) = match &stop.place {
             Place::Attitude(attitude) => ("attitude", there(*attitude)),
             Place::Aim(aim) => {
-                // The roll affects only constraints on other boresights, which are not checked here.
+                // Constraints on other boresights depend on the roll and are not checked here.
                 let Some(attitude) = pointing(aim, sequence) else { continue };
                 let mut there = there(attitude);
                 there.constraints.retain(|constraint| !aim.has_roll() || is_of(constraint, &aim.boresight));

@@ -169,7 +169,7 @@ impl<'t> Metadata<'t> {
             Some(axes) => Ok(Rates::Velocity(axes)),
             None => end.wrong("the metadata have no `ANGVEL_FRAME`", "name the frame of the rates"),
         };
-        // Some programs write a blank in place of the `/` or `_` between the parts of the name.
+        // Some programs write a blank in place of the underscore in the name.
         let name: String =
             kind.text.to_ascii_uppercase().chars().map(|c| if c == ' ' { '_' } else { c }).collect();
         let quaternion = Attitude::Quaternion { scalar_first };

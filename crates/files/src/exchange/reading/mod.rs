@@ -60,7 +60,7 @@ pub struct Attitudes {
     pub rounding: Rounding,
     /// Half a unit of the last digit of the printed times \[s\].
     pub printed_time: f64,
-    /// Time of the first row in the time count of the file \[s\]; `None` if the rows have dates.
+    /// Time of the first row of a table without dates \[s\]; `None` for all other files.
     pub begins: Option<f64>,
     /// Epoch of the first row; `None` if the file does not state it.
     pub epoch: Option<Epoch>,
