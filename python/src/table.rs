@@ -1,4 +1,4 @@
-//! Looks up values in slew-time tables.
+//! Lookup of values in slew-time tables.
 
 use crate::failure;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Table(SlewTable);
 
-/// Returns the quaternions `[w, x, y, z]` of a flat array.
+/// Splits a flat array into quaternions `[w, x, y, z]`.
 fn quaternions(flat: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<[f64; 4]>> {
     let flat = flat.as_slice()?;
     let rows = flat.chunks_exact(4);

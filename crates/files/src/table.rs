@@ -1,4 +1,5 @@
-//! Files of slew-time tables: `.npz`, which this program reads, and Parquet for other programs.
+//! Files of slew-time tables: `.npz` archives, which this program reads, and Parquet tables for
+//! other programs.
 //!
 //! The archive contains these arrays of doubles. L is the number of angles, D the number of
 //! directions and N = L·D the number of nodes, which are ordered by angle:
@@ -7,16 +8,16 @@
 //! |---|---|---|
 //! | `directions` | D × 3 | unit axes of the turns, body axes |
 //! | `angles_rad` | L | angles of the turns |
-//! | `values` | L × D | least times \[s\], or efforts |
-//! | `gradients` | N × 3 | gradients of the values by the rotation vector, body axes |
+//! | `values` | L × D | minimum times \[s\], or efforts |
+//! | `gradients` | N × 3 | gradients of the values with respect to the rotation vector, body axes |
 //! | `bounds` | L × D | rigorous lower bounds of the values |
 //! | `fixed_axis` | L × D | durations of turns about their fixed axes \[s\]; absent if they are not known |
 //! | `axes` | 3 × 3 | columns: the axes of the octahedron, body axes |
 //! | `symmetry` | k × 9 | signed permutations of these axes, row after row |
 //! | `reference_torque`, `reference_rate` | 3 × 3 | the closed form that the interpolation divides by |
-//! | `bound_numbers` | 20 | the constants of the lower bound |
-//! | `errors` | 6 | turns, median, 99 %, lowest and highest relative error, median bound over plan |
-//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | facts |
+//! | `bound_numbers` | 20 | constants of the lower bound |
+//! | `errors` | 6 | number of test turns; median, 99 % quantile, minimum and maximum of the relative error; median ratio of bound to plan |
+//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | properties of the table |
 //! | `spec_checksum` | 2 | the hash of the spec, upper and lower 32 bits |
 
 use crate::exchange::{Array, Arrays, read_arrays};
@@ -30,7 +31,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use thiserror::Error;
 
-/// Version of the set of arrays in a file.
+/// Version of the file format, which defines the arrays of an archive.
 const VERSION: f64 = 1.0;
 
 /// Name of the array of turns about fixed axes, which a table may lack.
@@ -42,18 +43,18 @@ pub enum TableFileError {
     /// The `.npz` archive cannot be read.
     #[error("{0}")]
     Archive(#[from] io::Error),
-    /// An array is missing or has a wrong shape.
+    /// The archive lacks this array, or the array has a wrong shape.
     #[error("the array `{0}` is missing or has another shape")]
     Array(&'static str),
-    /// The file was written with another version of the arrays.
+    /// The file has another version of the file format, which is given.
     #[error("the file has version {0} of the arrays, and this program reads version 1")]
     Version(f64),
-    /// The numbers do not form a valid table.
+    /// The numbers in the file do not form a valid slew-time table.
     #[error(transparent)]
     Table(#[from] TableError),
 }
 
-/// Returns the hash of a spec together with the version of the program.
+/// Returns a hash of a spec and of the version of the program.
 ///
 /// # Errors
 /// Returns an error if the spec cannot be serialised.
@@ -62,7 +63,7 @@ pub fn checksum(spec: &SpecDocument) -> Result<u64, ExportError> {
     Ok(u64::from_str_radix(&Fingerprint::of_program().and(&text).text(), 16).unwrap_or_default())
 }
 
-/// Writes a table as `.npz`; `checksum` is the hash of its spec.
+/// Writes a slew-time table as `.npz`; `checksum` is the hash of its spec.
 ///
 /// # Errors
 /// Returns the errors of the output stream.
@@ -110,7 +111,7 @@ pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Re
     Ok(arrays.close()?)
 }
 
-/// Reads a table that [`write_npz`] has written.
+/// Reads a slew-time table that [`write_npz`] has written.
 ///
 /// # Errors
 /// Returns a [`TableFileError`] if the input is not such an archive, or if its numbers do not form
@@ -161,7 +162,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
     })?)
 }
 
-/// The arrays that were found in a file.
+/// Arrays of an archive, by name.
 struct Found(BTreeMap<String, Array>);
 
 impl Found {
@@ -169,7 +170,8 @@ impl Found {
         self.0.get(name).ok_or(TableFileError::Array(name))
     }
 
-    /// Returns the numbers of the array `name`, which must have `size` elements.
+    /// Returns the numbers of the array `name`. Returns an error if it is missing or does not have
+    /// `size` elements.
     fn of(&self, name: &'static str, size: usize) -> Result<&[f64], TableFileError> {
         let numbers = &self.get(name)?.numbers[..];
         if numbers.len() == size { Ok(numbers) } else { Err(TableFileError::Array(name)) }
@@ -184,11 +186,12 @@ impl Found {
     }
 }
 
-/// Writes a table as Parquet, with one row for each node: rotation vector, value, gradient, lower
-/// bound and, if it is known, the duration of the turn about the fixed axis. The facts about the table are written as metadata of the file.
+/// Writes a slew-time table as Parquet. Each node is a row with the rotation vector, the value, its
+/// gradient, the lower bound and, if it is known, the duration of the turn about the fixed axis. The
+/// other data of the table are metadata of the file.
 ///
 /// # Errors
-/// Returns the errors of the output stream. Always fails in a program built without the feature
+/// Returns the errors of the output stream. Always returns an error in a build without the feature
 /// `parquet`.
 pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     #[cfg(feature = "parquet")]
