@@ -88,7 +88,9 @@ impl WholeMotion {
                 step = lasting / (path.time.len() - 1) as f64;
             }
             let arrival = begins + lasting;
-            let hold = match hold {
+            // A hold at rest has a node where it begins, which its own grid may not have.
+            let moves = |hold: &&Motion<'_>| hold.path.angular_velocity.iter().any(|rate| rate.amax() > 0.0);
+            let hold = match hold.as_ref().filter(moves) {
                 Some(hold) => Some(followed(hold)?),
                 None => {
                     let inputs = leg.problem.actuation.count();

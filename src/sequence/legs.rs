@@ -17,6 +17,14 @@ use crate::optimize::search::Observer;
 use crate::plan::{Guess, Status, plan};
 use crate::{Matrix3, Vector3, lie};
 
+/// Stops of legs that share something, with their visits and the bounds of the ends of their legs
+/// \[s\].
+struct Run {
+    stops: Vec<usize>,
+    visits: Vec<Visit>,
+    arrivals: Option<Vec<Bounds>>,
+}
+
 /// The legs so far, and where they lead to.
 pub struct Legs<'a> {
     sequence: &'a Sequence,
@@ -70,6 +78,11 @@ impl<'a> Legs<'a> {
         };
         let mut left = stops;
         while !left.is_empty() && !legs.has_failed() {
+            if legs.stays(left[0]) {
+                legs.stay(left[0], observer)?;
+                left = &left[1..];
+                continue;
+            }
             let (run, rest) = left.split_at(legs.sharing(left)?);
             let next = match run {
                 [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer),
@@ -112,18 +125,75 @@ impl<'a> Legs<'a> {
         self.cut.is_some() || self.planned.last().is_some_and(|leg| leg.status() != Status::Solved)
     }
 
-    /// Plans the legs of a run that share something, and each of them as [`plan()`] plans it.
+    /// Plans the legs of a run that share something, and each of them as [`plan()`] plans it. Where the
+    /// body stays at a stop for the next one, there is no leg to share anything.
     fn run(&mut self, stops: &[usize], observer: &mut dyn Observer) -> Result<(), SequenceError> {
-        let whole = self.together(stops, observer)?;
-        for (stop, leg) in stops.iter().zip(whole.legs) {
-            let guess = Guess::of(&leg.solution, &leg.problem);
-            let constraints = self.sequence.craft.later(self.time).constraints;
-            self.add(*stop, Problem { constraints, ..leg.problem }, Some(guess), observer)?;
+        let run = self.without_stays(stops);
+        let whole = self.together(&run, observer)?;
+        let mut legs = whole.legs.into_iter();
+        for (index, stop) in stops.iter().enumerate() {
+            if !run.stops.contains(stop) || index > 0 && stops[..index].contains(stop) {
+                self.stay(*stop, observer)?;
+            } else if let Some(leg) = legs.next() {
+                let guess = Guess::of(&leg.solution, &leg.problem);
+                let constraints = self.sequence.craft.later(self.time).constraints;
+                self.add(*stop, Problem { constraints, ..leg.problem }, Some(guess), observer)?;
+            }
             if self.has_failed() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Returns the run without the stops at which the body stays: the visit before lasts longer.
+    fn without_stays(&self, stops: &[usize]) -> Run {
+        let mut run = Run { stops: Vec::new(), visits: Vec::new(), arrivals: None };
+        let all = self.next_arrivals().map(|arrivals| &arrivals[..stops.len()]);
+        let mut arrivals = Vec::new();
+        for (index, stop) in stops.iter().enumerate() {
+            let visit = self.sequence.stops[*stop].visit;
+            let bounds = all.map(|all| all[index]);
+            let stays = index > 0 && self.sequence.stays(stops[index - 1], *stop) && self.is_unbound(*stop);
+            match run.visits.last_mut().filter(|_| stays) {
+                Some(before) => {
+                    if let (Some(last), Some([from, until])) = (arrivals.last_mut(), bounds) {
+                        let [least, most]: Bounds = *last;
+                        *last = [least.max(from - before.rest()), most.min(until - before.rest())];
+                    }
+                    before.hold += visit.rest();
+                }
+                None => {
+                    run.stops.push(*stop);
+                    run.visits.push(visit);
+                    arrivals.extend(bounds);
+                }
+            }
+        }
+        run.arrivals = all.map(|_| arrivals);
+        run
+    }
+
+    /// Returns whether no window of a stop bounds the end of its leg.
+    fn is_unbound(&self, stop: usize) -> bool {
+        let visit = self.sequence.stops[stop].visit;
+        self.arrivals.is_none() || visit.window == Visit::PASSED.window && !visit.pinned
+    }
+
+    /// Returns whether the body is at the next stop already, and the leg to it has no time of its own
+    /// to find.
+    fn stays(&self, stop: usize) -> bool {
+        self.arrivals.is_some() && self.sequence.is_at(stop, &self.at) && self.is_unbound(stop)
+    }
+
+    /// Adds a leg that does not move. Where the durations of legs are parts of a whole, it takes less
+    /// than the round-off of the time.
+    fn stay(&mut self, stop: usize, observer: &mut dyn Observer) -> Result<(), SequenceError> {
+        let mut leg = Problem { start: self.at, end: self.at, ..self.sequence.leg() };
+        if let Some(arrivals) = self.next_arrivals() {
+            leg = leg.with_duration(0.25 * f64::EPSILON * arrivals[0][1].max(self.time));
+        }
+        self.add(stop, leg.later(self.time), None, observer)
     }
 
     /// Plans a leg that shares nothing: to a target where that is on arrival, in the roll that is best
@@ -213,14 +283,14 @@ impl<'a> Legs<'a> {
 
     /// Plans legs together, from two first states of the joints: those of legs that are the best one
     /// by one, and those of the best turns.
-    fn together(&self, stops: &[usize], observer: &mut dyn Observer) -> Result<Whole, SequenceError> {
+    fn together(&self, run: &Run, observer: &mut dyn Observer) -> Result<Whole, SequenceError> {
         let Self { sequence, settings, at: start, .. } = *self;
+        let Run { stops, visits, arrivals } = run;
+        let arrivals = arrivals.as_deref();
         let joints: Vec<Joint> =
             stops.iter().map(|stop| sequence.joint(&sequence.stops[*stop])).collect::<Result<_, _>>()?;
         let craft = sequence.leg();
         let power = sequence.power();
-        let visits: Vec<Visit> = stops.iter().map(|stop| sequence.stops[*stop].visit).collect();
-        let arrivals = self.next_arrivals().map(|arrivals| &arrivals[..stops.len()]);
         let inertia = craft.body.inertia.j();
         let ends = |states: &[State]| -> Vec<f64> {
             let before = std::iter::once(&start).chain(states);

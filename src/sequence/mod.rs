@@ -43,6 +43,7 @@ use legs::Legs;
 use order::{Order, Visit};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 use thiserror::Error;
 use windows::Missed;
 
@@ -53,6 +54,17 @@ pub enum Place {
     Attitude(Matrix3),
     /// A boresight points at a target that stands still.
     Aim(Aim),
+}
+
+impl Place {
+    /// Returns whether two places are one, up to the round-off of attitudes.
+    fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Attitude(one), Self::Attitude(other)) => (one - other).amax() <= 8.0 * f64::EPSILON,
+            (Self::Aim(one), Self::Aim(other)) => one == other,
+            _ => false,
+        }
+    }
 }
 
 /// A stop of a sequence.
@@ -188,6 +200,33 @@ impl SequenceError {
     }
 }
 
+/// An observer that stops a plan at the time limit of the whole sequence.
+struct Limited<'a> {
+    observer: &'a mut dyn Observer,
+    /// When planning has to end; `None` without a limit.
+    until: Option<Instant>,
+    /// Whether the limit stopped the plan.
+    reached: bool,
+}
+
+impl Limited<'_> {
+    /// Returns the status of a stopped plan.
+    fn status(&self, stopped: Status) -> Status {
+        if self.reached && stopped == Status::Interrupted { Status::LimitReached } else { stopped }
+    }
+}
+
+impl Observer for Limited<'_> {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        self.reached |= self.until.is_some_and(|until| Instant::now() >= until);
+        if self.reached { Control::Stop } else { self.observer.on_progress(progress) }
+    }
+
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        self.observer.stop_flag()
+    }
+}
+
 /// An observer of the part of a sequence that is planned.
 struct Part<'a> {
     observer: &'a mut dyn Observer,
@@ -259,6 +298,18 @@ impl SequencePlan {
         failed.or(self.cut).unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
     }
 
+    /// Returns this plan with another status where it was stopped.
+    fn with_stopped(mut self, status: impl Fn(Status) -> Status) -> Self {
+        self.cut = self.cut.map(&status);
+        for leg in &mut self.legs {
+            leg.plan.status = status(leg.plan.status);
+            if let Some(hold) = &mut leg.hold {
+                hold.plan.status = status(hold.plan.status);
+            }
+        }
+        self
+    }
+
     /// Returns the motion over all legs and the rests between them.
     pub fn joined(&self) -> Joined {
         Joined::of(self.legs.iter().map(|leg| Flown {
@@ -278,6 +329,22 @@ impl Sequence {
     /// [`SequenceError`] if legs that are planned together have no plan, or if a leg cannot be
     /// attempted.
     pub fn plan(
+        &self,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<SequencePlan, SequenceError> {
+        // The limit is of the whole: no leg has one of its own.
+        let until = settings.time_limit.and_then(|limit| Instant::now().checked_add(limit));
+        let settings = &Settings { time_limit: None, ..settings.clone() };
+        let mut limited = Limited { observer, until, reached: false };
+        let found = self.planned(settings, &mut limited);
+        found.map(|plan| plan.with_stopped(|status| limited.status(status))).map_err(|error| match error {
+            SequenceError::Stopped(status) => SequenceError::Stopped(limited.status(status)),
+            error => error,
+        })
+    }
+
+    fn planned(
         &self,
         settings: &Settings,
         observer: &mut dyn Observer,
@@ -323,6 +390,16 @@ impl Sequence {
         if !craft.is_free_turn() {
             return Err(SequenceError::Unsupported(
                 "stops are of attitude maneuvers of a free body: plan each leg in a field by itself",
+            ));
+        }
+        let passes_here = self.order == Ordering::Given
+            && self.stops.first().is_some_and(|first| {
+                let is_at_start = Place::Attitude(craft.start.attitude).is(&first.place);
+                first.passing.is_some() && is_at_start && craft.start.angular_velocity == Vector3::zeros()
+            });
+        if passes_here {
+            return Err(SequenceError::Unsupported(
+                "the first stop is passed, and the body rests there at the start: remove that stop",
             ));
         }
         let moving = self.stops.iter().any(tracked::moves);
@@ -399,6 +476,21 @@ impl Sequence {
                 (ends, Some(fastest)) => Joint::PassingRoll { ends, fastest },
             },
         })
+    }
+
+    /// Returns whether the body stays where it is from one stop to the next: both are one place, at
+    /// rest.
+    fn stays(&self, stop: usize, next: usize) -> bool {
+        let rests = |stop: &Stop| stop.passing.is_none() && !tracked::moves(stop);
+        let [stop, next] = [&self.stops[stop], &self.stops[next]];
+        rests(stop) && rests(next) && stop.place.is(&next.place)
+    }
+
+    /// Returns whether a stop at rest has the attitude of a state at rest.
+    fn is_at(&self, stop: usize, state: &State) -> bool {
+        let stop = &self.stops[stop];
+        let here = Place::Attitude(state.attitude).is(&stop.place);
+        here && stop.passing.is_none() && state.angular_velocity == Vector3::zeros()
     }
 
     /// Returns the names of stops, for a message about all of them.

@@ -234,6 +234,13 @@ impl<'a> Pairs<'a> {
         if to == 0 {
             return Ok(f64::INFINITY);
         }
+        let stays = match from.checked_sub(1) {
+            Some(from) => sequence.stays(from, to - 1),
+            None => sequence.is_at(to - 1, &sequence.craft.start),
+        };
+        if stays {
+            return Ok(0.0);
+        }
         let (start, end) = (self.begun(from, begins)?, self.states[to].0);
         let mut problem = Problem { start, end, ..sequence.leg() };
         carried::carry(&mut problem, &carried::momentum(&sequence.craft), None);

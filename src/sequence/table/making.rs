@@ -165,7 +165,11 @@ impl SlewTable {
             .collect();
         let nodes = turns.len();
         turns.extend((0..options.checks).map(random_turn));
-        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings, quantity), quantity };
+        let legs = Planner {
+            problem: &of_leg(problem, quantity),
+            settings: &of_table(settings, quantity),
+            quantity,
+        };
         let planned = legs.all(&turns, options.threads, progress)?;
 
         let bound = LegBound::new(problem);
@@ -240,7 +244,11 @@ impl SlewTable {
         progress: &mut dyn FnMut(Making) -> bool,
     ) -> Result<Vec<f64>, TableError> {
         let quantity = refuse(problem)?;
-        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings, quantity), quantity };
+        let legs = Planner {
+            problem: &of_leg(problem, quantity),
+            settings: &of_table(settings, quantity),
+            quantity,
+        };
         Ok(legs.all(turns, threads, progress)?.iter().map(|leg| leg.value).collect())
     }
 }
