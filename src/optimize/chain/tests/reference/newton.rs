@@ -41,13 +41,15 @@ use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 
-/// Residual below which the iteration has converged.
+/// Largest residual of a converged iteration.
 const TOLERANCE: f64 = 1e-11;
+/// Largest number of Newton steps.
 const MOST: usize = 60;
 /// Largest rotation of a node in one step \[rad\]; longer steps are shortened.
 const LONGEST_TURN: f64 = 0.4;
 /// Largest proximal term of the stabilised method.
 const WIDEST: f64 = 1e-3;
+/// Smallest ratio of consecutive proximal terms, so that the active set can adapt.
 const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain (first) and the stabilised (second) method
 /// end.
