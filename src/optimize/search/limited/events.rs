@@ -516,8 +516,8 @@ mod tests {
 
     #[test]
     fn what_is_within_its_limits_is_continued_to_its_ends() {
-        // From 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6: the cell between
-        // has the mean.
+        // The input goes from 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6. The
+        // cell at the switch has the mean, 0.8.
         are(&times(&[1.0, 1.0, 0.8, 0.5, 0.4, 0.3, 0.3], &[-1.0, 1.0]), &[0.25]);
     }
 

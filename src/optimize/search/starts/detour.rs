@@ -44,8 +44,8 @@ struct Seen {
     acts: bool,
 }
 
-/// Returns the path, which comes first, and its detours around every cone that it violates. If it
-/// violates none, returns the path only.
+/// Returns the detours of a path around every cone that it violates, to both sides of keep-out
+/// cones; the path itself if it violates none or already leads around the cones.
 pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
     if seed.provenance.led_past { vec![seed] } else { turned(problem, seed, false) }
 }

@@ -32,7 +32,8 @@ const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
 /// Number of random paths from each end for a body with unequal moments.
 const RANDOM_UNEQUAL: usize = 16;
-/// Number of random paths if inputs about an axis are missing; twice as many if they are costly.
+/// Number of random paths if inputs about an axis are missing; twice as many if inputs about an
+/// axis are costly.
 const RANDOM_FEW_INPUTS: usize = 72;
 /// Number of random paths in a thorough search.
 const RANDOM_THOROUGH: usize = 160;
