@@ -154,8 +154,8 @@ impl Optimum<'_> {
         (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
     }
 
-    /// Returns the value of an input that is held over a step, the mean of its values at both
-    /// nodes.
+    /// Returns the value of an input that is held over a step: for Lie–Verlet the mean of its values
+    /// at both nodes, for Lie–Euler its value at the second node.
     fn held(&self, step: usize, input: usize) -> f64 {
         let [before, after] = [step, step + 1].map(|node| self.iterate.inputs[node][input]);
         match self.problem.scheme {

@@ -25,7 +25,7 @@ impl RowValue {
     }
 
     /// Returns the row with its limit multiplied by `by`: `c ≤ by − 1`, or `|v| ≤ by`. The
-    /// derivatives do not include that of the limit with respect to the duration.
+    /// derivatives do not include the derivative of the limit with respect to the duration.
     fn grown(self, by: f64) -> Self {
         match self {
             Self::Half { c, state, inputs, next } => Self::Half { c: c + 1.0 - by, state, inputs, next },
