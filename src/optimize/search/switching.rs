@@ -87,8 +87,8 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> So
 }
 
 /// Solves a minimum-effort or minimum-fuel maneuver with the upper bound `longest` on the duration
-/// \[s\]. The plan takes all of it or, if time has a weight or the body cannot wait, the optimal
-/// duration, whichever is cheaper. `once` solves for a given or a free duration.
+/// \[s\]. The plan takes the duration `longest` or, if time has a weight or the body cannot wait, the
+/// optimal duration, whichever is cheaper. `once` solves for a given or a free duration.
 pub(super) fn up_to(
     longest: f64,
     problem: &Problem,

@@ -44,7 +44,7 @@ pub(crate) enum Stages {
 }
 
 impl PosedPlan {
-    /// Returns whether plans of `problem` need [`PosedPlan`] instead of [`LinearPlan`]: the body
+    /// Returns whether plans of `problem` need this type in place of `LinearPlan`: the body
     /// translates, or its torques are fixed in the reference frame.
     pub fn is_of(problem: &Problem) -> bool {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference

@@ -49,8 +49,8 @@ const MOST: usize = 20_000;
 /// step. Reducing the error from a hundredth to a thousandth would take ten times the steps.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
-/// Largest rotation of a body in a step \[rad\] for which a step approximates the motion. If no
-/// plan is found with larger rotations, more steps are taken.
+/// Largest rotation of a body in one step \[rad\] with which the step still approximates the motion.
+/// If a body turns farther and no plan is found, the number of steps is increased.
 const TURN: f64 = 0.3;
 
 /// Solves a maneuver on as many steps as it needs, starting from [`Problem::steps`].

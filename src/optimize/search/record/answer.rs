@@ -50,8 +50,8 @@ pub fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Sol
 /// with the smallest residual.
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
-    // Plans of chains are already sorted: the best is on the requested grid, and its rivals are
-    // not.
+    // Plans of chains are already sorted: the best is on the requested grid, and its rivals are on
+    // the coarse grid.
     let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
