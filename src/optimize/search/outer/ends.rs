@@ -47,7 +47,7 @@ const STANDS: f64 = -1.0;
 const MOST_TIMES: usize = 40;
 
 /// First arrival time to try for switching inputs, as a fraction of the arrival time on a uniform
-/// grid. The two differ by less than this fraction allows.
+/// grid. The two arrival times differ by less than 2 %.
 const BEFORE: f64 = 0.98;
 
 /// Solves a maneuver that ends on a target.
