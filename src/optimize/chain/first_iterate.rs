@@ -1,4 +1,4 @@
-//! Initial iterates: a path of poses with the momenta and inputs that follow it.
+//! Initial iterates, built from a path of poses by computing the momenta and inputs that follow it.
 
 use super::iterate::Iterate;
 use super::model::{ChainState, Model};
@@ -10,9 +10,9 @@ use crate::optimize::chain::model::{state, step};
 use crate::optimize::methods::method::Watch;
 use nalgebra::{DMatrix, DVector};
 
-/// Returns the iterate that follows `poses` (one per node, scaled) in `stretch` times the stated
-/// duration, as far as the input limits allow: the missing impulse remains as defects of the
-/// momenta. After a stop request the remaining inputs are zero.
+/// Returns the iterate that follows `poses` (one per node, scaled) in `stretch` times the duration
+/// of the problem, as far as the input limits allow. The impulse that the limits do not allow
+/// remains as defects of the momenta. After a stop request the remaining inputs are zero.
 pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f64, watch: &Watch) -> Iterate {
     let states = states_along(model, poses, stretch);
     let mut stopped = false;
@@ -25,8 +25,8 @@ pub(crate) fn along(model: &Model, rows: &LimitRows, poses: &[Pose], stretch: f6
 }
 
 /// Returns the states of a body that follows `poses` (one per node, scaled) in `stretch` times the
-/// stated duration. With wheels, the total momentum is conserved, and the wheels store its
-/// difference from the body's momentum.
+/// duration of the problem. With wheels, the total momentum is conserved: the wheels store the
+/// difference between the total momentum and the body's momentum.
 pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<ChainState> {
     let j_d = &model.dynamics.j_d;
     let mut states: Vec<ChainState> = Vec::with_capacity(poses.len());
@@ -39,7 +39,8 @@ pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<C
         let mut state = target.clone();
         (state.position, state.attitude) = (pose.position, pose.attitude);
         if let Some(next) = poses.get(stage + 1) {
-            // `h S(Π) = F J_d − J_d Fᵀ` gives Π from F explicitly.
+            // The step equation `h S(Π) = F J_d − J_d Fᵀ` gives the momentum Π explicitly from the
+            // rotation F.
             let h = model.dynamics.grid.step(stage);
             let f = pose.attitude.tr_mul(&step::unturned(model, stage, &next.attitude, stretch));
             state.momentum = vee(&(f * j_d - j_d * f.transpose())) / h;
@@ -56,8 +57,8 @@ pub(crate) fn states_along(model: &Model, poses: &[Pose], stretch: f64) -> Vec<C
     states
 }
 
-/// Returns the minimum-effort inputs that remove the defect of the step into `stage`, clipped to
-/// their limits.
+/// Returns the minimum-effort inputs that remove the defect of the momenta in the step into
+/// `stage`, clipped to the input limits.
 fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) -> Vec<f64> {
     let zero = vec![0.0; model.m];
     if stage < model.first_input() {
@@ -72,7 +73,7 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
     };
     let slope = step::by_inputs(model, stage, &end);
     let lack = state::difference(model, &states[stage], &end);
-    // If effort has no weight, the inputs of least norm are used.
+    // Without a positive definite effort weight, the inputs of minimum norm are used.
     let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));
     let price = price.unwrap_or_else(|| slope.transpose());
     let authority = &slope * &price;

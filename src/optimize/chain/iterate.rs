@@ -5,7 +5,8 @@ use crate::maneuver::objective;
 use crate::optimize::chain::model::{goal, step};
 use crate::optimize::discrete::step::StepError;
 
-/// Iterate with states `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).
+/// Iterate of a chain of N steps: states `y_0 … y_N` and inputs `u_0 … u_N` (Lie–Euler ignores
+/// `u_0`).
 #[derive(Clone, Debug)]
 pub(crate) struct Iterate {
     pub states: Vec<ChainState>,
@@ -13,20 +14,21 @@ pub(crate) struct Iterate {
 }
 
 impl Iterate {
-    /// Returns the cost of the iterate: effort `Σ κ ½ uᵀ W u`, plus the cost of fuel and time.
+    /// Returns the scaled cost of the iterate: effort `Σ κ ½ uᵀ W u`, plus the cost of fuel and
+    /// time.
     pub fn cost(&self, model: &Model) -> f64 {
         let effort = |stage: usize| self.effort(model, stage);
         let effort: f64 = (model.first_input()..=model.steps).map(effort).sum();
         effort + self.price(model)
     }
 
-    /// Returns the cost of effort of one stage.
+    /// Returns the scaled cost of the effort of one stage.
     pub fn effort(&self, model: &Model, stage: usize) -> f64 {
         model.effort_weight(stage, self.states[stage].stretch)
             * objective::effort(&model.weight, &self.inputs[stage])
     }
 
-    /// Returns the cost of fuel and time, without effort.
+    /// Returns the duration as a multiple of the duration of the problem; 1 if it is fixed.
     pub fn price(&self, model: &Model) -> f64 {
         let fuel = |stage: usize| {
             model.kick_weight(stage) * goal::fuel_rate(model, &self.inputs[stage])

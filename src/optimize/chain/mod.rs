@@ -37,7 +37,7 @@ pub(crate) struct Multipliers {
     pub rows: Vec<f64>,
 }
 
-/// Chain of a maneuver on one grid, with the rows of its limits.
+/// A maneuver as a chain of stages on one grid, together with the rows of its limits.
 pub(crate) struct Chain {
     pub model: Model,
     pub rows: LimitRows,
@@ -57,15 +57,15 @@ impl Chain {
         Self::with_goal_on(problem, Grid::uniform(problem.scheme, 1.0, steps), goal)
     }
 
-    /// Builds the chain with another objective on a given grid.
+    /// Builds the chain with another objective, such as time or fuel, on a given grid.
     pub fn with_goal_on(problem: &Problem, grid: Grid, goal: &Goal) -> Self {
         let model = goal::with_goal(problem, Dynamics::on(problem, grid), goal);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }
 
-    /// Returns the cost of a candidate in the user's unit. If effort is only a regularisation term
-    /// beside time or fuel, it is left out.
+    /// Returns the cost of a candidate in the user's unit. The effort is left out if it only
+    /// regularises a minimum-time or minimum-fuel problem.
     pub fn price(&self, candidate: &Candidate) -> f64 {
         let (iterate, model) = (iterate(candidate), &self.model);
         let cost = if model.effort_power == 0 { iterate.price(model) } else { iterate.cost(model) };
@@ -73,8 +73,8 @@ impl Chain {
     }
 
     /// Converts a result of this chain, whose duration may be free, to a candidate of `planned`,
-    /// the maneuver with the duration that was found. The multipliers become derivatives of the
-    /// user's cost.
+    /// the same maneuver with the duration that was found. The multipliers become derivatives of
+    /// the user's cost.
     pub fn of_given_duration(&self, found: Attempt, planned: &Problem) -> Attempt {
         let Attempt { mut candidate, .. } = found;
         let model = &self.model;
@@ -100,8 +100,8 @@ impl Chain {
         let (terminal, rows) = &mut candidate.multipliers;
         *terminal = in_lengths(terminal, 1.0 / length) * scale;
         for (row, multiplier) in self.rows.rows.iter().zip(rows) {
-            // A row is scaled either by the limit for the stated duration or by the limit for its
-            // own duration.
+            // A row is scaled either by the limit for the duration of the problem or by the limit
+            // for the duration found.
             let grown = if row.what.is_ball() { 1.0 } else { stretch.powi(row.what.growth()) };
             *multiplier *= grown * scale;
         }
@@ -119,7 +119,8 @@ impl Chain {
         iterate(candidate)
     }
 
-    /// Adds to a path the momenta and inputs that follow it, without limits and without wheels.
+    /// Completes a path to a candidate with momenta and inputs that follow it, without limits and
+    /// without wheels.
     pub fn opened(&self, path: &Candidate) -> Candidate {
         let poses: Vec<Pose> = path.states.iter().map(Point::pose).collect();
         let Iterate { states, inputs } =
@@ -157,7 +158,7 @@ pub(crate) fn with_iterate(candidate: Candidate, iterate: Iterate, multipliers: 
     }
 }
 
-/// Returns attitude and angular velocity of the body (its axes, scaled) at every node of a
+/// Returns the attitude and the angular velocity of the body (body axes, scaled) at every node of a
 /// candidate.
 pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<Item = (Matrix3, Vector3)> {
     let Iterate { states, inputs } = iterate(candidate);
@@ -168,7 +169,8 @@ pub(crate) fn body_rates(model: &Model, candidate: &Candidate) -> impl Iterator<
     })
 }
 
-/// Builds a candidate from an initial path of poses, one per node, scaled.
+/// Builds a candidate from the poses of an initial path, one scaled pose per node. `start` names
+/// the path.
 pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) -> Candidate {
     let zero = Sum::new(Vector3::zeros());
     let point = |pose: Pose| Point {

@@ -72,7 +72,7 @@ fn receding(from: Vector3) -> Direction {
     Direction::Disc { centre: centre.unwrap(), radius: 0.5 }
 }
 
-/// Adds every kind of row to a problem; the motion need not satisfy the limits.
+/// Adds every kind of limit row to a problem; its motion need not satisfy the limits.
 fn limited(mut problem: Problem) -> Problem {
     problem.actuation.torque = limited_channel(&problem.actuation.torque);
     problem.actuation.force = problem.actuation.force.as_ref().map(limited_channel);
@@ -143,7 +143,7 @@ pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
     })
 }
 
-/// Returns chains of one-sided thrusters.
+/// Returns chains whose bodies have one-sided thrusters.
 fn pushing() -> impl Iterator<Item = (Problem, Model)> {
     let limits = Limits { size: Some(vec![1.1; 8]), one_sided: true, ..Limits::default() };
     let problem = pushed(&mut Random(12), limits);
@@ -214,8 +214,8 @@ fn the_matrices_of_a_step_are_its_derivatives() {
     }
 }
 
-/// Returns a duration other than the stated one if the duration is free, as a multiple of the
-/// stated one.
+/// Returns the duration as a multiple of the problem's duration: different from 1 if the duration
+/// is free.
 pub(crate) fn stretch(model: &Model) -> f64 {
     if model.duration.is_some() { 1.3 } else { 1.0 }
 }

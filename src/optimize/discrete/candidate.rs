@@ -1,7 +1,7 @@
 //! The candidate: a maneuver on one grid, complete or partial, in the solver's units.
 //!
-//! A candidate holds what the method that made it knows. The rest follows: states and inputs from
-//! the first costate by the sweep, momenta and inputs from poses by inverse dynamics.
+//! A candidate holds the data that its method has computed. The rest follows: states and inputs
+//! from the first costate by the sweep, momenta and inputs from poses by inverse dynamics.
 //!
 //! # What does every method improve?
 //!
@@ -24,7 +24,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 pub(crate) struct Candidate {
     /// Grid in the solver's unit of time: its steps and its duration.
     pub grid: Grid,
-    /// States `y_0 … y_N`; empty if unknown. With wheels the momentum is the total one.
+    /// States `y_0 … y_N`; empty if unknown. With wheels the momentum is that of body and wheels
+    /// together.
     pub states: Vec<Point>,
     /// Wheel momenta at the nodes `0 … N`; empty without wheels.
     pub wheels: Vec<DVector<f64>>,
@@ -33,8 +34,8 @@ pub(crate) struct Candidate {
     /// Costates `λ_{−1} … λ_{N−1}`, or `λ_{−1}` alone if a sweep computes the others; empty if
     /// unknown. The costates of the wheels come last in each vector.
     pub costates: Vec<DVector<f64>>,
-    /// Multipliers of the terminal condition, and of the rows of all limits; empty if the method
-    /// does not compute them.
+    /// Multipliers of the terminal condition, and of the rows of all limits; both empty if the
+    /// method does not compute them.
     pub multipliers: (DVector<f64>, Vec<f64>),
     /// `Ψ₁₂ = ∂z_N/∂λ_{−1}`, the sensitivity of the final state to the first costate; `None` if the
     /// method did not compute it.
@@ -46,7 +47,7 @@ pub(crate) struct Candidate {
 /// Origin of a candidate, and the work spent on it so far.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Provenance {
-    /// Method that made the candidate: shooting or SCP.
+    /// Method that computed the candidate.
     pub method: Method,
     /// Name of the start: "short", "long", "+1 turn", …
     pub start: String,
@@ -54,7 +55,7 @@ pub(crate) struct Provenance {
     pub iterations: usize,
     /// Number of convex subproblems among the iterations.
     pub subproblems: usize,
-    /// Whether the path has already been moved around the cones.
+    /// Whether the path has already been led around the cones.
     pub led_past: bool,
 }
 

@@ -73,18 +73,18 @@ pub enum Timing {
     AtNodes,
 }
 
-/// Why the motion near a plan cannot be linearised.
+/// Reason why the motion near a plan cannot be linearised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unlinearised {
-    /// The body translates.
+    /// The body translates, which this type does not support.
     #[error("the body translates: covariances are those of attitude and rate")]
     Translation,
-    /// Reaction wheels drive the body, and torques act at nodes.
+    /// Reaction wheels drive the body, which is not supported for torques at nodes.
     #[error(
         "reaction wheels drive the body: the discrete problem of torques at nodes has no costates of them"
     )]
     Wheels,
-    /// The torques are fixed in the reference frame.
+    /// The torques are fixed in the reference frame, which this type does not support.
     #[error("the torques are fixed in the reference frame")]
     Frame,
     /// Thrusters exert force and torque at once.
@@ -142,14 +142,15 @@ pub(crate) struct LinearStep {
     gradient: Matrix3,
 }
 
-/// Inputs of the torques, SI, and the resulting torque, body axes, scaled.
+/// Torque inputs in SI units, and the resulting torque in body axes, scaled.
 #[derive(Clone, Debug)]
 struct Applied {
     inputs: Vec<f64>,
     torque: Vector3,
 }
 
-/// Half kick between the physical state at an end of the plan and the adjacent `z`.
+/// Half kick between the physical state at one end of the plan and the adjacent linearised state
+/// `z`.
 #[derive(Clone, Debug)]
 struct HalfKick {
     /// Weight of the kick; 0 if torques are held.
@@ -171,23 +172,25 @@ pub struct LinearPlan {
     /// physical end.
     outer: [HalfKick; 2],
     times: Vec<f64>,
-    /// Attitude and angular velocity of the plan at its nodes, SI.
+    /// Attitude (body to reference frame) and angular velocity of the plan at its nodes, SI units.
     nodes: Vec<(Matrix3, Vector3)>,
     /// Axes `B` of the inputs, 3×m, SI.
     axes: Matrix3xX<f64>,
     /// Wheel momentum at the nodes, body axes, scaled; empty without wheels.
     stored: Vec<Vector3>,
-    /// Nodes before the last one at which the craft has to meet the motion, in ascending order.
+    /// Indices of the nodes, other than the last, at which the craft has to meet the motion, in
+    /// ascending order.
     stops: Vec<usize>,
 }
 
 /// Uncertain parameter of a maneuver, with the effect of one unit of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
-    /// Change of inertia: the symmetric `δJ` per unit, body axes. The moments of a force field are
-    /// taken to be those of the nominal body.
+    /// Change of inertia: the symmetric matrix `δJ` per unit of the parameter, body axes. The
+    /// moments of a force field remain those of the nominal body.
     Inertia(Matrix3),
-    /// Relative excess of the output of input `i`.
+    /// Relative error of the output of the input with this index; positive if the output is too
+    /// large.
     InputScale(usize),
     /// Misalignment of all actuators by a rotation about a body axis \[rad\]: `τ = exp S(α) B u`.
     ActuatorTurn(Vector3),
@@ -263,13 +266,13 @@ impl LinearPlan {
     }
 
     /// Linearises the motion about a recorded motion of `problem`, which holds one row of inputs
-    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
-    /// `stops`, nodes in ascending order.
+    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet this motion at its
+    /// end and at the nodes `stops`, in ascending order.
     ///
     /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
     ///
     /// # Errors
-    /// As [`LinearPlan::new`].
+    /// The errors of [`LinearPlan::new`].
     pub fn recorded(problem: &Problem, motion: &Trajectory, stops: Vec<usize>) -> Result<Self, Unlinearised> {
         Self::fits(problem, motion)?;
         let count = motion.time.len() - 1;
@@ -277,8 +280,8 @@ impl LinearPlan {
         Ok(Self { stops, ..beside.linearise()? })
     }
 
-    /// Returns the nodes before the last one at which the craft has to meet the motion, in ascending
-    /// order; none along the plan of one maneuver.
+    /// Returns the indices of the nodes, other than the last, at which the craft has to meet the
+    /// motion, in ascending order; empty for the plan of a single maneuver.
     pub fn stops(&self) -> &[usize] {
         &self.stops
     }
@@ -288,7 +291,7 @@ impl LinearPlan {
         self.steps.len()
     }
 
-    /// Returns when corrections act.
+    /// Returns the time at which corrections of the torque act.
     pub fn timing(&self) -> Timing {
         self.timing
     }
@@ -324,21 +327,22 @@ impl LinearPlan {
         &self.axes
     }
 
-    /// Returns `A_k`, the derivative of the next state with respect to the state, in rad and N·m·s.
+    /// Returns `A_k`, the derivative of the next state with respect to the state; states are in rad
+    /// and N·m·s.
     pub fn a(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].stage.a;
         Matrix6::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.unit(column))
     }
 
-    /// Returns `B_k`, the derivative of the next state with respect to the torque, in rad and N·m·s
-    /// per N·m.
+    /// Returns `B_k`, the derivative of the next state (rad and N·m·s) with respect to the torque
+    /// [N·m].
     pub fn b(&self, step: usize) -> Matrix6x3 {
         let scaled = &self.steps[step].stage.b;
         Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
     }
 
-    /// Returns `H_k`, the curvature of the Lagrangian with respect to the state, in the unit of the
-    /// cost per product of rad and N·m·s.
+    /// Returns `H_k`, the curvature of the Lagrangian with respect to the state (rad and N·m·s), in
+    /// units of the cost.
     pub fn h(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].stage.h;
         Matrix6::from_fn(|row, column| {
@@ -421,8 +425,8 @@ impl LinearPlan {
         }
     }
 
-    /// Returns the change of the momentum per unit of a parameter in the half kick before the first
-    /// `z` (`end = 0`) or after the end (`end = 1`), scaled.
+    /// Returns the change of the state per unit of a parameter in the half kick before the first
+    /// `z` (`end = 0`) or after the physical end (`end = 1`), scaled.
     pub(crate) fn outer_disturbance(&self, end: usize, parameter: &Parameter) -> Vector6 {
         let HalfKick { weight, applied, .. } = &self.outer[end];
         momenta(&(*weight * self.torque_error(applied, parameter)))
@@ -488,19 +492,19 @@ fn records_beyond_nodes(problem: &Problem) -> bool {
     !problem.switches() && problem.scheme.first_input() == 0
 }
 
-/// Returns `[0; vector]`.
+/// Returns the 6-vector `[0; vector]`, a change of the momentum only.
 fn momenta(vector: &Vector3) -> Vector6 {
     Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
 }
 
-/// Returns `[[I, 0], [block, I]]`.
+/// Returns the 6×6 matrix `[[I, 0], [block, I]]` of a kick.
 pub(crate) fn kick(block: &Matrix3) -> Matrix6 {
     let identity = Matrix3::identity();
     blocks([[&identity, &Matrix3::zeros()], [block, &identity]])
 }
 
 impl LinearStep {
-    /// Returns a step without matrices, in which only the applied torque is known.
+    /// Returns a step in which only the applied torque is set and all matrices are zero.
     fn of(applied: Applied) -> Self {
         let zero = Matrix3::zeros();
         let still = Vector3::zeros();

@@ -39,7 +39,7 @@ impl TerminalCondition {
         }
     }
 
-    /// Returns the condition of this kind with another end state.
+    /// Returns a terminal condition of the same kind for another end state.
     pub fn aimed(&self, point: Point) -> Self {
         match self {
             Self::State(_) => Self::State(point),
@@ -76,7 +76,7 @@ impl TerminalCondition {
         }
     }
 
-    /// Returns the end state that initial guesses aim at.
+    /// Returns the end state at which initial guesses are aimed.
     pub fn target(&self) -> &Point {
         match self {
             Self::State(target) => target,

@@ -8,18 +8,18 @@ use crate::optimize::chain::Chain;
 use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::methods::method::Attempt;
 
-/// Plan of the chain after landing, with the smallest miss that the corrections reached.
+/// Plan of the chain whose true motion has the smallest miss that the corrections reached.
 pub(crate) struct Landed {
     pub attempt: Attempt,
     pub target: State,
     pub landing: Landing,
 }
 
-/// Lands a plan of the chain, starting from `first` and the target of `aim`.
+/// Lands a plan of the chain, starting from the attempt `first` and the target in `aim`.
 ///
 /// `recorded` converts an attempt to a plan. `solve` solves the chain for the current target with a
-/// warm start from an attempt; its last argument is the size of the miss. Either returns `None` if
-/// it fails. On return `chain` has the target for which the returned plan was solved.
+/// warm start from an attempt; its last argument is the size of the miss. Each of the two returns
+/// `None` if it fails. On return `chain` has the target for which the returned plan was solved.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,
@@ -34,7 +34,7 @@ pub(crate) fn land_chain(
         let Some(plan) = recorded(chain, &attempt) else { break };
         let next = aim.correct(&plan);
         if next == Next::GiveUp && best.is_some() {
-            // The previous attempt was the better one.
+            // The previous attempt had the smaller miss.
             break;
         }
         best = Some(Landed { attempt: attempt.clone(), target: aimed, landing: aim.told() });

@@ -9,11 +9,12 @@
 //! d_0 = end ,     d_{i+1} = d_i ⊕ (end ⊖ Φ(u(d_i)))
 //! ```
 //!
-//! has `u(d)`, the inputs of the discrete optimum for the target d, and Φ, the end of the true
-//! motion under these inputs ([`crate::flight`]). Its fixed point is the required plan, and it
-//! contracts by the relative difference of the two sensitivities, `O(h²)`. The plan remains an
-//! extremal of the discrete problem for the shifted target. Constraints on rates and pointing are
-//! tightened in the same loop by the amount by which the true motion violates them.
+//! Here `u(d)` are the inputs of the discrete optimum for the target d, and Φ(u) is the end of the
+//! true motion under the inputs u ([`crate::flight`]). The fixed point is the required plan. The
+//! iteration contracts by a factor `O(h²)`, the relative difference between the sensitivities of
+//! the discrete and the true motion. The plan remains an extremal of the discrete problem for the
+//! shifted target. Constraints on rates and pointing are tightened in the same loop by the amount
+//! by which the true motion violates them.
 //!
 //! A minimum-time plan to a moving target ends at the target's state at the time of arrival. The
 //! `end` of the correction is then the state at the plan's own duration ([`Problem::end_after`]).
@@ -39,8 +40,8 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Landing, Trajectory};
 
-/// Miss below which a motion counts as landed, scaled: radians, and rates over a radian per
-/// duration. It is far below the tolerance of a witness and far above round-off.
+/// Miss below which a motion counts as landed, scaled: angles in radians, rates in radians per
+/// duration. It is far below the tolerance of the witnesses and far above round-off.
 pub(crate) const LANDED: f64 = 1e-9;
 
 /// Largest number of corrections. If a correction does not halve the miss, the plan needs more
@@ -48,17 +49,18 @@ pub(crate) const LANDED: f64 = 1e-9;
 pub(crate) const MOST_CORRECTIONS: usize = 16;
 const SHRUNK: f64 = 0.5;
 
-/// Reserve by which a constraint is tightened beyond its violation and which the true motion must
-/// keep \[rad, or relative to the limit\]. The reserve is needed because the search for extrema
-/// approximates the motion piecewise by rotations about one axis, which is accurate to about 1e-8.
+/// Reserve by which a constraint is tightened beyond its violation \[rad, or relative to the
+/// limit\]; the true motion must keep half of it. The reserve is needed because the search for
+/// extrema approximates the motion piecewise by rotations about one axis, which is accurate to
+/// about 1e-8.
 const ROOM: f64 = 1e-7;
 
-/// Largest miss or violation of a landed plan, scaled: far below the requested tolerance, and far
-/// above the difference of two integrations of the same motion.
+/// Miss or violation up to which a plan counts as landed, scaled. It is far below the requested
+/// tolerance, and far above the difference between two integrations of the same motion.
 pub(crate) const MET: f64 = 1e-6;
 
-/// Returns the miss of the true motion at the end, or its largest constraint violation if that is
-/// larger, scaled; not finite if the motion cannot be integrated.
+/// Returns the larger of the miss of the true motion at the end and its largest constraint
+/// violation, scaled; not finite if the motion cannot be integrated.
 pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
     let Some(duration) = plan.time.last().copied() else { return f64::NAN };
     let mut aim = Aim::of(problem);
@@ -80,10 +82,10 @@ pub(crate) struct Aim<'a> {
     least: f64,
     /// Target of the discrete problem, shifted by the corrections.
     pub target: State,
-    /// Time at which the state of a moving target is aimed at \[s\]; NaN if the target does not
+    /// Time for which the position of the moving target is taken \[s\]; NaN if the target does not
     /// move.
     time: f64,
-    /// Amount by which each constraint is tightened.
+    /// Amount by which each constraint is tightened \[rad, or relative to the limit\].
     pub drawn_in: Vec<f64>,
     /// Misses before each correction and after the last one, scaled.
     misses: Vec<f64>,
@@ -103,7 +105,7 @@ pub(crate) enum Next {
 }
 
 impl<'a> Aim<'a> {
-    /// Starts corrections of the true motion towards the end of a maneuver.
+    /// Starts the landing corrections: the true motion must meet the end of the maneuver.
     pub fn of(problem: &'a Problem) -> Self {
         Self {
             flight: Some(Flight::new(problem)),
@@ -131,7 +133,7 @@ impl<'a> Aim<'a> {
         }
     }
 
-    /// Returns the end state of a plan and its constraint violations.
+    /// Returns the end state of a plan's motion, true or discrete, and its constraint violations.
     fn ended(&mut self, plan: &Trajectory) -> Option<(State, Vec<f64>)> {
         if self.flight.is_some() {
             return self.flown(&Flight::of_plan(self.problem, plan));
@@ -141,8 +143,8 @@ impl<'a> Aim<'a> {
         Some((State { attitude, angular_velocity, ..self.problem.end }, Vec::new()))
     }
 
-    /// Returns the end state of the true motion and its constraint violations; `None` if it cannot
-    /// be integrated.
+    /// Returns the end state and the constraint violations of the true motion under held inputs;
+    /// `None` if the motion cannot be integrated.
     fn flown(&mut self, steps: &[(Held, f64)]) -> Option<(State, Vec<f64>)> {
         let flight = self.flight.as_mut()?;
         if !self.settled {
@@ -152,7 +154,8 @@ impl<'a> Aim<'a> {
         let mut excess = Excess::of(self.problem);
         let end = flight.fly(steps, excess.as_mut())?;
         let mut worst = excess.map_or_else(Vec::new, |excess| excess.worst);
-        // A boresight held on a cone cannot be tightened: the witnesses report its deviation.
+        // A constraint that holds a boresight on a cone cannot be tightened: the witnesses report
+        // the deviation.
         for (worst, constraint) in worst.iter_mut().zip(&self.problem.constraints) {
             if is_held_on(constraint) {
                 *worst = f64::NEG_INFINITY;
@@ -161,8 +164,8 @@ impl<'a> Aim<'a> {
         Some((end, worst))
     }
 
-    /// Returns the miss of the true motion, scaled: `[x, γ, ζ, Π]` from the required to the actual
-    /// end.
+    /// Returns the miss of the true motion: the scaled difference `[x, γ, ζ, Π]` between the
+    /// required and the actual end.
     fn miss(&self, flown: &State, duration: f64) -> [Vector3; 4] {
         let (end, inertia) = (self.problem.end_after(duration), &self.problem.body.inertia);
         let length = length(self.problem, duration);
@@ -179,8 +182,8 @@ impl<'a> Aim<'a> {
         ]
     }
 
-    /// Integrates the true motion of a plan, and shifts the target and tightens the constraints by
-    /// its miss.
+    /// Integrates the true motion of a plan, shifts the target by its miss, and tightens the
+    /// constraints by its violations.
     pub fn correct(&mut self, plan: &Trajectory) -> Next {
         let Some(duration) = plan.time.last().copied() else { return Next::GiveUp };
         let Some((flown, excess)) = self.ended(plan) else { return Next::GiveUp };
@@ -211,7 +214,7 @@ impl<'a> Aim<'a> {
         Next::Correct
     }
 
-    /// Shifts the target by the miss, opposite in sign.
+    /// Shifts the target by the negative of the miss.
     fn shift(&mut self, flown: &State, duration: f64) {
         if let Some(meeting) = self.problem.met().filter(|_| self.flight.is_none() || self.misses.len() > 1) {
             self.time = meeting.next(self.time, duration);
@@ -242,13 +245,13 @@ impl<'a> Aim<'a> {
         usable.then_some(problem)
     }
 
-    /// Returns whether the constraints differ from those of the maneuver: one is tightened, or
-    /// holds the boresight on a cone and depends on the end.
+    /// Returns whether the constraints differ from those of the maneuver, because one is tightened
+    /// or because one holds the boresight on a cone and depends on the end.
     pub fn changes_constraints(&self) -> bool {
         self.drawn_in.iter().any(|by| *by > 0.0) || self.problem.constraints.iter().any(is_held_on)
     }
 
-    /// Returns the report of the landing corrections of the plan.
+    /// Returns the report of the landing corrections.
     pub fn told(&self) -> Landing {
         let named = self.problem.constraints.iter().zip(&self.drawn_in).filter(|(_, by)| **by > 0.0);
         Landing {

@@ -21,7 +21,7 @@ use nalgebra::{SMatrix, SVector};
 /// Step of finite differences in a costate, relative to its largest component.
 const DIFFERENCE: f64 = 1e-7;
 
-/// Step fractions that are tried if the full step does not reduce the miss enough.
+/// Step fractions that are tried in turn if the full step does not reduce the miss enough.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.1];
 
 /// Extremal whose true motion has the smallest miss that the corrections reached.
@@ -45,8 +45,8 @@ struct LandingTrial<const N: usize> {
     size: f64,
 }
 
-/// Lands the extremal that starts with `costate`; `None` if the first sweep or the first true
-/// motion fails. If `stopped` returns true, the best result so far is returned.
+/// Lands the extremal whose first costate is `costate`; returns `None` if the first sweep or the
+/// first true motion fails. If `stopped` returns true, the best result so far is returned.
 pub(crate) fn land_costate<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -59,15 +59,15 @@ pub(crate) fn land_costate<const N: usize>(
     let mut misses = vec![best.size];
     let mut slopes = Slope::ALL.into_iter();
     let mut inverse: Option<SMatrix<f64, N, N>> = None;
-    // Miss at which the derivative of the true motion was last computed.
+    // Miss at the point at which the derivative of the true motion was last computed.
     let mut differenced = f64::INFINITY;
     let mut spare = Vec::new();
     while best.size > LANDED && misses.len() <= MOST_CORRECTIONS && !stopped() {
         let h = match inverse {
             Some(h) => h,
             None => {
-                // The miss is nonlinear where an input reaches its limit: if one derivative reduced
-                // the miss, a new one may reduce it to zero.
+                // The miss is not smooth where an input reaches its limit. If the last derivative
+                // reduced the miss, a new derivative may reduce it to zero.
                 let nearer = best.size < differenced;
                 let Some(slope) = slopes.next().or(nearer.then_some(Slope::True)) else { break };
                 if matches!(slope, Slope::True) {
@@ -109,8 +109,9 @@ pub(crate) fn land_costate<const N: usize>(
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
 }
 
-/// Motion whose derivative of the miss with respect to the costate is used, cheapest first. If
-/// steps with one derivative do not reduce the miss, the next is used.
+/// The motion that supplies the derivative of the miss with respect to the costate, from the
+/// cheapest to the most costly. If steps with one derivative do not reduce the miss, the next is
+/// used.
 #[derive(Clone, Copy)]
 enum Slope {
     /// Discrete motion on a coarser grid.
@@ -152,8 +153,8 @@ impl Slope {
     }
 }
 
-/// Sweeps from `costate` and integrates the true motion under the resulting inputs; `None` if
-/// either fails.
+/// Sweeps from `costate` and integrates the true motion under the resulting inputs; `None` if the
+/// sweep or the integration fails.
 fn tried<const N: usize>(
     aim: &mut Aim,
     bvp: &BoundaryValueProblem<N>,
@@ -169,8 +170,8 @@ fn tried<const N: usize>(
     Some(LandingTrial { costate, nodes, cost, miss, size: largest(&blocks) })
 }
 
-/// Returns the held forces and torques of an extremal and the length of each step, SI units, in the
-/// axes of their sets.
+/// Returns the held forces and torques of an extremal and the length of each step, in SI units. The
+/// inputs are resolved in the axis frames of their actuator sets.
 fn held<const N: usize>(bvp: &BoundaryValueProblem<N>, nodes: &[Node]) -> Vec<(Held, f64)> {
     let (dynamics, grid) = (&bvp.dynamics, &bvp.dynamics.grid);
     let units = &dynamics.units;

@@ -16,7 +16,7 @@ use crate::optimize::convex::cone::Cone;
 use crate::optimize::convex::sparse::SparseParts;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// A proved bound and the dual objective before the correction by the residuals.
+/// A proved bound, and the dual objective before its correction by the residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Proved {
     /// Proved bound: no maneuver in the range costs less.

@@ -35,9 +35,9 @@ pub(crate) struct ChainData {
     pub j_d: Matrix3,
     /// Weight `G` of the torque, in any unit.
     pub weight: Matrix3,
-    /// Factor of the whole cost.
+    /// Factor of the cost, 1/(2h³) in the header.
     pub factor: f64,
-    /// Momentum times `h` that the first free step would have without torque, `a` in the header.
+    /// Momentum times `h` before the first free step in the absence of torque, `a` in the header.
     pub before: Vector3,
     /// Momentum times `h` at the end, `b` in the header.
     pub after: Vector3,
@@ -45,7 +45,8 @@ pub(crate) struct ChainData {
     pub end_factor: f64,
     /// Product `Q` of the free steps.
     pub whole: Matrix3,
-    /// Largest angle of each free step \[rad\], up to π; their number is M.
+    /// Largest angle of each free step \[rad\], at most π. Its length is the number M of free
+    /// steps.
     pub angles: Vec<f64>,
     /// Whether all rotations are about the z axis.
     pub planar: bool,
@@ -67,11 +68,11 @@ pub(crate) struct Chain {
     /// Sets of rotations that occur together in a term.
     pub cliques: Vec<Vec<usize>>,
     pub cost: Polynomial,
-    /// Upper bound of the sum of the magnitudes of all terms that were added to form `cost`.
+    /// Upper bound of the sum of the magnitudes of all terms that were added to obtain `cost`.
     pub cost_magnitude: f64,
     /// Equality constraints, as polynomials that vanish: `R_k F_k = R_{k+1}`.
     pub relations: Vec<Polynomial>,
-    /// Angle ranges, one per step; a step whose range is the whole group has none.
+    /// Angle range of each step. Steps whose range is the whole rotation group are left out.
     pub limits: Vec<Limit>,
 }
 
@@ -163,7 +164,7 @@ impl Chain {
         if count == 2 {
             self.cliques.push(vec![0]);
         }
-        // The header numbers the steps from 1, the code from 0.
+        // The header counts the steps from 1, the code from 0.
         let attitude_id = |k: usize| if k == 2 { 0 } else { count + k - 3 };
         for k in 2..count {
             let (f, next) = (&steps[k - 1], &steps[k]);
@@ -177,7 +178,7 @@ impl Chain {
             };
             self.add_relation(&self.ring.matrix_product(&attitude, f), &after);
             if last {
-                // The two other forms of R F G = Q: F G = Rᵀ Q and G Qᵀ R = Fᵀ.
+                // Two equivalent forms of R F G = Q: F G = Rᵀ Q and G Qᵀ R = Fᵀ.
                 let right = transposed(&left_multiplied(&data.whole.transpose(), &attitude));
                 self.add_relation(&self.ring.matrix_product(f, next), &right);
                 let turned = left_multiplied(&data.whole.transpose(), &attitude);

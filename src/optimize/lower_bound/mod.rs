@@ -79,9 +79,9 @@ pub struct BoundSettings {
     /// physical branch. A smaller angle gives a higher bound that holds for fewer maneuvers. Not
     /// used by [`Relaxation::Shor`].
     pub max_step_angle: f64,
-    /// Cost of a maneuver that solves the problem, in the problem's unit of cost. Default: none.
-    /// With a known cost the angle range of each step shrinks to the range that a cheaper maneuver
-    /// can use, and the bound still covers the whole physical branch.
+    /// Cost of a known maneuver that solves the problem, in the problem's unit of cost; `None` by
+    /// default. With a known cost the angle range of each step shrinks to the range that a cheaper
+    /// maneuver can use. The bound still covers the whole physical branch.
     pub known_cost: Option<f64>,
     /// Tolerance of the cone solver. Default 1e-9.
     pub tolerance: f64,
@@ -107,13 +107,14 @@ impl Default for BoundSettings {
 pub enum Coverage {
     /// Every solution of the discrete equations, on any branch of the implicit equation.
     AnyBranch,
-    /// Every maneuver whose steps turn less than 90°: all maneuvers that the planner can return.
+    /// Every maneuver whose steps all turn by less than 90°: all maneuvers that the planner can
+    /// return.
     PhysicalBranch,
     /// Only maneuvers whose steps stay within [`LowerBound::step_angles`].
     WithinAngles,
 }
 
-/// How the cone solver ended. The bound is proved in every case.
+/// How the cone solver ended. The bound is proved however it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverEnd {
@@ -138,17 +139,17 @@ pub struct LowerBound {
     pub cost: f64,
     /// Dual objective of the solver, before the correction by its residuals.
     pub claimed: f64,
-    /// Cost of a known maneuver, from the settings; `None` if not given.
+    /// Cost of a known maneuver, as in the settings; `None` if the settings contain no known cost.
     pub known_cost: Option<f64>,
-    /// Relative gap `(known − bound)/known`; zero if the known maneuver is globally optimal. `None`
-    /// without a known cost.
+    /// Gap relative to the known cost, `(known − bound)/known`; zero proves that the known maneuver
+    /// is globally optimal. `None` without a known cost.
     pub gap: Option<f64>,
     /// Maneuvers that the bound covers.
     pub coverage: Coverage,
     /// Largest covered angle of each step of the grid \[rad\]; π if the step has no limit.
     pub step_angles: Vec<f64>,
-    /// Largest ratio of the second to the first eigenvalue of the moment matrices; the relaxation
-    /// is exact if it is near zero. `None` if the solver returned no point.
+    /// Largest ratio of the second largest to the largest eigenvalue among the moment matrices. The
+    /// relaxation is exact if the ratio is near zero. `None` if the solver returned no point.
     pub rank_one_defect: Option<f64>,
     /// Relaxation that was solved.
     pub relaxation: Relaxation,
@@ -200,9 +201,9 @@ pub const MAX_STEPS: usize = 60;
 /// Computes a lower bound on the cost of every maneuver that solves `problem` on its own grid and
 /// scheme.
 ///
-/// It covers free bodies with torques along at least three independent axes, and single-axis turns
-/// about a principal axis. Input limits and pointing constraints are ignored: they can only
-/// increase the cost.
+/// The bound is available for free bodies with torques along at least three independent axes, and
+/// for single-axis turns about a principal axis. Input limits and pointing constraints are ignored,
+/// because they can only increase the cost.
 ///
 /// # Errors
 /// A [`BoundError`] if the problem is not covered, a setting is out of range, or the solver failed.
@@ -258,14 +259,15 @@ pub fn covered(problem: &Problem) -> Result<(), BoundError> {
     Setup::new(problem, &BoundSettings::default()).map(|_| ())
 }
 
-/// Regularisations to try, in the order of their usual success. Every dual vector proves some
-/// bound; the highest proved bound is returned.
+/// Regularisations of the cone solver, tried from the most to the least often successful. Every
+/// dual vector proves some bound; the highest proved bound is returned.
 const REGULARIZATIONS: [f64; 3] = [1e-7, 1e-6, 1e-8];
 
-/// Relative threshold of round-off, for asymmetries and coefficients.
+/// Relative threshold below which asymmetries and coefficients count as round-off.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Acceptable loss of a proof, relative to the dual objective: a smaller loss ends the attempts.
+/// Acceptable difference between the dual objective and the proved bound, relative to the dual
+/// objective. A smaller difference ends the attempts.
 const GOOD_LOSS: f64 = 1e-6;
 
 impl LowerBound {
@@ -353,7 +355,7 @@ impl BoundSettings {
     }
 }
 
-/// The chain of a problem, and the units for the conversion of its results.
+/// The chain of a problem, and the units in which its results are expressed.
 struct Setup {
     data: ChainData,
     /// Unit of cost: `J_mean² g / T³`, with the unit `g` of the torque weight.
@@ -370,7 +372,7 @@ struct Weight {
     matrix: Matrix3,
     /// Smallest eigenvalue of `Ĝ` on the torques that the actuators can produce.
     smallest: f64,
-    /// The axis of torque if only one axis has torque; `None` otherwise.
+    /// Axis about which torque acts if there is only one; `None` otherwise.
     axis: Option<Vector3>,
 }
 
@@ -454,7 +456,7 @@ impl Setup {
                 if needed > settings.max_step_angle {
                     coverage = Coverage::WithinAngles;
                 }
-                // A range of zero width would leave no scale for the moments.
+                // An angle range of zero width would leave no scale for the moments.
                 needed.min(settings.max_step_angle).max(1e-6)
             };
             data.angles.push(angle);

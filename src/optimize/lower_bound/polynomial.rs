@@ -106,9 +106,9 @@ impl Ring {
         matrix(|i, j| sum(|k| (self.product(&a[i][k], &b[k][j]), 1.0)))
     }
 
-    /// Returns the monomials in normal form, in the quaternion of rotation `id`, of degree `from`
-    /// and of all lower degrees of the same parity, except the constant. On the sphere they span
-    /// the forms of degree `from`, together with the constant if `from` is even.
+    /// Returns the monomials of degree `from` and of all lower degrees of the same parity, except
+    /// the constant, in the quaternion of rotation `id` and in normal form. On the unit sphere they
+    /// span the forms of degree `from`, together with the constant if `from` is even.
     pub fn monomials(&self, id: usize, from: u8) -> Vec<Polynomial> {
         let mut out = Vec::new();
         let mut degree = if from.is_multiple_of(2) { 2 } else { 1 };
@@ -148,7 +148,7 @@ impl Polynomial {
         }
     }
 
-    /// Returns `self + factor · other`.
+    /// Returns the polynomial `self + factor · other`.
     pub fn plus(mut self, other: &Self, factor: f64) -> Self {
         self.add(other, factor);
         self
@@ -159,8 +159,8 @@ impl Polynomial {
         self.terms.get(&Vec::new()).copied().unwrap_or(0.0)
     }
 
-    /// Returns `Σ |coefficient|`, an upper bound of the polynomial's magnitude, since every
-    /// variable is at most 1.
+    /// Returns `Σ |coefficient|`, an upper bound on the polynomial's magnitude because every
+    /// variable has a magnitude of at most 1.
     pub fn magnitude(&self) -> f64 {
         self.terms.values().map(|value| value.abs()).sum()
     }

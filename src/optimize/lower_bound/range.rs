@@ -1,4 +1,4 @@
-//! Largest angle of a step in a maneuver that costs no more than a known one.
+//! Largest angle of a step in a maneuver that costs no more than a known maneuver.
 //!
 //! Let `t` be the time of torque before a step, `T − t` the time after it, `π` the spatial momentum
 //! at the step and `π_0`, `π_d` the spatial momenta at the ends. Impulses add up in the spatial
@@ -19,28 +19,29 @@ use crate::Vector3;
 /// Boundary data of the angle bound, with momenta and inertia divided by the mean moment of
 /// inertia.
 pub(super) struct Ends {
-    /// Spatial momenta at the start and at the end.
+    /// Spatial angular momenta at the start and at the end.
     pub momenta: [Vector3; 2],
     /// Duration of the maneuver.
     pub duration: f64,
-    /// Budget `2U/g` for the squared impulses over time, where U is the known cost and g the
-    /// smallest eigenvalue of the torque weight.
+    /// Upper bound `2U/g` on the sum of squared impulses, each divided by its time. U is the known
+    /// cost and g the smallest eigenvalue of the torque weight.
     pub budget: f64,
 }
 
 impl Ends {
-    /// Returns the largest possible momentum after the time `t` of torque.
+    /// Returns the largest possible magnitude of the momentum after the time `t` under torque.
     fn momentum(&self, t: f64) -> f64 {
         let [start, end] = &self.momenta;
         let total = self.duration;
         let center = start + (end - start) * (t / total);
         let left = (self.budget - (end - start).norm_squared() / total).max(0.0);
-        // A relative reserve of 1e-9 for round-off: the range may be too large but never too small.
+        // A relative reserve of 1e-9 covers round-off: the range may be too large but never too
+        // small.
         (center.norm() + (t * (total - t) / total * left).max(0.0).sqrt()) * (1.0 + 1e-9)
     }
 
-    /// Returns the largest angle of a step of length `h` after the time `t` of torque \[rad\], at
-    /// most 90°.
+    /// Returns the largest possible angle of a step of length `h` after the time `t` under torque
+    /// \[rad\], at most 90°.
     pub fn angle(&self, t: f64, h: f64, smallest_moment: f64) -> f64 {
         let sine = h * self.momentum(t) / smallest_moment;
         if sine < 1.0 { sine.asin() } else { std::f64::consts::FRAC_PI_2 }

@@ -32,7 +32,7 @@ pub(crate) struct MomentProgram {
     pub cost_magnitude: f64,
     /// Largest trace that a maneuver gives to each semidefinite cone.
     pub traces: Vec<f64>,
-    /// Number of semidefinite cones that are moment matrices of a clique; these come first.
+    /// Number of semidefinite cones that are moment matrices of a clique. They are stored first.
     pub moment_matrices: usize,
 }
 

@@ -26,8 +26,8 @@ fn planned(problem: &Problem) -> Solution {
     search::solve(problem, &Settings::discrete(), None, &mut Silent).unwrap()
 }
 
-/// Builds a rest-to-rest turn in three steps of Lie–Euler with h = 1, so that the values of the
-/// reference are twice the cost.
+/// Builds a rest-to-rest turn in three Lie–Euler steps with h = 1, so that the reference values are
+/// twice the cost.
 fn three_steps(inertia: Inertia, rotation: Vector3) -> Problem {
     let body = Body { inertia, mass: None };
     let end = State::at_rest(lie::exp(&rotation));
@@ -42,8 +42,8 @@ fn spatial(file: &Value, case: &Value) -> Problem {
     three_steps(inertia, axis.normalize() * number(&case["angle_deg"]).to_radians())
 }
 
-/// Builds a turn about a principal axis of moment 1 that is not a coordinate axis, by torques along
-/// it.
+/// Builds a turn about a principal axis with moment of inertia 1 that is not a coordinate axis.
+/// Torque acts about this axis only.
 fn single_axis(case: &Value) -> Problem {
     let tilt = lie::exp(&Vector3::new(0.4, -0.3, 0.8));
     let j = tilt * Matrix3::from_diagonal(&Vector3::new(1.3, 0.9, 1.0)) * tilt.transpose();
@@ -129,7 +129,7 @@ fn bounds_of_order_two_are_those_of_the_reference() {
 
 /// Returns a free body with random inertia, inputs, weight and moving ends.
 fn random_problem(random: &mut Random, scheme: Scheme, steps: usize) -> Problem {
-    // Any point masses have a physical inertia.
+    // A set of point masses always has a physical inertia.
     let mut j_d = Matrix3::identity() * 0.05;
     for _ in 0..4 {
         let point = random.vector3();
@@ -350,7 +350,7 @@ fn a_turn_that_no_step_can_make_is_proved_impossible() {
     // Two steps of at most 51° can turn 100°.
     let settings = BoundSettings { max_step_angle: 51f64.to_radians(), ..BoundSettings::default() };
     assert!(lower_bound(&two, &settings).unwrap().cost.is_finite());
-    // With one free step of 60° only one maneuver exists, and its cost is known.
+    // With one free step of 60° only one maneuver exists, so its cost is the bound.
     let one = three_steps(full_inertia(), Vector3::new(0.0, 0.0, 1.0)).with_steps(2);
     let cost = planned(&one).cost;
     let bound = bounded(&one, Relaxation::Localized).cost;

@@ -1,4 +1,4 @@
-//! The requested homotopy class, and how far a result deviates from it.
+//! The requested homotopy class, and the deviation of a result from it.
 //!
 //! # When is a saddle or the other homotopy class a result?
 //!
@@ -27,16 +27,18 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::way::{Follower, Way};
 use std::f64::consts::TAU;
 
-/// Largest attitude error on another grid \[rad\] at which an extremal is in the same homotopy
-/// class there.
+/// Largest attitude error at the end of the coarse grid \[rad\] with which the costates of a fine
+/// extremal are taken to lead to the same homotopy class on the coarse grid.
 const NEAR: f64 = 0.2;
-/// Deviation that is added for a path of the other homotopy class: more turns than any path has.
+/// Deviation that is added if a path is in the other homotopy class than the requested one: larger
+/// than the number of full turns of any path.
 const OTHER_CLASS: f64 = 1e6;
-/// Deviation from which a path counts as not the requested one.
+/// Deviation from which a path does not count as the requested one.
 pub(super) const ASTRAY: f64 = 1.0;
 
-/// Returns whether a solution is in the requested homotopy class and has no conjugate point.
-/// Saddles are accepted for a given rotation, and if the second-order test is disabled.
+/// Returns whether a solution converged, is in the requested homotopy class and has no conjugate
+/// point. Conjugate points are accepted if a rotation is given, or if the second-order test is
+/// disabled.
 pub(super) fn satisfies<const N: usize>(search: &Search<N>, solution: &Solution) -> bool {
     let untested = !search.context.settings.test_second_order;
     let minimal = untested || solution.optimality.conjugate_points == Some(0);
@@ -48,7 +50,7 @@ pub(super) fn goes_as_asked<const N: usize>(search: &Search<N>, solution: &Solut
     asked_sense(search).is_none_or(|sense| sense == solution.sense)
 }
 
-/// Returns the requested homotopy class; `None` for the best one.
+/// Returns the requested homotopy class; `None` if the best path of any class is requested.
 pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
     match search.problem.path {
         Path::Best => None,
@@ -71,14 +73,14 @@ pub(super) fn held_to_its_way<const N: usize>(search: &Search<N>, mut solution: 
     solution
 }
 
-/// Marks a solution as stalled if it is not in the requested homotopy class or its terminal error
-/// exceeds the tolerance.
+/// Marks a solution as stalled if it is not in the requested homotopy class or if its terminal
+/// error exceeds the tolerance.
 pub(super) fn held_to_all<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     held_to(search.context.settings.tolerance, held_to_its_way(search, solution))
 }
 
-/// Returns the grid on which the homotopy class of an extremal is determined: the coarse one,
-/// unless the costates of a fine extremal miss the target there.
+/// Returns the grid on which the homotopy class of an extremal is determined: the coarse grid,
+/// unless the costates of a fine extremal miss the target on it.
 pub(super) fn told_on<'s, 'a, const N: usize>(
     search: &'s Search<'a, '_, N>,
     candidate: &Candidate,
@@ -91,7 +93,8 @@ pub(super) fn told_on<'s, 'a, const N: usize>(
     if is_fine && !near() { &search.fine } else { &search.coarse }
 }
 
-/// Returns the homotopy class of a candidate.
+/// Returns the homotopy class of a candidate, with its angle and rotation vector; the short class
+/// and NaN if they cannot be determined.
 pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> Way {
     let way = match candidate.provenance.method {
         Road::Scp | Road::InteriorPoint => {
@@ -111,15 +114,16 @@ pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> 
     way.unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
 }
 
-/// Returns the deviation of a path from the request: 1 for the other homotopy class, or the
-/// distance to a given rotation in full turns.
+/// Returns the deviation of a path from the request: 1 for the other homotopy class than the
+/// requested one. If a rotation is given, returns the distance to it in full turns.
 pub(super) fn astray<const N: usize>(search: &Search<N>, found: &Attempt) -> f64 {
     let way = || way(search, &found.candidate);
     match search.problem.path {
         Path::Best => 0.0,
         Path::Shortest => f64::from(u8::from(way().sense != Sense::Short)),
         Path::Long => f64::from(u8::from(way().sense != Sense::Long)),
-        // In full turns, to a thousandth; a path of the other class deviates more than any other.
+        // In full turns, rounded to a thousandth. A path of the other class deviates more than any
+        // other.
         Path::AsGiven(rotation) => {
             let way = way();
             let other = asked_sense(search).is_some_and(|sense| sense != way.sense);
@@ -149,15 +153,15 @@ pub(super) fn held_to(tolerance: f64, mut solution: Solution) -> Solution {
     solution
 }
 
-/// Returns whether a path is in the requested homotopy class; a path is short if its class cannot
-/// be determined.
+/// Returns whether a path is in the requested homotopy class. A path whose class cannot be
+/// determined counts as short.
 pub(super) fn goes_round_as_asked<const N: usize>(search: &Search<N>, path: &Candidate) -> bool {
     let sense = || sense_of(&search.fine, path).unwrap_or(Sense::Short);
     asked_sense(search).is_none_or(|asked| asked == sense())
 }
 
-/// Returns the requested homotopy class if any path in it is acceptable; `None` for the best path
-/// and for a given rotation.
+/// Returns the requested homotopy class if any path in the class is acceptable; `None` if the best
+/// path or a given rotation is requested.
 pub(super) fn asked_for_a_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
     match search.problem.path {
         Path::Shortest => Some(Sense::Short),

@@ -1,5 +1,5 @@
-//! Data that all strategies share: settings, time limit, observer, and the record of what was
-//! tried.
+//! Data that all strategies share: settings, time limit, observer, and the record of the
+//! strategies' runs.
 
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
@@ -19,7 +19,7 @@ use std::time::Instant;
 pub struct Progress<'a> {
     /// The strategy that is running.
     pub rung: Rung,
-    /// Name of the start that the strategy works on.
+    /// Name of the start from which the strategy proceeds.
     pub start: &'a str,
     /// Number of steps of the strategy's grid.
     pub steps: usize,
@@ -41,7 +41,7 @@ pub enum Control {
 
 /// Observes a solve, and can stop it.
 pub trait Observer {
-    /// Called for every strategy and between iterations.
+    /// Reports progress: called for every strategy and between iterations.
     fn on_progress(&mut self, _progress: &Progress) -> Control {
         Control::Continue
     }
@@ -61,8 +61,8 @@ pub struct Silent;
 
 impl Observer for Silent {}
 
-/// Data that all strategies share: settings, time limit, observer, and the record of what was
-/// tried.
+/// Data that all strategies share: settings, time limit, observer, and the record of the
+/// strategies' runs.
 pub(crate) struct Context<'a> {
     pub settings: &'a Settings,
     pub tuning: SearchTuning,
@@ -88,17 +88,17 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Returns whether plans must land.
+    /// Returns whether the true motion of a plan must meet the end (landing).
     pub fn lands(&self) -> bool {
         self.settings.target == Target::Motion
     }
 
-    /// Announces the strategy that runs, for progress reports.
+    /// Announces the strategy that now runs, for progress reports.
     pub fn enter(&self, rung: Rung, start: &str, steps: usize) {
         *self.at.borrow_mut() = (rung, start.into(), steps);
     }
 
-    /// Returns the time at which the time limit ends; `None` without a limit.
+    /// Returns the instant at which the time limit expires; `None` without a time limit.
     pub fn deadline(&self) -> Option<Instant> {
         self.settings.time_limit.and_then(|limit| self.began.checked_add(limit))
     }
@@ -110,7 +110,7 @@ impl<'a> Context<'a> {
         self.ladder.borrow_mut().push(RungReport { rung, start, steps, outcome, iterations, residuals });
     }
 
-    /// Calls `work` with a budget of as many iterations as the settings allow.
+    /// Calls `work` with the number of iterations that the settings allow as its budget.
     pub fn within<T>(&self, work: impl FnOnce(&Budget) -> T) -> T {
         let interrupt = || self.interrupt();
         let watch = Watch { interrupt: &interrupt, deadline: self.deadline(), flag: self.flag.as_ref() };
@@ -122,7 +122,7 @@ impl<'a> Context<'a> {
         self.noted(rung, self.tried(rung, method, candidate))
     }
 
-    /// Improves a candidate by a method, without a record.
+    /// Improves a candidate by a method, without recording the report.
     pub fn tried(&self, rung: Rung, method: &impl Method, candidate: Candidate) -> Attempt {
         self.enter(rung, &candidate.provenance.start, candidate.steps());
         self.within(|budget| method.improve(candidate, budget))
@@ -140,7 +140,8 @@ impl<'a> Context<'a> {
         attempt
     }
 
-    /// Returns the reason to stop, if any; once stopped, the answer does not change.
+    /// Returns the reason to stop; `None` to continue. Once a reason is returned, it does not
+    /// change.
     pub fn interrupt(&self) -> Option<Outcome> {
         if self.stopped.get().is_none() {
             let elapsed = self.began.elapsed();

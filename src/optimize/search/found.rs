@@ -5,7 +5,8 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::pool::{Pool, SAME};
 use crate::optimize::search::starts::GUESS;
 
-/// Relative difference of cost below which two results of the convex methods are the same optimum.
+/// Relative cost difference below which two results of the interior-point method or SCP are the
+/// same optimum.
 pub(super) const SAME_COST: f64 = 1e-9;
 
 /// Results so far. A strategy reads the results of earlier ones, and adds its own.
@@ -15,18 +16,19 @@ pub(super) struct Found<const N: usize> {
     plans: Vec<Attempt>,
     /// The attempt with the smallest residual among those that did not converge.
     missed: Option<Attempt>,
-    /// Plans of a guess that is used in addition to the search.
+    /// Plans found from a guess that is used in addition to the search.
     pub aside: Vec<Attempt>,
     /// Coarse-grid results of the strategies without limits.
     pub pool: Pool<N>,
     /// Work spent on convex subproblems, summed over all initial paths.
     pub work: ConvexWork,
-    /// The complete solution, if a strategy has it: that of the maneuver without limits, if it
-    /// satisfies all limits.
+    /// The complete solution, if a strategy has one: the solution of the maneuver without limits
+    /// that satisfies all limits.
     pub answer: Option<Solution>,
-    /// The solution as it is reported, if a strategy had to compute it.
+    /// The solution in its reported form, if a strategy had to compute it.
     pub told: Option<Solution>,
-    /// Shortest duration with a plan \[s\], if the requested duration has no plan.
+    /// Shortest duration for which a plan was found \[s\], if none was found for the requested
+    /// duration.
     pub shortest: Option<f64>,
 }
 
@@ -48,7 +50,7 @@ impl<const N: usize> Found<N> {
         converged
     }
 
-    /// Adds the convex work of an attempt.
+    /// Adds the work of an attempt on convex subproblems.
     pub fn add_work(&mut self, attempt: &Attempt) {
         self.work.all_subproblems += attempt.work.all_subproblems;
         self.work.cone_iterations += attempt.work.cone_iterations;
@@ -96,7 +98,7 @@ impl<const N: usize> Found<N> {
         self.missed = missed;
     }
 
-    /// Returns whether a given costate led to a plan; no other strategy is then tried.
+    /// Returns whether a given costate led to a plan. If so, no other strategy is tried.
     pub fn is_guessed(&self) -> bool {
         self.best().is_some_and(|found| found.candidate.provenance.start == GUESS)
     }

@@ -15,12 +15,14 @@ use crate::optimize::search::strategies::shots::shoot_from;
 use crate::optimize::search::strategies::{self, advice};
 use std::f64::consts::PI;
 
-/// Solves a maneuver with a known duration, or proves that it is infeasible.
+/// Solves a maneuver with a known duration, or proves that it is infeasible. `ask` states the
+/// methods that may be used.
 pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
     let of_motion = || if context.lands() { infeasible::of_motion(problem) } else { None };
     if let Some(proof) = infeasible::proof(problem).or_else(of_motion) {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-        // The bound of a proof may not suffice as a duration; a turn about a fixed axis does.
+        // A duration at the bound of the infeasibility proof may be too short; that of a turn about
+        // a fixed axis suffices.
         let longer = ask.advise.then(|| infeasible::sufficient(problem)).flatten();
         return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), longer, ..unsolved };
     }
@@ -41,7 +43,7 @@ pub(super) fn search_of<'a, 'c, const N: usize>(
     Search::new(problem, context, ask, strategies::ladder())
 }
 
-/// Runs the strategies, and returns the solution with the record of what was tried.
+/// Runs the strategies, and returns the solution with the record of their runs.
 fn answer<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = search.climb();
     let solution = conclude(search, &mut found);
@@ -60,7 +62,7 @@ fn answer<const N: usize>(search: &Search<N>) -> Solution {
     Solution { ladder: search.context.ladder.take(), ..solution }
 }
 
-/// Solves by Newton from the guess alone, on the requested grid, without other strategies.
+/// Solves by Newton shooting from the guess alone, on the requested grid, without other strategies.
 pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = Found::default();
     if let Some(guess) = search.ask.guess {
@@ -69,9 +71,8 @@ pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     Solution { ladder: search.context.ladder.take(), ..conclude(search, &mut found) }
 }
 
-/// Returns the maneuver with its end made specific: the shortest path if that is equivalent to a
-/// given rotation, or a likely attitude if the terminal attitude is free. `None` if nothing
-/// changes.
+/// Returns the maneuver with a more specific request: the shortest path in place of an equivalent
+/// given rotation, or a likely terminal attitude in place of a free one. `None` if neither applies.
 fn known_end(problem: &Problem) -> Option<Problem> {
     if problem.ends_in_any_attitude() {
         let mut likely = problem.clone();
@@ -81,13 +82,13 @@ fn known_end(problem: &Problem) -> Option<Problem> {
     turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
 }
 
-/// Difference to half a turn \[rad\] below which round-off decides the homotopy class of a
-/// rotation.
+/// Difference between an angle and half a turn \[rad\] below which round-off decides the homotopy
+/// class of a rotation.
 const HALF_TURN: f64 = 1e-3;
 
-/// Returns whether the given rotation is the shortest one between two states at rest, and cannot be
-/// followed as written because torques about some axis are missing. Then it determines only the
-/// homotopy class.
+/// Returns whether the given rotation is the shortest one between two states at rest and cannot be
+/// followed exactly because torques about some axis are missing. The rotation then determines only
+/// the homotopy class.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
     let Path::AsGiven(rotation) = problem.path else { return false };
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());
@@ -96,9 +97,9 @@ fn turns_the_shortest_way(problem: &Problem) -> bool {
     free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }
 
-/// Confirms a solution of the chain by shooting, started from its dual variables: whether it is an
+/// Confirms a solution of the chain by shooting from its dual variables: tests whether it is an
 /// extremal, and its second order. If the terminal error of the solution exceeds the tolerance, the
-/// result of shooting replaces it.
+/// result of shooting replaces the solution.
 fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     if solution.outcome != Outcome::Converged || search.stopped() {
         return solution;

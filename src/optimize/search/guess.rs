@@ -27,11 +27,11 @@ pub struct Guess {
     pub quaternion: Vec<[f64; 4]>,
     /// Positions at the same nodes \[m\]; empty if the body does not translate.
     pub position: Vec<Vector3>,
-    /// True if the search is skipped when the costates lead to a plan, which may not be the
-    /// cheapest.
+    /// True if the search is skipped when shooting from the costates leads to a plan. This plan may
+    /// not be the cheapest.
     pub alone: bool,
-    /// True if the whole search runs too, as [`crate::plan::plan()`] sets it. Parts of a search set
-    /// neither flag.
+    /// True if the whole search also runs, as set by [`crate::plan::plan()`]. Searches that are
+    /// parts of another search set neither flag.
     #[doc(hidden)]
     pub beside: bool,
     /// Times of the nodes of the path \[s\], if the path is the plan of a finished search;
@@ -42,12 +42,12 @@ pub struct Guess {
 }
 
 impl Guess {
-    /// Creates a guess of costates without a path.
+    /// Creates a guess from costates, without a path.
     pub fn costates(costates: &[f64]) -> Self {
         Self { costates: costates.to_vec(), ..Self::default() }
     }
 
-    /// Creates a guess from a solution of `problem`: costates and path.
+    /// Creates a guess from the costates and the path of a solution of `problem`.
     pub fn of(solution: &Solution, problem: &Problem) -> Self {
         Self {
             costates: solution.costates_0(problem).to_vec(),
@@ -57,24 +57,25 @@ impl Guess {
         }
     }
 
-    /// Creates a guess from the plan of a neighbour that replaces the search.
+    /// Creates a guess from the plan of a neighbouring maneuver. The guess replaces the search if
+    /// it leads to a plan.
     pub(crate) fn near(solution: &Solution, problem: &Problem) -> Self {
         Self { time: solution.trajectory.time.clone(), alone: true, ..Self::of(solution, problem) }
     }
 
-    /// Returns the guess as one that replaces the search if it leads to a plan. This is quicker,
-    /// but the plan may not be the cheapest.
+    /// Makes the guess replace the search if it leads to a plan. This is quicker, but the plan may
+    /// not be the cheapest.
     pub fn alone(self) -> Self {
         Self { alone: true, ..self }
     }
 
-    /// Returns the guess as one more start in addition to the search, unless it is alone.
+    /// Makes the guess one more start in addition to the search, unless it replaces the search.
     pub(crate) fn beside_the_search(&self) -> Self {
         Self { beside: !self.alone, ..self.clone() }
     }
 
-    /// Creates a guess from the path of a plan on the chain of a maneuver, whose stated duration is
-    /// `stated`.
+    /// Creates a guess from the path of a plan on a chain. `stated` is the duration of the chain's
+    /// maneuver \[s\].
     pub(super) fn of_plan(dynamics: &Dynamics, stated: f64, plan: &Candidate) -> Self {
         let poses = || plan.states.iter().map(Point::pose);
         Self {
@@ -85,7 +86,7 @@ impl Guess {
         }
     }
 
-    /// Creates a guess from the path of a solution, as the plan of a finished search.
+    /// Creates a guess from the path of a solution, marked as the plan of a finished search.
     pub(super) fn of_solution(plan: &Solution) -> Self {
         let Trajectory { time, quaternion, position, .. } = plan.trajectory.clone();
         Self { time, quaternion, position, ..Self::default() }
@@ -96,7 +97,7 @@ impl Guess {
         !self.time.is_empty()
     }
 
-    /// Returns the path of a finished search as a motion.
+    /// Returns the path as a motion if it is the plan of a finished search; `None` otherwise.
     pub(super) fn motion(&self) -> Option<Trajectory> {
         let (time, quaternion, position) =
             (self.time.clone(), self.quaternion.clone(), self.position.clone());
@@ -114,7 +115,7 @@ impl Guess {
     }
 
     /// Returns the path on the grid of `model`. Its attitudes and positions are shifted gradually
-    /// so that it has the boundary states of this maneuver.
+    /// so that it meets the boundary states of this maneuver.
     pub(super) fn seed(&self, model: &Model) -> Option<Candidate> {
         let last = self.quaternion.len().checked_sub(1).filter(|last| *last > 0)?;
         let unit = model.dynamics.units.length;

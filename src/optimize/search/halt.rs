@@ -3,10 +3,10 @@
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::PlanError;
 
-/// Reason why a repeated search ends early.
+/// Reason why a repeated search ends at once.
 pub(super) enum Halt {
     Refused(PlanError),
-    /// The solve that was interrupted, or ran out of time.
+    /// A solve was interrupted or reached the time limit; its solution.
     Stopped(Box<Solution>),
 }
 

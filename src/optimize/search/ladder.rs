@@ -1,5 +1,5 @@
-//! The search for unconstrained, limited and constrained maneuvers: its request, and the interface
-//! of a strategy.
+//! The search for unconstrained, limited and constrained maneuvers: the request of a search, and
+//! the interface of its strategies.
 //!
 //! Every strategy improves candidates, most of them on a coarse grid, and its results are
 //! transferred to the requested grid. Fast strategies that nearly always succeed run first
@@ -28,17 +28,17 @@ pub(super) struct Ask<'a> {
     /// True if the interior-point method may be tried, or SCP if the settings request it.
     pub convex: bool,
     pub guess: Option<&'a Guess>,
-    /// Motion that is the only initial path; `None` to use all others.
+    /// Options of SCP for the last solve, on the requested grid.
     pub along: Option<&'a Trajectory>,
     /// Options of SCP on the requested grid.
     pub last: ScpOptions,
     /// True if a sufficient duration is reported when no plan is found.
     pub advise: bool,
-    /// Objective in place of the effort (`cheapest`); `None` for minimum effort.
+    /// Longest duration of a plan with the objective `goal` \[s\].
     pub goal: Option<Goal>,
-    /// Longest duration of a plan with such an objective \[s\].
+    /// Initial paths for the objective `goal`.
     pub longest: f64,
-    /// Initial paths for such an objective.
+    /// True if the true motion of the result must meet the end (landing).
     pub paths: &'a [Candidate],
     /// True if the result must land.
     pub lands: bool,
@@ -47,7 +47,7 @@ pub(super) struct Ask<'a> {
 }
 
 impl Ask<'_> {
-    /// Returns the request for the maneuver without limits.
+    /// Returns the request for the same maneuver without limits.
     pub fn of_relaxed(&self) -> Self {
         Self {
             shooting: true,
@@ -62,8 +62,8 @@ impl Ask<'_> {
         }
     }
 
-    /// Returns the request for the convex methods alone, for an objective or the effort, with their
-    /// own initial paths.
+    /// Returns the request for the interior-point method or SCP alone, with their own initial
+    /// paths. `goal` is the objective; `None` for minimum effort.
     pub fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
         let last = ScpOptions::default().within(settings.max_iterations);
         Self {
@@ -94,13 +94,13 @@ pub(super) trait Climb<const N: usize>: Sync {
 /// All steps of the fallback sequence, in order.
 pub(super) type Ladder<const N: usize> = &'static [&'static dyn Climb<N>];
 
-/// A search: a maneuver and a request. It does not change while the strategies run; the results are
-/// in [`Found`].
+/// A search: a maneuver and a request. It does not change while the strategies run; their results
+/// are in [`Found`].
 pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
     pub context: &'a Context<'c>,
     pub ask: Ask<'a>,
-    /// Numbers of turns to try, in order.
+    /// Numbers of additional full turns to try, in order.
     pub turns: Vec<i32>,
     /// Boundary value problem on the requested grid.
     pub fine: BoundaryValueProblem<'a, N>,
@@ -119,8 +119,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Self { problem, context, ask, turns, fine, coarse, ladder }
     }
 
-    /// Creates a search with the same strategies for another request, whose result is used by this
-    /// search.
+    /// Creates a search for another maneuver and request, with the same context. This search uses
+    /// its result.
     pub fn of<'b>(&self, problem: &'b Problem, ask: Ask<'b>) -> Search<'b, 'c, N>
     where
         'a: 'b,
@@ -148,8 +148,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.ask.shooting && !self.fine.dynamics.is_limited()
     }
 
-    /// Returns the chain of the maneuver on `steps` steps, with its given duration or with a free
-    /// one if the objective requires that.
+    /// Returns the chain of the maneuver on `steps` steps, with the given duration, or with a free
+    /// duration if the objective requires it.
     pub fn chain(&self, steps: usize) -> Chain {
         match &self.ask.goal {
             None => Chain::new(self.problem, steps),
@@ -157,8 +157,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// Returns the chain with the given duration. It has the rows of the chain with a free
-    /// duration.
+    /// Returns the chain with the given duration. It has the same limit rows as the chain with a
+    /// free duration.
     pub fn chain_of_given_duration(&self, steps: usize) -> Chain {
         match self.ask.goal.as_ref().and_then(Goal::in_given_duration) {
             None => Chain::new(self.problem, steps),

@@ -44,15 +44,16 @@ use settings::ON_EVENTS;
 use std::cell::Cell;
 
 /// Largest number of wheels whose torques are determined by a torque about all axes. More wheels
-/// can share it in many ways while a rate limit, a cone or a saturated wheel is active. Only a
-/// thorough search looks for arcs then, because arcs are rarely found and the search takes long
-/// (`slew plan -v --set solver.search=thorough` on a spec of
-/// `cargo run --release -p evidence -- everyday rate 0 1`).
+/// can divide a torque in many ways while a rate limit, a cone or a saturated wheel is active. Only
+/// a thorough search then looks for arcs, because arcs are rarely found and the search takes long
+/// (`slew plan -v --set solver.search=thorough` on a spec of `cargo run --release -p evidence --
+/// everyday rate 0 1`).
 const AXES: usize = 3;
 
-/// Returns the plan with its arcs in continuous time; without arcs if none are found.
+/// Returns the plan with its arcs in continuous time, or the plan unchanged if no arcs are found.
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
-    // With a longest duration, the chain determines whether all of it is used.
+    // With an upper bound on the duration, the chain determines whether the plan takes the whole of
+    // it.
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
     let formulation = Formulation::of(&problem.clone().planned_by(context.settings.method));
     let switches = formulation == Formulation::Chain && problem.objective.switches();
@@ -64,8 +65,8 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     plan
 }
 
-/// Returns whether plans of a maneuver may have arcs that depend on more than torque limits, in a
-/// form that plan files can hold.
+/// Returns whether plans of a maneuver may have arcs that depend on more than torque limits and
+/// that plan files can hold.
 fn may_have_arcs(problem: &Problem) -> bool {
     let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
     let moves = problem.motion == Motion::RigidBody;
@@ -76,7 +77,7 @@ fn may_have_arcs(problem: &Problem) -> bool {
         let ramps = limits.rate.is_some() && problem.objective.fuel().is_some();
         limits.size.is_some() && limits.norm.is_none() && !ramps
     };
-    // A cone with stated times becomes active or inactive between nodes.
+    // A cone with given times becomes active or inactive between nodes.
     let at_all_times = |constraint: &Constraint| match &constraint.rule {
         Rule::Pointing(pointing) => pointing.during.given().is_none(),
         Rule::RateNorm(_) | Rule::RateAxes(_) => true,
@@ -89,7 +90,8 @@ fn may_have_arcs(problem: &Problem) -> bool {
         && problem.shortest_pulse().is_none()
 }
 
-/// Returns the arcs of a plan from the first attempt that finds them, from few steps to many.
+/// Returns the arcs of a plan from the first attempt that finds them. The attempts use more and
+/// more steps.
 fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let thorough = context.settings.search == Thoroughness::Thorough;
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
@@ -108,8 +110,7 @@ fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Swit
     arcs.next()
 }
 
-/// Returns the arcs of a plan, extrapolated from grids of which the first has the given number of
-/// steps.
+/// Returns the arcs of a plan, extrapolated from three grids. The coarsest has `steps` steps.
 fn extrapolated_arcs(
     stated: &Problem,
     goal: &Goal,
@@ -121,7 +122,7 @@ fn extrapolated_arcs(
     let coarse = grids.settled(&grids.first(&plan.trajectory)?, None)?;
     let counts = grids.counts(&coarse.events);
     let middle = grids.settled(&coarse, Some((&counts, 3)))?;
-    // Times of events have the same kind of expansion in the step as costs.
+    // Event times have an expansion in even powers of the step, as costs have.
     let pairs = coarse.events.iter().zip(&middle.events);
     let ahead = pairs.map(|(a, b)| Event { at: b.at + (b.at - a.at) / 9.0, ..b.clone() }).collect();
     let fine = grids.settled(&middle.with_events(ahead), Some((&counts, 9)))?;
@@ -156,8 +157,8 @@ fn extrapolated_arcs(
     })
 }
 
-/// Returns the extrapolated limit of values on three grids, each with three times as many steps as
-/// the previous one, and its error.
+/// Returns the extrapolated limit of the values on three grids, and its estimated error. Each grid
+/// has three times as many steps as the previous one.
 fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
     let [first, second] = [(coarse, middle), (middle, fine)].map(|(a, b)| b + (b - a) / 8.0);
     let limit = second + (second - first) / 80.0;

@@ -49,21 +49,21 @@ const OF_UNKNOWN: f64 = 18.0;
 const OF_ROW: f64 = 28.0;
 /// Numbers that the plan and its landing hold, for each stage and for each row.
 const OF_PLAN: [f64; 2] = [360.0, 20.0];
-/// Numbers of a stage that do not depend on its size: the attitude, three times, and the
+/// Numbers that each stage holds regardless of its size: the attitude, three times, and the
 /// allocations of a step.
 const OF_STAGE: f64 = 80.0;
 
 /// Estimated peak memory of a plan \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeakMemory {
-    /// Memory that a plan usually takes.
+    /// Memory that the plan takes in most cases \[bytes\].
     pub likely: f64,
-    /// Memory that a plan may take if shooting alone does not find it.
+    /// Memory that the plan may take if shooting alone does not find it \[bytes\].
     pub most: f64,
 }
 
 impl PeakMemory {
-    /// Returns the estimate for a plan with its verification.
+    /// Estimates the peak memory of planning and verifying a maneuver.
     pub fn of(problem: &Problem, settings: &Settings) -> Self {
         let steps = problem.steps as f64;
         let moves = problem.motion == Motion::RigidBody;
@@ -87,8 +87,8 @@ impl PeakMemory {
         Self { likely: if shooting { plain } else { chain }, most: chain }
     }
 
-    /// Returns the number of steps of a maneuver that likely fit into `room` \[bytes\], in two
-    /// digits; `None` if fewer than the minimum number fit.
+    /// Returns the largest number of steps whose plan likely fits into `room` \[bytes\], rounded to
+    /// two digits; `None` if not even the smallest number of steps fits.
     pub fn steps_within(problem: &Problem, settings: &Settings, room: f64) -> Option<usize> {
         let base = Self::of(&Problem { steps: 0, ..problem.clone() }, settings).likely;
         let per_step = (Self::of(problem, settings).likely - base) / problem.steps as f64;
@@ -124,7 +124,7 @@ fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     plan + size_of::<LimitRow>() as f64 * rows + solvers
 }
 
-/// Returns the number of values of a state for a given duration.
+/// Returns the number of components of a state, for a fixed duration.
 fn state(problem: &Problem) -> f64 {
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
     if problem.motion == Motion::RigidBody { 12.0 } else { 6.0 + wheels as f64 }

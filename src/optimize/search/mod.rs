@@ -1,4 +1,4 @@
-//! The search: for every homotopy class and winding the strategies run in order, and their results
+//! The search: the strategies run in order for every homotopy class and winding, and their results
 //! are compared.
 
 mod asked;
@@ -44,7 +44,7 @@ use std::time::Instant;
 use strategies::shots::shoot_fine;
 use thiserror::Error;
 
-/// Reason why a plan was not attempted.
+/// Reason why no plan was attempted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
     /// The maneuver is invalid.
@@ -59,7 +59,7 @@ pub enum PlanError {
         /// The limit or constraint that shooting does not support.
         reason: Obstacle,
     },
-    /// SCP supports only minimum effort for a given duration.
+    /// SCP was requested, but it supports only minimum effort with a given duration.
     #[error(
         "SCP plans least effort in a given duration only; leave `method` out or use method = \"interior_point\""
     )]
@@ -90,24 +90,25 @@ pub enum PlanError {
     GuessPath,
 }
 
-/// A request that does not apply to the maneuver.
+/// Reason why a request does not apply to the maneuver.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Misfit {
-    /// A guess for a maneuver that does not use one.
+    /// A guess was given, but the maneuver does not use one.
     #[error("it takes no guess: leave it out")]
     Guess,
-    /// Costates to polish, for a maneuver that is not minimum-effort with a given duration.
+    /// Costates were given to polish, but the maneuver is not minimum-effort with a given duration.
     #[error("only a maneuver of least effort in a given duration has costates to polish")]
     Polish,
-    /// A single method without the search, for a maneuver with alternative sets of cones: only the
-    /// search determines which set holds when.
+    /// A single method was requested for a maneuver with alternative sets of cones. Only the search
+    /// determines which set holds when.
     #[error("which set of cones holds when is what a plan finds: no method has it by itself")]
     Turns,
-    /// A comparison of the methods for switching inputs, for a maneuver without such inputs.
+    /// A comparison of the methods for switching inputs was requested, but the maneuver has no such
+    /// inputs.
     #[error("ways are compared on maneuvers whose inputs switch")]
     Ways,
-    /// A comparison of shooting and SCP, for a maneuver that is not minimum-effort.
+    /// A comparison of shooting and SCP was requested, but the maneuver is not minimum-effort.
     #[error("methods are compared on maneuvers of least effort")]
     Methods,
 }
@@ -144,7 +145,7 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Reports an error if there is a guess other than the plan of a finished search.
+/// Reports an error if a guess is given that is not the plan of a finished search.
 fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
     let given = guess.filter(|guess| !guess.is_known());
     given.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
@@ -208,9 +209,9 @@ pub fn polish(
     })
 }
 
-/// Polishes `λ_{−1}` (SI units) near an extremal by Newton alone, in at most `most` steps. The plan
-/// is recorded and tested. It lands if `settings` require it, and it must be in the homotopy class
-/// that `problem` requests.
+/// Polishes `λ_{−1}` (SI units) near an extremal by Newton's method alone, in at most `most` steps.
+/// The plan is recorded and tested. Its true motion meets the end if `settings` require landing,
+/// and it must be in the homotopy class that `problem` requests.
 ///
 /// # Errors
 /// [`PlanError`] if the problem or the settings cannot be used. A Newton iteration that does not
@@ -249,9 +250,9 @@ pub(crate) fn warm(
 ///
 /// `guess` is tried first: its costates by shooting, its path by the interior-point method.
 ///
-/// A plan that must land takes more steps than [`Problem::steps`] if it needs them and none were
-/// given ([`Problem::with_steps`]). [`Solution::steps`] states their number, and
-/// [`Solution::chosen`] the reason.
+/// If a plan must land and no number of steps was given ([`Problem::with_steps`]), it may take more
+/// steps than [`Problem::steps`]. [`Solution::steps`] states their number, and [`Solution::chosen`]
+/// the reason.
 ///
 /// # Errors
 /// [`PlanError`] if the problem, the settings or the guess cannot be used. A solver that does not
@@ -295,7 +296,7 @@ pub(crate) fn without_arcs(
     solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, settings, found))
 }
 
-/// Replaces the trajectory of a plan that lands by its true motion at the nodes.
+/// Replaces the trajectory of a landed plan by its true motion at the nodes.
 fn with_true_motion(problem: &Problem, settings: &Settings, mut found: Solution) -> Solution {
     if settings.target == Target::Discrete {
         // A plan for the discrete target ends where its discrete motion does.
@@ -354,15 +355,16 @@ fn solve_on(
     }
 }
 
-/// Largest number of steps with which a uniform grid is tried without a request: ten thousand steps
-/// take the interior-point method seconds, and memory that the estimate for a plan of arcs does not
-/// include (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
+/// Largest number of steps with which a uniform grid is tried unless the user requests it. On ten
+/// thousand steps the interior-point method takes seconds, and memory that the estimate for a
+/// bang-bang plan does not include (`cargo run --release -p evidence -- best_known fuel_price_rod
+/// 1000`).
 const MOST_EQUAL_STEPS: usize = 10_000;
 
-/// Returns the plan of arcs, or the plan of the interior-point method on a uniform grid if that is
-/// cheaper. The second is tried in three cases: no arcs were found, their cost exceeds the part
-/// that their certificate and the grid explain, or the body spins at an end. For singular inputs no
-/// arcs that fit the grid may be near, and an initial path may fail.
+/// Returns the bang-bang plan, or the plan of the interior-point method on a uniform grid if it is
+/// cheaper. The uniform grid is tried in three cases: no arcs were found, their cost exceeds the
+/// part that their certificate and the grid explain, or the body spins at an end. With singular
+/// inputs, arcs that fit the grid may not exist, and an initial path may fail.
 fn or_on_equal_steps(
     problem: &Problem,
     context: &Context,
@@ -370,7 +372,7 @@ fn or_on_equal_steps(
     guess: Option<&Guess>,
 ) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
-    // Arcs that miss the end only by round-off are the plan, and no plan is faster than the
+    // If arcs miss the end only by round-off, they are the plan; no plan is faster than the
     // quickest extremal.
     let settled =
         if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
@@ -391,7 +393,7 @@ fn or_on_equal_steps(
     let other = known.unwrap_or_else(|| cheapest::solve(&equal, context, &found.trajectory));
     // A stopped solve is reported as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
-    // Arcs cost more on their grid than in continuous time; another plan must be cheaper by more
+    // The grid makes arcs cost more than in continuous time. Another plan must be cheaper by more
     // than this difference.
     let least = if settled { found.cost * (1.0 - switching::OF_THE_GRID) } else { found.cost };
     let better = stopped || converged(&other) && !(converged(&found) && least <= other.cost);
@@ -419,7 +421,7 @@ fn in_given_duration(
         fits.clone()?;
     }
     let convex = settings.method != Method::Shooting && fits.is_ok();
-    // The time limit counts from here.
+    // The time limit is measured from here.
     let context = Context::new(settings, observer);
     Ok(searched(
         problem,

@@ -16,7 +16,7 @@ pub(super) struct Pool<const N: usize> {
     met: Vec<SVector<f64, N>>,
     /// Starts that led to an extremal, new or known.
     arrived: Vec<String>,
-    /// Paths of minima or extremals near which no extremal of the requested grid was found.
+    /// Paths of minima or extremals for which the requested grid has no extremal nearby.
     lost: Vec<Attempt>,
     /// Extremals that cost too much to be transferred to the requested grid.
     pub rivals: Vec<Attempt>,

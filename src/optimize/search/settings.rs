@@ -1,48 +1,49 @@
 //! Tuning constants of the search on a uniform grid, which neither the maneuver nor the theory
 //! determines.
 
-/// Settings of the search on a uniform grid: the number of initial paths, and the differences below
-/// which plans are equal.
+/// Settings of the search on a uniform grid, such as the number of initial paths and the
+/// differences below which plans are equal.
 #[derive(Clone, Debug)]
 pub struct SearchTuning {
-    /// Displacement of a bent initial path to either side \[rad\]. A smaller one leads to the
-    /// optimum of the straight path; a larger one crosses more cones
-    /// (`cargo bench -p benches --bench everyday`).
+    /// Displacement of a bent initial path to either side \[rad\]. A smaller displacement leads to
+    /// the optimum of the straight path; a larger one crosses more cones (`cargo bench -p benches
+    /// --bench everyday`).
     pub bend: f64,
-    /// Angle beyond which a turn may be longer than the long way \[rad\]. A smaller value takes
-    /// more starts (`evidence -- guard --part best_known`).
+    /// Angle of the turn from which the short way may no longer be the best one \[rad\]. A smaller
+    /// value takes more starts (`evidence -- guard --part best_known`).
     pub nearly_half: f64,
-    /// Initial durations for a free duration and a body that moves at an end, as fractions of the
-    /// stated one. More values find quicker plans with fewer turns, and take longer
+    /// Initial durations if the duration is free and the body moves at an end, as fractions of the
+    /// duration of the problem. More values find quicker plans with fewer turns, and take longer
     /// (`evidence -- ends --only spins`).
     pub durations: [f64; 4],
-    /// Initial duration of a search for the duration, as a multiple of the duration of a nearly
-    /// feasible motion. A larger one leaves more margin to the limits, and turns a spinning body
-    /// farther.
+    /// Initial duration of a search for the optimal duration, as a multiple of the duration of a
+    /// nearly feasible motion. A larger value leaves more margin to the limits, and turns a
+    /// spinning body farther.
     pub slowed: f64,
     /// Angle of the uncontrolled motion \[rad\] from which initial paths with more and fewer turns
     /// are also used. A smaller value takes more starts
     /// (`evidence -- ends --only "matched rates"`).
     pub carried_on: f64,
-    /// Relative difference of the coarse costs of two plans below which both are refined on the
-    /// requested grid. A larger value takes more solves there
-    /// (`cargo bench -p benches --bench everyday`).
+    /// Relative difference between the coarse-grid costs of two plans below which both are refined
+    /// on the requested grid. A larger value takes more solves on the requested grid (`cargo bench
+    /// -p benches --bench everyday`).
     pub close: f64,
-    /// Largest number of plans that are refined: more take longer, but find optima whose order
-    /// changes with the grid (`evidence -- guard --part best_known`).
+    /// Largest number of plans that are refined on the requested grid. More plans take longer, but
+    /// find optima whose order changes with the grid (`evidence -- guard --part best_known`).
     pub carried: usize,
-    /// Relative difference of coarse costs below which two plans are the same optimum. A larger
-    /// value loses optima of nearly equal cost (`cargo bench -p benches --bench everyday`).
+    /// Relative difference between the coarse-grid costs of two plans below which they are the same
+    /// optimum. A larger value loses optima of nearly equal cost (`cargo bench -p benches --bench
+    /// everyday`).
     pub one: f64,
-    /// Violation on the coarse grid above which the maneuver without limits is not solved on the
-    /// fine grid. A smaller value loses the proof that nothing is cheaper
-    /// (`evidence -- guard --part problems`).
+    /// Limit violation on the coarse grid above which the maneuver without limits is not solved on
+    /// the fine grid. A smaller value loses the proof that no plan is cheaper (`evidence -- guard
+    /// --part problems`).
     pub clear_violation: f64,
     /// Largest scaled terminal error of the true motion of a plan. A plan with a larger error is
     /// rejected (`evidence -- guard --part problems`).
     pub far: f64,
-    /// First change of the roll from the result of the chain \[rad\], of second order in the step.
-    /// A larger one takes more plans (`evidence -- rolls`).
+    /// First change of the roll from the result of the chain, which differs from the best roll by
+    /// second order in the step \[rad\]. A larger change takes more plans (`evidence -- rolls`).
     pub stride: f64,
 }
 

@@ -36,17 +36,17 @@ use crate::optimize::search::way::Follower;
 use crate::{Vector3, lie};
 use record::{Planned, untold};
 
-/// Distance below which two attitudes, or two rates in the unit of time, are equal.
+/// Distance below which two attitudes \[rad\], or two rates in radians per unit of time, are equal.
 const SAME: f64 = 1e-14;
 
-/// Relative difference of costs above which two extremals are different.
+/// Relative cost difference above which two extremals are different.
 const DISTINCT: f64 = 1e-6;
 
-/// Relative amount by which a plan of arcs on the grid usually costs more than its extremal at
-/// most: the `O(h²)` term on some ten steps per arc.
+/// Largest relative amount by which a bang-bang plan on the grid usually costs more than its
+/// extremal in continuous time: the `O(h²)` term on some ten steps per arc.
 pub(super) const OF_THE_GRID: f64 = 1e-3;
 
-/// Multiples of the shortest duration that are tried as a duration of a minimum-fuel plan.
+/// Durations that are tried for a minimum-fuel plan, as multiples of the shortest duration.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
 
 /// Length, as a fraction of the duration, below which an arc is omitted.
@@ -54,18 +54,19 @@ const NO_ARC: f64 = 1e-10;
 
 /// Solves a minimum-time or minimum-fuel maneuver, which must have been checked.
 ///
-/// With a longest duration, the plan takes all of it or, if time has a price or the body moves at
-/// an end, the duration at which the Hamiltonian vanishes.
+/// If the duration has an upper bound, the plan takes all of it or, if time has a weight or the
+/// body moves at an end, the duration at which the Hamiltonian vanishes.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, true)
 }
 
-/// Solves for a plan that serves as an initial path. Its true motion need not meet the target.
+/// Solves for a plan that serves as an initial path, so that its true motion need not meet the
+/// target.
 pub(super) fn solve_discrete(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, true, false)
 }
 
-/// Solves by the smoothed law alone, for comparison.
+/// Solves by the smoothed law alone, without switching times, for comparison.
 pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
     solve_by(problem, context, false, false)
 }
@@ -85,9 +86,9 @@ fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> So
     }
 }
 
-/// Solves a minimum-effort or minimum-fuel maneuver with a longest duration. The plan takes all of
-/// it or, if time has a price or the body cannot wait, the optimal duration, whichever is cheaper.
-/// `once` solves for a given or a free duration.
+/// Solves a minimum-effort or minimum-fuel maneuver with the upper bound `longest` on the duration
+/// \[s\]. The plan takes the duration `longest` or, if time has a weight or the body cannot wait, the
+/// optimal duration, whichever is cheaper. `once` solves for a given or a free duration.
 pub(super) fn up_to(
     longest: f64,
     problem: &Problem,
@@ -105,8 +106,8 @@ pub(super) fn up_to(
     let sought = once(&sought);
     let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
     let stopped = matches!(sought.outcome, Outcome::Interrupted | Outcome::TimeLimit);
-    // Also the duration on the grid, which differs from the continuous one by the square of the
-    // step.
+    // The duration on the grid must be within the bound too. It differs from the continuous one by
+    // the square of the step.
     let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
     let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
     let chosen = if cheaper || stopped && !is_plan(&all) { sought } else { all };
@@ -117,7 +118,7 @@ pub(super) fn up_to(
 pub(super) struct Unconstrained {
     /// The cheapest plan. Its true motion need not meet the target.
     pub cheapest: Solution,
-    /// The cheapest plan that satisfies the constraints too; it lands if required.
+    /// The cheapest plan that also satisfies the constraints, landed if required.
     pub within: Option<Solution>,
 }
 
@@ -142,7 +143,8 @@ pub(super) fn solve_unconstrained(
     found
 }
 
-/// Returns whether a plan costs more than its certificate and the grid explain.
+/// Returns whether a plan costs more than its certificate and the grid explain, so that a cheaper
+/// plan may exist.
 pub(super) fn is_dear(plan: &Solution) -> bool {
     let least = plan.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
     plan.cost > least * (1.0 + OF_THE_GRID)
@@ -157,7 +159,7 @@ struct Extremals<'a, 'c> {
 }
 
 impl<'a, 'c> Extremals<'a, 'c> {
-    /// Searches for the extremals; the error is the final solution if there are no extremals to
+    /// Searches for the extremals. The error is the final solution, if there are no extremals to
     /// place on the grid.
     fn of(problem: &'a Problem, context: &'a Context<'c>, arcs: bool) -> Result<Self, Box<Solution>> {
         let tolerance = context.settings.tolerance;
@@ -196,8 +198,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         }
     }
 
-    /// Returns the extremals within the longest duration, the cheapest first. A given duration has
-    /// no bound.
+    /// Returns the extremals within the upper bound on a free duration, the cheapest first. A given
+    /// duration has no bound.
     fn allowed(&self) -> impl Iterator<Item = &BranchEnd> {
         let Scaled { problem, extremal, units } = &self.of;
         let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
@@ -205,8 +207,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         self.found.limits.iter().filter(move |limit| longest.is_none_or(|longest| lasts(limit) <= longest))
     }
 
-    /// Returns the plan of an extremal on the grid; `None` if it has none or is not in the
-    /// requested homotopy class.
+    /// Returns the plan of an extremal on the grid; `None` if the extremal has no plan or the plan
+    /// is not in the requested homotopy class.
     fn planned(&self, limit: &BranchEnd) -> Option<Planned> {
         let Self { of, context, .. } = self;
         context.enter(Rung::Aligned, limit.name(), of.problem.steps);
@@ -224,8 +226,8 @@ impl<'a, 'c> Extremals<'a, 'c> {
         let mut chosen: Option<(Planned, &BranchEnd)> = None;
         let arrives = |plan: &Planned| plan.error() <= context.settings.tolerance;
         for limit in self.allowed() {
-            // Extremals are sorted by cost: the next one is needed only if the last plan costs more
-            // than its grid explains, or misses the end.
+            // The extremals are sorted by cost. The next one is needed only if the plan of the last
+            // one costs more than its grid explains, or misses the end.
             let beats = |(plan, _): &(Planned, &BranchEnd)| {
                 !arrives(plan) || self.named(limit).1 < plan.solution.cost * (1.0 - OF_THE_GRID)
             };
@@ -281,7 +283,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         finished(plan, rivals, context)
     }
 
-    /// Returns the solution if no extremal has a plan, with the reason.
+    /// Returns the solution for the case that no extremal has a plan; it contains the reason.
     fn without_plan(self) -> Solution {
         let Self { of: Scaled { problem, extremal, .. }, context, found, mut unsolved } = self;
         if extremal.halt.is_raised() {
@@ -320,8 +322,8 @@ impl<'a> Scaled<'a> {
         Some(Self { problem, extremal: Extremal { halt, ..extremal }, units })
     }
 
-    /// Searches for the best extremals; also returns the number of sweeps over smoothed problems
-    /// and of Newton solutions for switching times.
+    /// Searches for the best extremals. Also returns the number of sweeps over smoothed problems
+    /// and the number of Newton solutions for switching times.
     fn searched(&self, context: &Context, arcs: bool) -> (BranchEnds, usize, usize) {
         let ask = SearchRequest { path: self.problem.path, thoroughness: context.settings.search, arcs };
         context.within(|budget| {
@@ -330,8 +332,8 @@ impl<'a> Scaled<'a> {
         })
     }
 
-    /// Returns the plan of a body that is already at its terminal state: no time and no steps or,
-    /// for a given duration, all steps without input.
+    /// Returns the plan of a body that is already at its terminal state; `None` if it is not. The
+    /// plan has no steps or, for a given duration, all steps without input.
     fn at_rest(&self) -> Option<Planned> {
         let (none, first) = (Vector3::zeros(), Node::at_start(&self.extremal, Vector3::zeros()));
         let given = self.extremal.given_duration;
@@ -349,9 +351,9 @@ impl<'a> Scaled<'a> {
         Some(plan)
     }
 
-    /// Corrects a plan until its true motion meets the end as closely as corrections allow, if that
-    /// is required. Each correction solves for the extremal with a corrected discrete target, from
-    /// a warm start or else `afresh`. A stop request ends the corrections.
+    /// Lands a plan if that is required: corrects it until the miss of its true motion decreases no
+    /// more. Each correction solves for the extremal with a corrected discrete target, with a warm
+    /// start or, if that fails, `afresh`. A stop request ends the corrections.
     fn landed(
         &self,
         first: Planned,
@@ -395,9 +397,9 @@ impl<'a> Scaled<'a> {
         best.unwrap_or(plan)
     }
 
-    /// Returns the discrete optimum of the best arcs, or the nearest plan to it, if they fit the
-    /// grid. Otherwise returns the plan of arcs with a larger gap, or of the smoothed law if that
-    /// is cheaper.
+    /// Returns the discrete optimum of the best arcs, or the plan nearest to it, if the arcs fit
+    /// the grid. Otherwise returns the bang-bang plan with a larger gap, or the plan of the
+    /// smoothed law if it is cheaper.
     fn cheapest(&self, limit: &BranchEnd) -> Option<Planned> {
         let Self { problem, extremal, .. } = self;
         let goes_on = || (!extremal.halt.is_raised()).then_some(());
@@ -426,7 +428,8 @@ impl<'a> Scaled<'a> {
         looser.into_iter().chain(smooth()).min_by(cheaper)
     }
 
-    /// Returns the plan of a limit on its grid; `smoothing` is ε if the inputs are smoothed there.
+    /// Returns the plan of an extremal on its grid; `smoothing` is the smoothing parameter ε if the
+    /// inputs are smoothed on the grid.
     fn planned(&self, limit: &BranchEnd, grid: &OnGrid, smoothing: Option<f64>) -> Option<Planned> {
         let Self { problem, extremal, units } = self;
         let mut recorded = self.record(grid)?;
@@ -460,8 +463,8 @@ impl<'a> Scaled<'a> {
         Some(recorded)
     }
 
-    /// Returns the arcs with the inputs of the maneuver, in seconds. Switches that coincide within
-    /// round-off have the same time, without an arc between them.
+    /// Returns the arcs with the inputs of the maneuver and with times in seconds. Switches that
+    /// coincide within round-off have equal times and no arc between them.
     fn told(&self, arcs: &Arcs) -> Vec<SwitchingArc> {
         let Self { problem, extremal, units } = self;
         let least = NO_ARC * arcs.duration * units.time;
@@ -505,8 +508,9 @@ fn finished(plan: Planned, rivals: Vec<Rival>, context: &Context) -> Solution {
     ended(Solution { method, tolerance, rivals, switching, ..plan.solution }, outcome, context)
 }
 
-/// Returns the shortest duration of a maneuver, if it exceeds the given one and no minimum-fuel
-/// extremal was found; also a duration for which one was found.
+/// Returns the shortest duration of a maneuver \[s\], and a longer duration for which a
+/// minimum-fuel extremal was found, if any. `None` if the maneuver has an extremal or if its
+/// duration is not too short.
 fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option<(f64, Option<f64>)> {
     if found.branches > 0 || problem.seeks_duration() || problem.objective.fuel().is_none() {
         return None;
@@ -525,8 +529,8 @@ fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option
     Some((shortest, longer))
 }
 
-/// Returns the rivals that cost more than a plan of cost `cost`, one for each cost, because
-/// mirrored maneuvers cost the same.
+/// Returns the rivals that cost more than a plan with the cost `cost`. Of rivals with equal costs
+/// only one is returned, because mirrored maneuvers cost the same.
 fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Sense) -> Vec<Rival> {
     let (mut rivals, mut last) = (Vec::new(), cost);
     for (start, cost) in dearer {
@@ -539,7 +543,7 @@ fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Se
     rivals
 }
 
-/// Records whether arcs have a discrete optimum on the grid of the plan.
+/// Records whether the arcs have a discrete optimum on the grid of the plan.
 fn noted(context: &Context, name: &str, steps: usize, grid: Option<&OnGrid>) {
     let outcome = if grid.is_some() { Outcome::Converged } else { Outcome::Stalled };
     let iterations = grid.map_or(0, |grid| grid.iterations);

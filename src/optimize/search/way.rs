@@ -31,7 +31,7 @@ pub(crate) struct Way {
     pub rotation: Vector3,
 }
 
-/// A path that is followed node by node: its continuous quaternion, and the rotation so far.
+/// Follows a path node by node: tracks the continuous quaternion and the rotation so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Follower {
     quaternion: Option<[f64; 4]>,
@@ -60,7 +60,7 @@ impl Follower {
         self.rate = Some(rate);
     }
 
-    /// Creates a follower at the initial attitude of a path.
+    /// Creates a follower whose first node is the initial attitude of a path.
     pub fn begun(attitude: &Matrix3) -> Self {
         let mut path = Self::new();
         path.attitude(attitude);
@@ -93,8 +93,8 @@ impl Follower {
         Ok(Way { sense, turned_deg: self.turned_deg(), rotation: self.rotation })
     }
 
-    /// Returns the path continued by a rotation vector in body axes. The steps are far below half a
-    /// turn, so that the sheet is certain.
+    /// Returns the path continued by a rotation vector in body axes. It is added in steps far below
+    /// half a turn, so that the sheet is certain.
     pub fn turned_by(mut self, rotation: &Vector3) -> Self {
         let (from, steps) = (self.end, (rotation.norm() / SMALL_TURN).ceil());
         for step in 1..=steps as usize {
@@ -120,14 +120,14 @@ impl Follower {
         self.way(bvp).unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
     }
 
-    /// Follows the motion without inputs to its end.
+    /// Follows the motion without inputs to its end and returns its follower.
     fn ballistic<const N: usize>(bvp: &BoundaryValueProblem<N>) -> Result<Self, StepError> {
         let mut follower = Self::new();
         bvp.coast(|attitude| follower.attitude(attitude))?;
         Ok(follower)
     }
 
-    /// Follows the extremal from `costate`.
+    /// Follows the extremal whose first costate is `costate`.
     pub fn of<const N: usize>(
         bvp: &BoundaryValueProblem<N>,
         costate: &SVector<f64, N>,

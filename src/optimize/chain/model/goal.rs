@@ -10,31 +10,32 @@ use crate::optimize::discrete::step::Dynamics;
 /// Objective of a chain other than minimum effort.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
-    /// Time or fuel, or effort with a time weight. The duration is free if time has a weight.
+    /// Objective: time, fuel, or effort with a time weight. The duration is free if time has a
+    /// weight.
     pub objective: Objective,
 }
 
 impl Goal {
-    /// Returns the objective for a fixed duration; `None` if it is time alone.
+    /// Returns the objective for a fixed duration; `None` if the objective is time alone.
     pub fn in_given_duration(&self) -> Option<Self> {
         let fuel = self.objective.fuel()?;
         Some(Self { objective: Objective::Fuel(Fuel { time_price: None, ..fuel.clone() }) })
     }
 }
 
-/// Scaled prices of fuel in a chain.
+/// Prices of fuel in a chain, scaled.
 #[derive(Clone, Debug)]
 pub(crate) struct FuelPrice {
-    /// Price of each input; the inputs of a set that is charged by its norm all have the price of
-    /// the norm.
+    /// Price of each input. If fuel is charged by the norm of the forces or torques, each of their
+    /// inputs has the price of the norm.
     pub inputs: Vec<f64>,
-    /// Whether fuel is `c |B u|` instead of `Σ c_j |u_j|`, for the torques (index 0) and the forces
-    /// (index 1).
+    /// Whether fuel is charged as `c |B u|` instead of `Σ c_j |u_j|`, for the torques (index 0) and
+    /// for the forces (index 1).
     pub of_norm: [bool; 2],
 }
 
 impl FuelPrice {
-    /// Returns whether the fuel of the forces or of the torques is charged by the norm of the set.
+    /// Returns whether fuel is charged by the norm of the forces (if `forces`) or of the torques.
     pub fn is_of_norm(&self, forces: bool) -> bool {
         self.of_norm[usize::from(forces)]
     }
@@ -67,7 +68,8 @@ pub fn with_goal(problem: &Problem, dynamics: Dynamics, goal: &Goal) -> Model {
     model
 }
 
-/// Returns the cost of the unit value of each input over the stated duration, in the user's unit.
+/// Returns the fuel cost of each input, held at one scaled unit for the duration of the problem, in
+/// the user's unit.
 fn fuel_prices(model: &Model, fuel: &Fuel) -> Vec<f64> {
     let price = |input: usize| match input.checked_sub(model.forces) {
         Some(torque) => fuel.price(torque),
@@ -76,7 +78,7 @@ fn fuel_prices(model: &Model, fuel: &Fuel) -> Vec<f64> {
     (0..model.m).map(|input| price(input) * model.input_unit[input] * model.dynamics.units.time).collect()
 }
 
-/// Returns the cost of fuel per unit of time under `inputs`.
+/// Returns the scaled fuel cost per unit of time under `inputs`.
 pub fn fuel_rate(model: &Model, inputs: &[f64]) -> f64 {
     let Some(fuel) = &model.fuel else { return 0.0 };
     let (forces, torques) = inputs.split_at(model.forces);

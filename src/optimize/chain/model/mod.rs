@@ -53,7 +53,7 @@ use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
 
 /// Quadratic penalty on an input of one stage: `½ weight (u − at)²` is added to the objective of a
-/// method, but not to the cost of a plan. It has no effect if the input already has the value `at`.
+/// solver, but not to the cost of a plan. The penalty vanishes if the input has the value `at`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pull {
     pub stage: usize,
@@ -72,7 +72,7 @@ pub(crate) struct Model {
     pub m: usize,
     /// Index of `ln s` in a tangent vector; `None` if the duration is fixed.
     pub duration: Option<usize>,
-    /// Scaled cost of a unit of time.
+    /// Scaled cost of one unit of time (the time weight).
     pub time_price: f64,
     /// Prices of fuel; `None` if fuel is not part of the objective.
     pub fuel: Option<FuelPrice>,
@@ -82,9 +82,9 @@ pub(crate) struct Model {
     /// Number of wheels.
     pub wheels: usize,
     pub steps: usize,
-    /// Mean length of the steps.
+    /// Mean length of the steps, scaled.
     pub h: f64,
-    /// Start and end state for the stated duration.
+    /// Start and end state for the duration of the problem, scaled.
     pub start: ChainState,
     pub target: ChainState,
     terminal: TerminalCondition,
@@ -99,12 +99,13 @@ pub(crate) struct Model {
     /// Number of force inputs, which come first.
     pub forces: usize,
     force: Option<ActuatorSet>,
-    /// Torque inputs. If thrusters exert force and torque at once, these are also the force inputs,
-    /// scaled by the unit of force.
+    /// Torque inputs. If thrusters produce force and torque at once, these are also the force
+    /// inputs, scaled by the unit of force.
     torque: ActuatorSet,
     /// Index of the first torque input.
     first_torque: usize,
-    /// Axes of the wheels, which are those of the torque inputs; no columns without wheels.
+    /// Axes of the wheels, equal to the axes of the torque inputs; no columns if the body has no
+    /// wheels.
     pub(in crate::optimize::chain) wheel_axes: Matrix3xX<f64>,
     pub(in crate::optimize::chain) moves: bool,
 }
@@ -178,7 +179,8 @@ impl Model {
         self.terminal = self.terminal.aimed(point);
     }
 
-    /// Returns the largest magnitude of each input, scaled; infinite if the input has no limit.
+    /// Returns the largest allowed magnitude of each input, scaled; infinite if the input has no
+    /// limit.
     pub fn input_bounds(&self, problem: &Problem) -> Vec<f64> {
         let mut limits = vec![f64::INFINITY; self.m];
         for InputLimit { kind, of_force, bounds, .. } in problem.actuation.limits() {
@@ -195,27 +197,28 @@ impl Model {
         limits
     }
 
-    /// Returns the start state of a maneuver that takes `stretch` times the stated duration.
+    /// Returns the start state of a maneuver that takes `stretch` times the duration of the
+    /// problem.
     pub fn start_in(&self, stretch: f64) -> ChainState {
         self.start.hastened(stretch)
     }
 
-    /// Returns the end state of a maneuver that takes `stretch` times the stated duration.
+    /// Returns the end state of a maneuver that takes `stretch` times the duration of the problem.
     pub fn target_in(&self, stretch: f64) -> ChainState {
         self.target.hastened(stretch)
     }
 
-    /// Returns the first row of ζ in a tangent vector.
+    /// Returns the index of the first component of the rotation ζ in a tangent vector.
     pub fn zeta(&self) -> usize {
         if self.moves { 6 } else { 0 }
     }
 
-    /// Returns the first row of δΠ in a tangent vector.
+    /// Returns the index of the first component of the momentum change δΠ in a tangent vector.
     pub fn pi(&self) -> usize {
         self.zeta() + 3
     }
 
-    /// Returns the first stage that has inputs.
+    /// Returns the index of the first stage that has inputs.
     pub fn first_input(&self) -> usize {
         self.dynamics.grid.first_input()
     }
@@ -231,13 +234,14 @@ impl Model {
         self.dynamics.grid.kick(stage)
     }
 
-    /// Returns the factor of a stage's effort in a maneuver that takes `stretch` times the stated
-    /// duration.
+    /// Returns the factor of a stage's effort in a maneuver that takes `stretch` times the duration
+    /// of the problem.
     pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
     }
 
-    /// Returns the weight by which the physical state is behind the chain's state in kick k.
+    /// Returns the weight of the part of kick k that the chain's state includes and the physical
+    /// state does not.
     pub fn lag(&self, stage: usize) -> f64 {
         if stage < self.steps { self.dynamics.grid.ahead(stage) } else { 0.0 }
     }

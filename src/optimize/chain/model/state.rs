@@ -7,7 +7,7 @@ use crate::optimize::discrete::step::{Costate, Point};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
-/// A state of the chain, scaled. With wheels, `momentum` is the total one.
+/// State of the chain, scaled. With wheels, `momentum` is the total momentum of body and wheels.
 #[derive(Clone, Debug)]
 pub(crate) struct ChainState {
     pub position: Vector3,
@@ -15,7 +15,7 @@ pub(crate) struct ChainState {
     pub attitude: Matrix3,
     pub momentum: Vector3,
     pub wheels: DVector<f64>,
-    /// Duration as a multiple of the stated one; 1 if the duration is fixed.
+    /// Duration as a multiple of the duration of the problem; 1 if the duration is fixed.
     pub stretch: f64,
 }
 
@@ -32,8 +32,8 @@ impl ChainState {
         }
     }
 
-    /// Converts a state for the stated duration to the units of a duration that is `stretch` times
-    /// as long.
+    /// Converts a state from the units of the problem's duration to the units of a duration
+    /// `stretch` times as long.
     pub(super) fn hastened(&self, stretch: f64) -> Self {
         let (linear_momentum, momentum) = (self.linear_momentum * stretch, self.momentum * stretch);
         Self { linear_momentum, momentum, wheels: &self.wheels * stretch, stretch, ..self.clone() }
@@ -86,7 +86,7 @@ pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     momenta
 }
 
-/// Converts a costate of the chain to the blocks of the planner.
+/// Converts a costate vector of the chain to the blocks of the shooting's costate.
 pub(crate) fn costate_blocks(model: &Model, costate: &DVector<f64>) -> Costate {
     let part = |row: usize| Vector3::new(costate[row], costate[row + 1], costate[row + 2]);
     let zero = Vector3::zeros();

@@ -7,10 +7,11 @@ use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
 
-/// A kick at one pose: `momenta += κ (value)`. Derivatives are not multiplied by the weight κ.
+/// Kick at one pose: it adds the wrench, times the weight κ of the kick, to the momenta. The
+/// derivatives here do not include κ.
 pub(in crate::optimize::chain) struct Kick {
     wrench: Wrench,
-    /// Part of the wrench from the environment.
+    /// Part of the wrench that the environment exerts.
     field: Wrench,
     pub gradient: Blocks,
     /// Derivative of the momenta with respect to the inputs, n×m.
@@ -50,8 +51,8 @@ pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs
     Kick { wrench, field, gradient, inputs: columns }
 }
 
-/// Returns the costate of a stage in the convention of the shooting, after a full kick. This
-/// changes the costate only at the end of a Lie–Verlet chain, whose last kick is a half kick:
+/// Converts the costate of a stage to the convention of the shooting, in which every kick is a full
+/// kick. The costate changes only at the end of a Lie–Verlet chain, whose last kick is a half kick:
 /// `λ ← (I − ½h G)ᵀ λ`.
 pub fn after_full_kick(
     model: &Model,
@@ -79,7 +80,8 @@ pub fn after_kick(model: &Model, stage: usize, before: &ChainState, inputs: &[f6
     kicked(model, before, &kick(model, before, inputs), inputs, model.kick_weight(stage))
 }
 
-/// Returns `(I + κG)⁻ᵀ λ`: the costate after the kick of a stage, from the costate before it.
+/// Returns the costate after the kick of a stage, `(I + κG)⁻ᵀ λ`, from the costate λ before the
+/// kick. G is the gradient of the kick and κ its weight.
 pub fn costate_after_kick(
     model: &Model,
     stage: usize,
@@ -122,7 +124,8 @@ pub(in crate::optimize::chain) fn kicked(
     out
 }
 
-/// Adds `weight` times `G z` of a kick's gradient to the momentum rows: `A ← (I + κ G) A`.
+/// Multiplies `A` by a kick: `A ← (I + κ G) A`, with the gradient G of the kick and `weight` as κ.
+/// Only the momentum rows change.
 pub(in crate::optimize::chain) fn add_gradient(
     model: &Model,
     matrix: &mut DMatrix<f64>,
@@ -143,8 +146,8 @@ pub(in crate::optimize::chain) fn add_gradient(
     rows += to_momentum * weight;
 }
 
-/// Returns the state after the opening kick of a maneuver that takes `stretch` times the stated
-/// duration.
+/// Returns the state after the opening kick of a maneuver that takes `stretch` times the duration
+/// of the problem.
 pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> ChainState {
     after_kick(model, 0, &model.start_in(stretch), inputs)
 }
@@ -164,7 +167,8 @@ pub fn by_inputs(model: &Model, stage: usize, state: &ChainState) -> DMatrix<f64
     kick(model, state, &vec![0.0; model.m]).inputs * model.kick_weight(stage)
 }
 
-/// Computes the drift of step k: the state between drift and kick, and the relative attitude `F`.
+/// Computes the drift of step k. Returns the state between drift and kick, and the relative
+/// attitude `F`.
 pub fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, Matrix3), StepError> {
     if model.wheels == 0 {
         let mut point = state.point();
@@ -181,13 +185,14 @@ pub fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainSt
     Ok((end, drift.f))
 }
 
-/// Returns the rotation vector of the reference frame over the stated duration, in its axes.
+/// Returns the rotation vector by which the reference frame turns over the duration of the problem,
+/// in axes of that frame.
 pub fn frame_rate(model: &Model) -> Vector3 {
     model.dynamics.frame_rate()
 }
 
-/// Returns the rotation on step k by which a rotating reference frame differs between the stated
-/// duration and one that is `stretch` times as long.
+/// Returns the difference between the rotation of a rotating reference frame on step k in the
+/// problem's duration and that in a duration `stretch` times as long.
 fn hastened_frame(model: &Model, stage: usize, stretch: f64) -> Matrix3 {
     if stretch == 1.0 || frame_rate(model) == Vector3::zeros() {
         return Matrix3::identity();
@@ -210,7 +215,7 @@ pub fn physical(model: &Model, stage: usize, state: &ChainState, inputs: &[f64])
     kicked(model, state, &kick, inputs, -model.lag(stage))
 }
 
-/// Returns actuator force (reference frame) and torque (body axes) at a state, scaled.
+/// Returns the actuator force (reference frame) and torque (body axes) at a state, scaled.
 pub fn output(model: &Model, state: &ChainState, inputs: &[f64]) -> Wrench {
     let (forces, torques) = (&inputs[..model.forces], &inputs[model.first_torque..]);
     let r = &state.attitude;

@@ -2,9 +2,10 @@
 
 use crate::{Matrix3, Vector3, lie};
 
-/// Value of a boresight constraint on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`. In the
-/// axes of the reference frame at the beginning of an arc the direction `w` turns if it is fixed to
-/// that rotating frame. The half angle `α` of the cone grows linearly.
+/// Value of a boresight constraint on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`, where τ is
+/// the fraction of the arc, R the attitude at its start, f its rotation vector and b the boresight.
+/// The direction `w(τ)` moves, in reference axes at the start of the arc, if it is fixed in space
+/// and the frame rotates. The half angle `α` of the cone changes linearly.
 pub(super) struct BoresightArc {
     pub attitude: Matrix3,
     pub boresight: Vector3,
@@ -12,7 +13,7 @@ pub(super) struct BoresightArc {
     pub turn: Vector3,
     pub arc: Vector3,
     pub sign: f64,
-    /// Half angle of the cone at the start of the arc, and its growth over the arc \[rad\].
+    /// Half angle of the cone at the start of the arc, and its increase over the arc \[rad\].
     pub cone: [f64; 2],
 }
 
@@ -22,8 +23,8 @@ impl BoresightArc {
         self.cone[0] + fraction * self.cone[1]
     }
 
-    /// Returns the value at a fraction of the arc, and its derivative with respect to ζ at that
-    /// point.
+    /// Returns the constraint value at a fraction of the arc, and its derivative with respect to
+    /// the rotation ζ of the attitude at that point.
     pub fn at(&self, fraction: f64) -> (f64, Vector3) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -32,15 +33,16 @@ impl BoresightArc {
         (self.sign * value, self.boresight.cross(&seen) * self.sign)
     }
 
-    /// Returns the change of the value at a fraction of the arc when the direction is rotated by
-    /// the rotation vector `turned`.
+    /// Returns the change of the constraint value at a fraction of the arc when the direction is
+    /// rotated by the rotation vector `turned`.
     pub fn along(&self, fraction: f64, turned: &Vector3) -> f64 {
         let boresight = self.attitude * (lie::exp(&(self.arc * fraction)) * self.boresight);
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
         self.sign * boresight.dot(&turned.cross(&direction))
     }
 
-    /// Returns the first and second derivative with respect to the fraction of the arc.
+    /// Returns the first and second derivatives of the constraint value with respect to the
+    /// fraction of the arc.
     fn slopes(&self, fraction: f64) -> (f64, f64) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let w = lie::exp(&(self.turn * fraction)) * self.direction;
@@ -53,19 +55,20 @@ impl BoresightArc {
         (self.sign * first, self.sign * second)
     }
 
-    /// Returns the first derivative with respect to the fraction of the arc.
+    /// Returns the first derivative of the constraint value with respect to the fraction of the
+    /// arc.
     pub fn slope(&self, fraction: f64) -> f64 {
         self.slopes(fraction).0
     }
 
-    /// Returns the fraction within an interval at which the value is largest; `None` if it is an
-    /// end of the arc, where the node's own row applies.
+    /// Returns the fraction within an interval at which the constraint value is largest; `None` if
+    /// this fraction is an end of the arc, where the row of the node applies.
     pub fn extremum(&self, within: [f64; 2]) -> Option<f64> {
         Some(self.highest(within)).filter(|at| *at > 0.0 && *at < 1.0)
     }
 
-    /// Returns the fraction in the interval `[low, high]` at which the value is largest. An arc
-    /// turns far less than half a turn, so the derivative changes its sign at most once.
+    /// Returns the fraction in the interval `[low, high]` at which the constraint value is largest.
+    /// An arc turns far less than half a turn, so the derivative changes its sign at most once.
     pub fn highest(&self, [low, high]: [f64; 2]) -> f64 {
         if self.turn == Vector3::zeros() && self.cone[1] == 0.0 {
             self.highest_of_standing(low, high)
@@ -74,8 +77,8 @@ impl BoresightArc {
         }
     }
 
-    /// Computes [`BoresightArc::highest`] for a fixed direction: the derivative is
-    /// `α cos θτ + β sin θτ/θ`.
+    /// Computes [`BoresightArc::highest`] for a fixed direction, for which the derivative is `α cos
+    /// θτ + β sin θτ/θ`.
     fn highest_of_standing(&self, low: f64, high: f64) -> f64 {
         let seen = self.attitude.tr_mul(&self.direction) * self.sign;
         let (across, angle) = (self.arc.cross(&self.boresight), self.arc.norm());
@@ -118,9 +121,9 @@ impl BoresightArc {
         at
     }
 
-    /// Returns the second derivatives of the value at a fraction of the arc with respect to the
-    /// rotation of the attitude and the rotation vector of the arc. With `highest` they are those
-    /// of the largest value, whose fraction changes too.
+    /// Returns the second derivatives of the constraint value at a fraction of the arc, with
+    /// respect to the rotation of the attitude and to the rotation vector of the arc. If `highest`,
+    /// these are the second derivatives of the maximum over the arc, whose fraction changes too.
     pub fn bend(&self, fraction: f64, highest: bool) -> Bend {
         let (b, a) = (&self.boresight, &self.arc);
         let turned = lie::exp(&(a * fraction));
@@ -143,7 +146,7 @@ impl BoresightArc {
         let mut out = Bend { attitude, mixed, arc: (arc + arc.transpose()) * 0.5 };
         let second = self.slopes(fraction).1 * self.sign;
         if highest && second * self.sign < 0.0 {
-            // Second derivative of the envelope: c_yy − c_yτ c_τy/c_ττ.
+            // Second derivative of the maximum over τ of a function c(y, τ): c_yy − c_yτ c_τy/c_ττ.
             let moved = self.attitude.tr_mul(&self.turn.cross(&direction));
             let by_attitude = (turned * a.cross(b)).cross(&w) + p.cross(&moved);
             let by_arc = turned * slope + along.tr_mul(&b.cross(&(turned.tr_mul(&moved) - a.cross(&v))));
@@ -155,8 +158,9 @@ impl BoresightArc {
     }
 }
 
-/// Second derivatives of a boresight's value: with respect to the rotation of the attitude, mixed
-/// (attitude by rows, arc by columns), and with respect to the arc.
+/// Second derivatives of a boresight's constraint value: with respect to the rotation of the
+/// attitude, mixed (attitude by rows, arc by columns), and with respect to the rotation vector of
+/// the arc.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bend {
     pub attitude: Matrix3,

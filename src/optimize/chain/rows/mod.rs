@@ -1,10 +1,11 @@
-//! Limits and constraints as inequality rows of the stages, relative to their limits.
+//! Limits and constraints as inequality rows of the stages, each scaled by its limit.
 //!
 //! A row is a half space `c ≤ 0` or a ball `|v| ≤ 1`, and it provides its derivatives. A condition
-//! that must hold between the nodes is a row of the arc: on one step the body turns about one axis
-//! at one rate.
+//! that must hold between the nodes has a row for each arc, the motion on one step, on which the
+//! body turns about one axis at a constant rate.
 //!
-//! If the duration is free, limits grow with it, as `s`, `s²` or `s³` (`model`).
+//! If the duration is free, the scaled limits grow with its multiple s, as `s`, `s²` or `s³`
+//! (`model`).
 //!
 //! Inputs that burn fuel have rows that impose no bound and only mark the input for the interior
 //! point method: a two-sided input, or a set that is charged by the norm of its output. A one-sided
@@ -29,7 +30,7 @@ pub(crate) use boresight::Bend;
 use std::ops::Range;
 pub(crate) use what::{Cone, ConeAt, What};
 
-/// One limit row and its stage.
+/// A limit or constraint at one stage.
 #[derive(Clone, Debug)]
 pub(crate) struct LimitRow {
     /// Index in [`LimitRows::groups`] of the constraint to which the row belongs.
@@ -38,14 +39,14 @@ pub(crate) struct LimitRow {
     pub what: What,
 }
 
-/// A constraint or limit that groups its rows.
+/// A constraint or limit to which several rows belong.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     pub name: String,
-    /// Whether every iterate must keep the limit, as for input limits; other limits may be violated
-    /// before the solution is reached.
+    /// Whether every iterate must satisfy the limit, as for input limits. The iterates may violate
+    /// other limits until the iteration converges.
     pub hard: bool,
-    /// Whether violations are angles \[rad\]; otherwise they are relative to the limit.
+    /// Whether violations are angles \[rad\] rather than relative to the limit.
     pub is_angle: bool,
 }
 
@@ -83,8 +84,8 @@ impl LimitRows {
         rows
     }
 
-    /// Adds the rows of inputs that burn fuel, of one-sided inputs, and of sets that are charged by
-    /// the norm of their output.
+    /// Adds the rows of inputs that burn fuel, of one-sided inputs, and of forces or torques whose
+    /// fuel is charged by their norm.
     fn burns(&mut self, problem: &Problem, model: &Model) {
         let bounds = model.input_bounds(problem);
         let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];
@@ -112,8 +113,8 @@ impl LimitRows {
         self.groups.len() - 1
     }
 
-    /// Adds the rows of all input limits, for both signs, at every stage that has the input; forces
-    /// first.
+    /// Adds the rows of all input limits, for both signs, at every stage that has inputs; forces
+    /// come first.
     fn input_limits(&mut self, problem: &Problem, model: &Model) {
         let mut limits: Vec<_> = problem.actuation.limits().collect();
         limits.retain(|limit| !limit.of_force || model.forces > 0);

@@ -7,29 +7,31 @@ use crate::maneuver::problem::{Problem, State};
 use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3, lie};
 
-/// Quantity that one row bounds.
+/// Quantity that a row bounds, and its limit.
 #[derive(Clone, Debug)]
 pub(crate) enum What {
     /// Input limit, `sign u_i ≤ limit`.
     InputSize { input: usize, sign: f64, limit: f64 },
-    /// Limit of the input rate, `sign (u⁺_i − u_i) ≤ limit`, from this stage to the next.
+    /// Limit on the change of an input between this stage and the next, `sign (u⁺_i − u_i) ≤
+    /// limit`.
     InputRate { input: usize, sign: f64, limit: f64 },
-    /// Norm limit of the forces or the torques, `|B u| ≤ limit`.
+    /// Limit on the norm of the forces or the torques, `|B u| ≤ limit`.
     InputNorm { forces: bool, limit: f64 },
-    /// Limit of the rate's norm, `|Ω| ≤ limit`, at the node or on the arc that begins at it.
+    /// Limit on the norm of the angular velocity, `|Ω| ≤ limit`, at the node or on the arc that
+    /// begins at the node.
     RateNorm { arc: bool, limit: f64 },
-    /// Limit of the rate about one axis, `sign Ω_axis ≤ limit`.
+    /// Limit on the angular rate about one body axis, `sign Ω_axis ≤ limit`.
     RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
-    /// Boresight constraint, `sign (w·R b) ≤ sign cos α`, which may hold only during some times; or
-    /// `w·R b = cos α` at the node.
+    /// Boresight constraint `sign (w·R b) ≤ sign cos α`, which may be limited to intervals of time,
+    /// or the equation `w·R b = cos α` at a node.
     Cone(Cone),
     /// Limit of a wheel's momentum, `sign h_i ≤ limit`.
     Wheel { wheel: usize, sign: f64, limit: f64 },
-    /// One-sided input, `u_i ≥ 0`, relative to its limit.
+    /// Lower bound of a one-sided input, `u_i ≥ 0`, scaled by the input's upper limit.
     Push { input: usize, limit: f64 },
-    /// No bound: marks a two-sided input whose fuel is charged, in units of its limit.
+    /// Imposes no bound: marks a two-sided input whose fuel is charged, in units of its limit.
     Burn { input: usize, limit: f64 },
-    /// No bound: marks a set whose fuel is charged by the norm of its output.
+    /// Imposes no bound: marks forces or torques whose fuel is charged by their norm.
     BurnOfNorm { forces: bool, limit: f64 },
 }
 
@@ -42,14 +44,14 @@ pub(crate) struct Cone {
     sign: f64,
     half_angle: f64,
     during: During,
-    /// For a boresight held on the cone: its deviations from the cone at the start and at the end
-    /// of the maneuver \[rad\], interpolated linearly between them. They result from rounding, or
-    /// from the shifted end of a landing. `None` for keep-in and keep-out cones.
+    /// If the boresight is held on the cone: its deviations from the cone at the start and at the
+    /// end of the maneuver \[rad\], interpolated linearly in between. They are due to rounding, or
+    /// to the end that the landing has shifted. `None` for keep-in and keep-out cones.
     on: Option<[f64; 2]>,
 }
 
-/// Relative tolerance, of the duration, with which the time at which a cone begins or ceases to be
-/// active is identified with a node. Without it round-off could drop the node's row or add it
+/// Tolerance, as a fraction of the duration, with which the time at which a cone becomes active or
+/// inactive is identified with a node. Without it, round-off could omit the node's row or add it
 /// twice.
 const EDGE: f64 = 1e-12;
 
@@ -98,7 +100,7 @@ impl What {
         }
     }
 
-    /// Returns whether the row depends on the state, not on the inputs alone.
+    /// Returns whether the row depends on the state and not only on the inputs.
     pub fn is_of_state(&self) -> bool {
         matches!(self, Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Cone(_) | Self::Wheel { .. })
     }
@@ -115,7 +117,8 @@ impl What {
 }
 
 /// Returns the deviation of a boresight from the cone on which it is held \[rad\], at the start and
-/// at the end; 0 if the cone is not active at that time, or if the end is unknown.
+/// at the end of the maneuver; 0 if the cone is not active at that time, or if the end attitude is
+/// free.
 fn off_at_ends(
     problem: &Problem,
     pointing: &Pointing,
@@ -153,7 +156,7 @@ impl Cone {
         self.arc
     }
 
-    /// Returns whether both rows belong to one cone, at nodes or on arcs.
+    /// Returns whether both rows belong to the same cone, each at a node or on an arc.
     pub(crate) fn is_same_as(&self, other: &Self) -> bool {
         self.boresight == other.boresight
             && self.sign == other.sign
@@ -162,7 +165,7 @@ impl Cone {
             && self.during == other.during
     }
 
-    /// Returns whether this row is at a node, and `other` the row of an arc for the same cone.
+    /// Returns whether this row is at a node and `other` is the row of an arc for the same cone.
     pub(crate) fn is_node_of(&self, other: &Self) -> bool {
         !self.arc && other.arc && self.is_same_as(other)
     }
@@ -314,8 +317,8 @@ impl Cone {
     }
 }
 
-/// Returns the rotation vector of the shortest rotation from one unit vector to another, `φ a×b`
-/// with `φ = θ/sin θ`, and its derivative when the vectors move.
+/// Returns the rotation vector `φ a×b`, `φ = θ/sin θ`, of the shortest rotation from the unit
+/// vector a to b, and its derivative when the two vectors change by da and db.
 fn turn_between_moving([a, b]: [Vector3; 2], [da, db]: [Vector3; 2]) -> (Vector3, Vector3) {
     let (axis, cosine) = (a.cross(&b), a.dot(&b));
     let squared = axis.norm_squared();

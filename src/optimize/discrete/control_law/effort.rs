@@ -8,12 +8,12 @@ use super::{Hamiltonian, Response};
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
 
-/// Minimum-effort law, held as `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
+/// Minimum-effort law, represented by the authority `A = B W⁻¹Bᵀ`, 3×3, in the axes of the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Effort(pub Matrix3);
 
 impl Effort {
-    /// Builds the law of a set in SI units.
+    /// Builds the law of an actuator set in SI units.
     pub fn of(inputs: &Weighted) -> Self {
         Self(inputs.authority)
     }

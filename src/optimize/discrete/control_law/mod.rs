@@ -36,25 +36,26 @@ pub(crate) enum ControlLaw {
     Norm(Ball),
 }
 
-/// Output and running cost of the optimal inputs.
+/// Output and running cost of the optimal inputs for one costate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response {
     /// Output of the optimal inputs, `K_q = B u`.
     pub output: Vector3,
-    /// The running cost `l(u)`; `K = l + q·Bu`.
+    /// Running cost `l(u)` of the optimal inputs; `K = l + q·Bu`.
     pub cost: f64,
 }
 
-/// The minimised Hamiltonian `K` of a law and its derivatives; costates and outputs are in the axes
-/// of the set.
+/// The minimised Hamiltonian `K` of a control law and its derivatives. Costates and outputs are in
+/// the axes of the actuator set.
 pub(crate) trait Hamiltonian {
     /// Returns the output `K_q` and the running cost of the optimal inputs.
     fn response(&self, costate: &Vector3) -> Response;
 
-    /// Returns `S = −K_qq`, the generalised derivative of `−B u` with respect to the costate.
+    /// Returns `S = −K_qq`, the generalised derivative of `−B u` with respect to the costate `q`.
     fn slope(&self, costate: &Vector3) -> Matrix3;
 
-    /// Returns the largest ratio of an unlimited optimal input to its limit; 0 without limits.
+    /// Returns the largest ratio of an unlimited optimal input to its limit; 0 if the law has no
+    /// limits.
     fn demand(&self, _: &Vector3) -> f64 {
         0.0
     }
@@ -65,8 +66,8 @@ pub(crate) trait Hamiltonian {
         Vec::new()
     }
 
-    /// Returns the distance of the inputs from their projected gradient step: zero where the KKT
-    /// conditions hold.
+    /// Returns the distance between the inputs and their projected gradient step, which is zero if
+    /// the KKT conditions hold.
     fn projection_residual(&self, _: &Vector3) -> f64 {
         0.0
     }
@@ -76,7 +77,8 @@ pub(crate) trait Hamiltonian {
 }
 
 impl ControlLaw {
-    /// Builds the law of a set in SI units. Limits for which no closed form exists are left out.
+    /// Builds the law of an actuator set in SI units. Limits without a closed-form law are left
+    /// out.
     pub fn of(inputs: &Weighted) -> Self {
         let limits = inputs.set.limits();
         match (&limits.size, limits.norm) {
@@ -92,8 +94,8 @@ impl ControlLaw {
         !matches!(self, Self::Effort(_))
     }
 
-    /// Returns the law in units in which `A` is `authority` times as large and an output of
-    /// `output` is 1.
+    /// Returns the law in units in which the authority `A` is `authority` times as large and an
+    /// output of the size `output` is 1.
     pub fn scaled(&self, authority: f64, output: f64) -> Self {
         match self {
             Self::Effort(effort) => Self::Effort(Effort(effort.0 * authority)),

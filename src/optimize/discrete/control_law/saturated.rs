@@ -17,11 +17,11 @@ use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// Law of a set whose inputs are clipped one by one.
+/// Law of an actuator set whose inputs are clipped individually.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Clipped(Vec<Input>);
 
-/// One input, scaled by the root of its weight: `v = √w u`.
+/// One input, scaled by the square root of its weight: `v = √w u`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Input {
     /// Axis of the scaled input, `b/√w`.
@@ -30,7 +30,7 @@ struct Input {
     limit: f64,
 }
 
-/// Law with the output limited to the ball `|B u| ≤ ū`; `A = V diag(a) Vᵀ`.
+/// Law whose output is limited to the ball `|B u| ≤ ū`. The authority is `A = V diag(a) Vᵀ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ball {
     axes: Matrix3,
@@ -54,13 +54,15 @@ pub enum Obstacle {
     /// A limit on the rate of change of an input.
     #[error("it limits how fast an input changes")]
     InputRate,
-    /// Limits on each input together with a limit on their norm.
+    /// Limits on each input and also on the norm of their output.
     #[error("it limits both the single inputs and the norm of what they give")]
     TwoLimits,
-    /// Limits on inputs that are coupled in the effort: the weight is not diagonal.
+    /// Individual limits on inputs that are coupled in the effort, because its weight is not
+    /// diagonal.
     #[error("it limits single inputs under an effort weight that is not diagonal")]
     CoupledWeight,
-    /// A minimum-time or minimum-fuel objective that sequential convex programming minimises.
+    /// A minimum-time or minimum-fuel objective on a uniform grid, which the interior-point method
+    /// minimises.
     #[error("its time or fuel is minimised on equal steps")]
     EqualSteps,
 }
@@ -83,7 +85,7 @@ pub fn obstacle(problem: &Problem) -> Option<Obstacle> {
     sets.into_iter().find_map(|inputs| obstacle_of(&inputs))
 }
 
-/// Returns why the limits of a set have no law in closed form; `None` if they have one.
+/// Returns why the limits of an actuator set have no closed-form law; `None` if they have one.
 pub(super) fn obstacle_of(inputs: &Weighted) -> Option<Obstacle> {
     let (limits, weight) = (inputs.set.limits(), &inputs.weight);
     if limits.rate.is_some() {
@@ -101,7 +103,8 @@ pub(super) fn obstacle_of(inputs: &Weighted) -> Option<Obstacle> {
 }
 
 impl Clipped {
-    /// Builds the law of a set with a diagonal weight and one limit `sizes[i]` per input.
+    /// Builds the law of an actuator set with a diagonal weight. `sizes[i]` is the limit on input
+    /// i.
     pub fn new(inputs: &Weighted, sizes: &[f64]) -> Self {
         let input = |(index, limit): (usize, &f64)| {
             let root = inputs.weight[(index, index)].sqrt();
@@ -177,7 +180,7 @@ impl Input {
         }
     }
 
-    /// Returns `|v|/limit` of the unlimited optimum.
+    /// Returns the ratio of the unlimited optimal input to its limit.
     fn demand(&self, costate: &Vector3) -> f64 {
         self.axis.dot(costate).abs() / self.limit
     }
@@ -187,14 +190,15 @@ impl Input {
 struct InBall {
     /// Output in the coordinates of the eigenvectors, `Vᵀ B u`.
     coordinates: Vector3,
-    /// Diagonal of `Vᵀ D V`, the authority reduced by the multiplier.
+    /// Diagonal of `Vᵀ D V`: the authorities, reduced by the multiplier of the norm limit.
     damped: Vector3,
     /// Multiplier ν of the norm limit.
     multiplier: f64,
 }
 
 impl Ball {
-    /// Builds the law with the output limit `limit`; `free` is the law of the set without limits.
+    /// Builds the law with the limit `limit` on the norm of the output. `free` is the law without
+    /// limits.
     pub fn new(free: &Effort, limit: f64) -> Self {
         let (axes, authority) = eigen(&free.0);
         Self { axes, authority, limit }
@@ -234,8 +238,8 @@ impl Ball {
         now
     }
 
-    /// Largest number of Newton iterations: enough for a demand of 1e15 with authorities that
-    /// differ by 1e12.
+    /// Largest number of Newton iterations. It suffices for an unlimited output 1e15 times the
+    /// limit, with authorities that differ by a factor of 1e12.
     const ITERATIONS: usize = 100;
 }
 
@@ -289,7 +293,8 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// Returns `τ_i/a_i`, and zero along an axis without authority.
+/// Returns `τ_i/a_i`, the output along an axis divided by its authority; zero if the authority is
+/// zero.
 fn share(coordinate: f64, authority: f64) -> f64 {
     if authority > 0.0 { coordinate / authority } else { 0.0 }
 }

@@ -8,7 +8,8 @@ use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits};
 use crate::testing::Random;
 use nalgebra::{DMatrix, DVector};
 
-/// Returns a set of one to six inputs, so that the authority has every rank, and its weight.
+/// Returns an actuator set with one to six inputs, so that its authority has every rank, and a
+/// weight.
 fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>) {
     let count = 1 + ((random.uniform() + 1.0) * 3.0) as usize;
     let axes = (0..count).map(|_| random.vector3()).collect();
@@ -24,7 +25,7 @@ fn random_channel(random: &mut Random, norm: bool) -> (ActuatorSet, DMatrix<f64>
     (ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap(), weight)
 }
 
-/// Returns `½ uᵀWu + q·Bu`.
+/// Returns the Hamiltonian `½ uᵀWu + q·Bu` of any inputs u.
 fn hamiltonian(weighted: &Weighted, costate: &Vector3, inputs: &DVector<f64>) -> f64 {
     let inputs = inputs.as_slice();
     effort(&weighted.weight, inputs) + costate.dot(&weighted.set.output(inputs))

@@ -1,4 +1,5 @@
-//! The authority that the inputs of a plan still have: an input at its limit cannot be corrected.
+//! The authority that the inputs of a plan still have: an input at its limit cannot make
+//! corrections.
 
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
@@ -14,18 +15,18 @@ pub(super) struct Law {
     one_sided: bool,
     norm: Option<f64>,
     switches: bool,
-    /// Factors of units: the scaled authority per SI authority, and the SI unit of a scaled dual
+    /// Unit factors: the scaled authority per SI authority, and the SI unit of a scaled dual
     /// torque.
     authority: f64,
     dual: f64,
 }
 
-/// Relative distance from a limit within which an input counts as being at it: the round-off of the
-/// mean of two values.
+/// Relative distance from a limit within which an input counts as being at the limit: the round-off
+/// of a mean of two values.
 const AT_LIMIT: f64 = 1e-9;
 
 impl Law {
-    /// Builds the law of the torques of a maneuver.
+    /// Builds the law of the torque inputs of a maneuver.
     pub fn of(problem: &Problem, units: &Units) -> Self {
         let weighted = problem.objective.weights().torque(&problem.actuation);
         Self::of_set(&weighted, problem.switches(), units.cost, [units.momentum(), units.torque()])
@@ -50,7 +51,8 @@ impl Law {
     /// Returns `B W⁻¹Bᵀ` (scaled) and `W⁻¹Bᵀ` of the free inputs when the plan applies `inputs`.
     pub fn at(&self, inputs: &[f64]) -> (Matrix3, DMatrix<f64>) {
         let m = inputs.len();
-        // Bang-bang inputs are always at their limits: an authority held in reserve corrects them.
+        // Bang-bang inputs are always at a limit; a reserve of authority serves for their
+        // corrections.
         let free = |index: &usize| {
             self.switches
                 || self.sizes.as_ref().is_none_or(|sizes| {

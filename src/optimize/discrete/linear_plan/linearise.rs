@@ -22,8 +22,8 @@ pub(super) struct Beside<'a> {
     pub plan: &'a Trajectory,
     pub timing: Timing,
     pub count: usize,
-    /// Whether torques are held but the costates are recorded after full kicks, half a kick beyond
-    /// the nodes.
+    /// Whether torques are held but the recorded costates are those after full kicks, half a kick
+    /// beyond the nodes.
     pub beyond: bool,
 }
 
@@ -127,7 +127,7 @@ impl Beside<'_> {
         Costate::from_vector(&vector)
     }
 
-    /// Linearises step k; `torque` acts at its beginning.
+    /// Linearises step k. `torque` is the torque of the plan at its beginning.
     fn step(
         &self,
         dynamics: &Dynamics,

@@ -36,7 +36,7 @@ pub struct PosedPlan {
     pub(crate) to_inputs: Vec<DMatrix<f64>>,
 }
 
-/// Linearised steps: of the attitude alone, or of the pose.
+/// Linearised steps: of the attitude alone (6 states), or of position and attitude (12 states).
 #[derive(Clone, Debug)]
 pub(crate) enum Stages {
     Attitude(Vec<Stage<6, 3>>),
@@ -44,8 +44,8 @@ pub(crate) enum Stages {
 }
 
 impl PosedPlan {
-    /// Returns whether plans of `problem` need this type: the body translates, or its torques are
-    /// fixed in the reference frame.
+    /// Returns whether plans of `problem` need this type in place of `LinearPlan`: the body
+    /// translates, or its torques are fixed in the reference frame.
     pub fn is_of(problem: &Problem) -> bool {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
     }
@@ -139,8 +139,8 @@ impl PosedPlan {
         units[(row + 12 - self.states()) / 3]
     }
 
-    /// Returns `A_k`, the derivative of the next state with respect to the state, in m, N·s, rad
-    /// and N·m·s.
+    /// Returns `A_k`, the derivative of the next state with respect to the state; states are in m,
+    /// N·s, rad and N·m·s.
     pub fn a(&self, step: usize) -> DMatrix<f64> {
         let scaled = match &self.stages {
             Stages::Attitude(stages) => DMatrix::from_column_slice(6, 6, stages[step].a.as_slice()),
@@ -152,7 +152,7 @@ impl PosedPlan {
     }
 
     /// Returns `B_k`, the derivative of the next state with respect to forces \[N\] and torques
-    /// [N·m] along the axes of their sets: N×6, or N×3 for torques alone.
+    /// [N·m] along the axes of their actuator sets: N×6, or N×3 for torques alone.
     pub fn b(&self, step: usize) -> DMatrix<f64> {
         let scaled = match &self.stages {
             Stages::Attitude(stages) => DMatrix::from_column_slice(6, 3, stages[step].b.as_slice()),
@@ -171,11 +171,12 @@ struct Beside<'a> {
     dynamics: Dynamics,
     problem: &'a Problem,
     plan: &'a Trajectory,
-    /// Whether the costates are recorded half a kick beyond the nodes.
+    /// Whether the recorded costates are half a kick beyond the nodes.
     beyond: bool,
 }
 
-/// Kick under held inputs: its wrench, the gradient by the state, and the derivative by the inputs.
+/// Kick under held inputs: its wrench, its gradient with respect to the state, and its derivative
+/// with respect to the inputs.
 struct Held<const N: usize, const C: usize> {
     wrench: Wrench,
     gradient: SMatrix<f64, N, N>,
@@ -286,7 +287,8 @@ impl Beside<'_> {
         (force, actuation.torque.frame())
     }
 
-    /// Linearises a kick at a pose under force and torque along the axes of their sets.
+    /// Linearises a kick at a pose. `along` are the force and the torque, each in the axes of its
+    /// actuator set.
     fn kicked<const N: usize, const C: usize>(&self, pose: &Pose, along: &[Vector3; 2]) -> Held<N, C> {
         let (of_force, of_torque) = self.frames();
         let (r, identity) = (&pose.attitude, Matrix3::identity());
@@ -301,7 +303,7 @@ impl Beside<'_> {
         Held { wrench, gradient: placed(&gradient, 3), inputs }
     }
 
-    /// Computes `K_qq` and `M = ∂(λ·E)/∂q` of a kick.
+    /// Computes the curvature `K_qq` and the mixed derivative `M = ∂(λ·E)/∂q` of a kick.
     fn bent<const N: usize, const C: usize>(
         &self,
         pose: &Pose,
@@ -327,8 +329,8 @@ impl Beside<'_> {
     }
 }
 
-/// Assembles blocks by position and attitude into a matrix. With `below = 3` the rows are those of
-/// the momenta, with `below = 0` those of position and attitude.
+/// Places blocks for position and attitude in a matrix. With `below = 3` the rows are those of the
+/// momenta, with `below = 0` those of position and attitude.
 fn placed<const N: usize>(blocks: &Blocks, below: usize) -> SMatrix<f64, N, N> {
     let mut out = SMatrix::<f64, N, N>::zeros();
     out.view_mut((N - 6 + below, N - 6), (3, 3)).copy_from(&blocks.rr);

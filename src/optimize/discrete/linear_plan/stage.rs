@@ -53,7 +53,7 @@ pub(crate) struct Stage<const N: usize, const C: usize> {
     pub on_costate: SMatrix<f64, N, C>,
     /// `V_k`: coefficient of the state in the stationarity condition of the input correction.
     pub by_state: SMatrix<f64, C, N>,
-    /// `U_k`: second derivative with respect to the input correction, besides `h S⁻¹`.
+    /// `U_k`: second derivative with respect to the input correction, in addition to `h S⁻¹`.
     pub bend: SMatrix<f64, C, C>,
     /// Authority `S` of the inputs.
     pub authority: SMatrix<f64, C, C>,
@@ -69,7 +69,7 @@ pub(crate) struct Eliminated<const N: usize, const C: usize> {
     /// Matrices of the costate before the step, `δλ_z = back δλ + curvature z`.
     pub back: SMatrix<f64, N, N>,
     pub curvature: SMatrix<f64, N, N>,
-    /// Inverse `(h + U S)⁻¹` in the optimal correction.
+    /// Factor `(h + U S)⁻¹` of the optimal correction.
     pub per_time: SMatrix<f64, C, C>,
 }
 
@@ -107,8 +107,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
         }
     }
 
-    /// Composes this step and the following one under one correction `v` (`linear_plan::ticks`),
-    /// with the authority of this step.
+    /// Composes this step and the following step `after` under one common correction `v`
+    /// (`linear_plan::ticks`). The authority is that of this step.
     pub fn then(&self, after: &Self) -> Self {
         let bent = after.h * self.b + after.on_costate;
         let through = after.h * self.a;
@@ -140,8 +140,8 @@ impl<const N: usize, const C: usize> Stage<N, C> {
 }
 
 impl Stage<6, 3> {
-    /// Replaces the matrices of the body by the matrices for wheel torques: the torque on the body
-    /// in a kick is taken from the wheels before the drift.
+    /// Replaces the matrices of the body by the matrices for wheel torques. In a kick before the
+    /// drift, the wheels lose the momentum that the body gains.
     pub fn given_by_wheels(&mut self, with_wheels: &Stage<9, 3>) {
         self.b.copy_from(&with_wheels.b.fixed_view::<6, 3>(0, 0));
         self.h.copy_from(&with_wheels.h.fixed_view::<6, 6>(0, 0));

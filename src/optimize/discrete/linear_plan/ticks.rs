@@ -12,9 +12,9 @@
 use super::{LinearPlan, LinearStep, PosedPlan, Stage, Stages};
 use nalgebra::SMatrix;
 
-/// Returns a linearised plan with held torques in ticks of `every` steps; the last tick is shorter
-/// if `every` does not divide the number of steps. Gains are designed on the ticks; the effect of
-/// parameters is still computed on the steps.
+/// Returns a linearised plan whose torques are held over ticks of `every` steps. The last tick is
+/// shorter if `every` does not divide the number of steps. Gains are designed on the ticks; the
+/// effect of parameters is still computed on the steps.
 pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
     let firsts = || (0..plan.count()).step_by(every.max(1)).chain([plan.count()]);
     LinearPlan {
@@ -27,7 +27,8 @@ pub(crate) fn of_ticks(plan: &LinearPlan, every: usize) -> LinearPlan {
     }
 }
 
-/// Returns a linearised plan of poses in ticks of `every` steps.
+/// Returns the linearised plan of position and attitude, with corrections held over ticks of
+/// `every` steps.
 pub(crate) fn of_posed_ticks(plan: &PosedPlan, every: usize) -> PosedPlan {
     fn of<const N: usize, const C: usize>(
         stages: &[Stage<N, C>],
@@ -66,9 +67,9 @@ fn of_tick(steps: &[LinearStep]) -> LinearStep {
     LinearStep { stage, with_wheels, ..steps[least].clone() }
 }
 
-/// Composes the steps under one correction. Returns the composed step and the index of the step
-/// with the smallest authority, which counts for the whole tick: in that step most inputs are at
-/// their limits.
+/// Composes the steps under one correction. Returns the composed step, and the index of the step
+/// with the smallest authority. Its authority is used for the whole tick, because most inputs are
+/// at their limits in that step.
 fn together<'a, const N: usize, const C: usize>(
     steps: impl Iterator<Item = &'a Stage<N, C>> + Clone,
 ) -> (Stage<N, C>, usize) {

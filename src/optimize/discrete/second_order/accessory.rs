@@ -29,7 +29,8 @@ use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Counts the independent directions in which the cost decreases. Returns `None` if the sweep
-/// fails, or if the cost decreases in no direction and is constant to second order in some.
+/// fails, or if the cost decreases in no direction but is constant to second order in some
+/// direction.
 pub(super) fn conjugate_points<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,
@@ -54,7 +55,7 @@ struct Elimination<'a, const N: usize> {
     x: SMatrix<f64, N, N>,
     /// Reachability matrix `W_k`.
     reached: SMatrix<f64, N, N>,
-    /// Number of negative eigenvalues in excess of the number of constraints so far.
+    /// Number of negative eigenvalues so far, less the number of constraints.
     surplus: isize,
 }
 
@@ -118,7 +119,7 @@ impl<'a, const N: usize> Elimination<'a, N> {
     }
 
     /// Evaluates the last pivot, `X_N`, without the unreachable directions. Returns `None` if the
-    /// cost decreases nowhere and is constant to second order in some direction.
+    /// cost decreases in no direction but is constant to second order in some direction.
     fn close(self) -> Option<usize> {
         let MatrixInertia { negative, zero } = inertia(&self.x);
         let unreached = inertia(&self.reached).zero.min(zero);
@@ -127,8 +128,8 @@ impl<'a, const N: usize> Elimination<'a, N> {
     }
 }
 
-/// Computes the inertia of a symmetric matrix after scaling its rows and columns to one size. Rows
-/// that are round-off of the largest are not scaled up.
+/// Computes the inertia of a symmetric matrix after scaling its rows and columns to equal size.
+/// Rows that are round-off relative to the largest row are not scaled up.
 fn inertia<const N: usize>(of: &SMatrix<f64, N, N>) -> MatrixInertia {
     let sizes: [f64; N] = std::array::from_fn(|index| of[(index, index)].abs().sqrt());
     let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

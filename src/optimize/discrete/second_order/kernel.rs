@@ -1,5 +1,5 @@
-//! The Riccati condition of one step in arrays of fixed size: `I + Gᵀ Λ Z⁻¹ G` and its negative
-//! eigenvalues.
+//! The discrete Riccati condition of one step, `I + Gᵀ Λ Z⁻¹ G`, in arrays of fixed size, and the
+//! number of its negative eigenvalues.
 //!
 //! G has columns only for the momenta, half as many as there are states, so `Z⁻¹` is applied only
 //! to these columns.
@@ -12,7 +12,7 @@ use std::array;
 /// Largest number of columns of the input root G: 6 on SE(3), of which SO(3) uses half.
 pub(super) const MOST: usize = 6;
 
-/// Returns the row of the state on which column `column` of G acts: `γ` before `Π`.
+/// Returns the row of the state on which column `column` of G acts; `γ` comes before `Π`.
 fn row_of<const N: usize>(column: usize) -> usize {
     if N == 12 && column < 3 { 3 + column } else { N - 3 + column % 3 }
 }

@@ -144,11 +144,11 @@ pub(crate) fn conjugate_points<const N: usize>(
 struct Counter<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     root: InputMatrices,
-    /// Whether Ψ₁₂ had an inverse at the previous node.
+    /// Whether the sensitivity Ψ₁₂ was invertible at the previous node.
     regular: bool,
-    /// Whether Ψ₁₂ had an inverse at two consecutive nodes at least once.
+    /// Whether the sensitivity Ψ₁₂ was invertible at two consecutive nodes at least once.
     ever: bool,
-    /// Whether Ψ₁₂ became singular again at a later node.
+    /// Whether the sensitivity Ψ₁₂ became singular again at a later node.
     lost: bool,
     total: usize,
     /// Attitude and derivatives of the costate at the closing half kick of Lie–Verlet.

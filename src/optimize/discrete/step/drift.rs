@@ -26,7 +26,7 @@ use nalgebra::SMatrix;
 /// Result of a drift, as needed by its linearisation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drift {
-    /// Length of the step.
+    /// Length of the step, scaled.
     pub h: f64,
     /// Relative attitude `F` of the step.
     pub f: Matrix3,
@@ -78,7 +78,8 @@ impl Dynamics {
         drift.matrix(&self.j_d)
     }
 
-    /// Computes `B = h Fᵀ E⁻¹` of a drift, so that `ξ = B δΠ`.
+    /// Computes `B = h Fᵀ E⁻¹` of a drift, so that `ξ = B δΠ` is the rotation due to a momentum
+    /// change δΠ.
     pub(crate) fn drift_block(&self, drift: &Drift, e: &Matrix3) -> Matrix3 {
         drift.f.transpose() * inverse3(e) * drift.h
     }
@@ -96,7 +97,7 @@ impl Dynamics {
         before
     }
 
-    /// Linearises a drift; `after` is the costate after it.
+    /// Linearises a drift. `after` is the costate after the drift.
     #[inline(always)]
     pub(crate) fn linear_drift(&self, drift: &Drift, e: &Matrix3, after: &Costate) -> LinearDrift {
         drift.linear(&self.j_d, e, after)
@@ -124,7 +125,7 @@ impl Drift {
         after
     }
 
-    /// Linearises the drift; `after` is the costate after it.
+    /// Linearises the drift. `after` is the costate after the drift.
     #[inline(always)]
     pub(crate) fn linear(&self, j_d: &Matrix3, e: &Matrix3, after: &Costate) -> LinearDrift {
         let f = self.f;

@@ -28,10 +28,10 @@ use crate::mechanics::drift_equation::{inverse3, solve3};
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 
-/// Largest number of Newton iterations. The initial guess is within a few percent of the solution;
-/// the equation of a body without wheels takes 2 or 3 iterations.
+/// Largest number of Newton iterations. The initial guess is within a few percent of the solution,
+/// and the equation of a body without wheels takes 2 or 3 iterations.
 const MAX_ITERATIONS: usize = 15;
-/// Largest Newton correction that ends the iteration: its square is below round-off.
+/// Newton correction below which the iteration ends: its square is below round-off.
 const LAST_CORRECTION: f64 = 2e-9;
 
 /// One drift of a gyrostat and its derivatives.
@@ -42,9 +42,10 @@ pub(crate) struct GyrostatDrift {
     pub f: Matrix3,
     /// Total momentum after the drift, `Fᵀ H`.
     pub momentum_after: Vector3,
-    /// Derivative by the total momentum: `ξ = by_momentum δH + by_wheels δμ`, where `δF = F S(ξ)`.
+    /// Derivative with respect to the total momentum: `ξ = by_momentum δH + by_wheels δμ`, where
+    /// `δF = F S(ξ)`.
     pub by_momentum: Matrix3,
-    /// Derivative of `ξ` by the wheel momentum; see [`GyrostatDrift::by_momentum`].
+    /// Derivative of `ξ` with respect to the wheel momentum; see [`GyrostatDrift::by_momentum`].
     pub by_wheels: Matrix3,
 }
 
@@ -107,7 +108,7 @@ impl Dynamics {
         let before = inverse3(&slope(j, &g, &mu, c));
         let t = (identity - hat(c)) * (2.0 / cc);
         let w = -(before.transpose() * t.tr_mul(&q));
-        // Second derivatives of w·G by c, H and μ.
+        // Second derivatives of w·G with respect to c, H and μ.
         let (mc, wc) = (mu.dot(c), w.dot(c));
         let both = mu * wc + w * mc;
         let lean = w + c * wc;

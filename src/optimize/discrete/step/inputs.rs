@@ -89,14 +89,15 @@ impl Dynamics {
         self.larger(pose, costate, |law, costate| law.projection_residual(costate))
     }
 
-    /// Returns the larger value of `of` for the laws of forces and torques; 0 without limits.
+    /// Returns the larger of the values of `of` for the force law and the torque law; 0 without
+    /// limits.
     fn larger(&self, pose: &Pose, costate: &Costate, of: impl Fn(&ControlLaw, &Vector3) -> f64) -> f64 {
         let Some(laws) = &self.laws else { return 0.0 };
         let (gamma, pi) = self.in_input_axes(pose, costate);
         of(&laws.force, &gamma).max(of(&laws.torque, &pi))
     }
 
-    /// Computes the actuator wrench of the optimal inputs without limits.
+    /// Computes the wrench that the optimal inputs produce without limits.
     #[inline(always)]
     fn input_wrench<const N: usize>(&self, pose: &Pose, costate: &Costate) -> Wrench {
         let r = &pose.attitude;
@@ -107,7 +108,7 @@ impl Dynamics {
 }
 
 impl Authority {
-    /// Multiplies a vector of body axes by the matrix.
+    /// Multiplies a vector in body axes by the matrix.
     #[inline(always)]
     fn on_body(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
         // One branch serves both changes of axes: this is the innermost loop of a sweep.
@@ -117,7 +118,7 @@ impl Authority {
         }
     }
 
-    /// Multiplies a vector of the reference frame by the matrix.
+    /// Multiplies a vector in reference axes by the matrix.
     #[inline(always)]
     fn on_reference(&self, r: &Matrix3, vector: &Vector3) -> Vector3 {
         match self.frame {
@@ -127,7 +128,8 @@ impl Authority {
     }
 }
 
-/// One matrix for forces and one for torques, derived from the authorities and in their axes.
+/// Matrices derived from the authorities of the forces and of the torques, each in the axes of its
+/// inputs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InputMatrices {
     force: Authority,
@@ -203,7 +205,7 @@ impl Dynamics {
         self.has_all_axes() && !self.is_stiff()
     }
 
-    /// Returns the largest ratio of the principal authorities of one kind of input.
+    /// Returns the largest ratio of the principal authorities, of the forces or of the torques.
     pub(crate) fn weight_condition(&self) -> f64 {
         let condition = |authority: &Authority| {
             let values = authority.matrix.symmetric_eigenvalues();
@@ -212,7 +214,7 @@ impl Dynamics {
         condition(&self.torque).max(condition(&self.force))
     }
 
-    /// Returns whether the inputs couple translation and rotation: forces fixed in the body.
+    /// Returns whether the inputs couple translation and rotation, as forces fixed in the body do.
     pub(crate) fn is_coupled(&self) -> bool {
         self.force.frame == AxisFrame::Body
     }

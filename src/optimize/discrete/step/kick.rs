@@ -70,8 +70,8 @@ impl Dynamics {
         }
     }
 
-    /// Computes the kick at a pose; `LIMITED` is [`Dynamics::is_limited`], so that a loop over all
-    /// steps tests it only once.
+    /// Computes the kick at a pose. `LIMITED` is [`Dynamics::is_limited`] as a compile-time
+    /// constant, so that a loop over all steps tests it only once.
     #[inline(always)]
     pub(crate) fn kick_of<const N: usize, const LIMITED: bool>(
         &self,
@@ -103,8 +103,8 @@ impl Dynamics {
         kick
     }
 
-    /// Applies the forces and torques of environment and inputs to the momenta, without the
-    /// gradient that the costate needs.
+    /// Applies the forces and torques of environment and inputs to the momenta. The gradient, which
+    /// only the costate needs, is not computed.
     #[inline(always)]
     pub(crate) fn bare_kick<const N: usize>(&self, point: &mut Point, weight: f64, input: &Wrench) {
         let mut wrench = *input;
@@ -201,8 +201,8 @@ impl Kick {
 }
 
 impl LinearKick {
-    /// Applies the linearised kick to the derivatives of state and costate: factor `weight` for the
-    /// momenta, `h` for the costates.
+    /// Applies the linearised kick to the derivatives of state and costate. The derivatives of the
+    /// momenta change with the factor `weight`, those of the costates with the factor `h`.
     #[inline(always)]
     pub fn apply<const N: usize>(&self, columns: &mut Sensitivity<N>, weight: f64, h: f64) {
         columns.pi += weight * (&self.pp_torque * &columns.costate_pi);

@@ -36,7 +36,7 @@ use lanes::Rows;
 use nalgebra::{SMatrix, SVector};
 use std::sync::Arc;
 
-/// Why a sweep was aborted.
+/// Reason why a sweep was aborted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepError {
     /// The implicit equation has no physical solution at this step: the step is too long.
@@ -51,15 +51,15 @@ pub enum StepError {
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     pub(crate) units: Units,
-    /// Grid in the unit of time.
+    /// Grid in the unit of time, which is the duration of the problem.
     pub(crate) grid: Grid,
     pub(crate) j: Matrix3,
     pub(crate) j_d: Matrix3,
     pub(crate) j_inverse: Matrix3,
     /// Environment of forces and moments; `None` if only the actuators act on the body.
     environment: Option<Arc<dyn Environment>>,
-    /// `exp S(−h_k n) − I` of a rotating reference frame: empty, one for all steps, or one for each
-    /// step.
+    /// `exp S(−h_k n) − I` of a reference frame that rotates at the angular velocity n: one matrix
+    /// for all steps of equal length, or one for each step; empty if the frame does not rotate.
     frame_turns: Vec<Matrix3>,
     torque: Authority,
     force: Authority,
@@ -68,7 +68,8 @@ pub struct Dynamics {
     laws: Option<Box<ControlLaws>>,
 }
 
-/// `B W⁻¹ Bᵀ` of one kind of input, scaled, and the frame in which its axes are fixed.
+/// Authority `B W⁻¹ Bᵀ` of the forces or of the torques, scaled, and the frame in which their axes
+/// are fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Authority {
     pub matrix: Matrix3,
@@ -205,8 +206,8 @@ impl<const N: usize> Sensitivity<N> {
     }
 }
 
-/// Computes `exp S(−h_k n) − I` of a rotating reference frame: one for all steps, or one for each
-/// step; empty if the frame does not rotate.
+/// Computes `exp S(−h_k n) − I` for a reference frame that rotates at the angular velocity n: one
+/// matrix for all steps of equal length, or one for each step; empty if the frame does not rotate.
 fn frame_turns(environment: &dyn Environment, units: &Units, grid: &Grid) -> Vec<Matrix3> {
     let rate = environment.frame_rate();
     let turn = |step: usize| lie::exp_minus_identity(&(rate * (-grid.step(step) * units.time)));
@@ -332,8 +333,8 @@ impl Dynamics {
         Ok(point)
     }
 
-    /// Returns whether a body in state `point` keeps its attitude without inputs: no environment
-    /// acts and its momentum is zero.
+    /// Returns whether a body in the state `point` keeps its attitude without inputs, because no
+    /// environment acts and its momentum is zero.
     pub(crate) fn stands(&self, point: &Point) -> bool {
         self.environment.is_none() && point.momentum.value == Vector3::zeros()
     }
@@ -344,7 +345,8 @@ impl Dynamics {
         rate * self.units.time
     }
 
-    /// Returns `exp S(−h_k n) − I` of step k; `None` if the reference frame does not rotate.
+    /// Returns `exp S(−h_k n) − I` of step k, where n is the frame's angular velocity; `None` if
+    /// the reference frame does not rotate.
     #[inline(always)]
     fn frame_turn(&self, step: usize) -> Option<&Matrix3> {
         self.frame_turns.get(step).or(self.frame_turns.first())

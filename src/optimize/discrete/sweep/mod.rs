@@ -61,7 +61,8 @@ pub(crate) trait Listener {
 /// steps take a few milliseconds.
 const PATIENCE: usize = 4096;
 
-/// Largest number of steps for which the best iterate is still swept and recorded after a stop.
+/// Largest number of steps for which the best iterate is still swept and recorded after a stop
+/// request.
 const KEPT_AFTER_STOP: usize = 100_000;
 
 /// Result at the end of a sweep.
@@ -92,7 +93,8 @@ pub(crate) struct Node {
     /// Force and moment of the kick at the node. The physical momenta contain a part of this kick
     /// whose weight is smaller by `ahead`.
     pub kick: (Vector3, Vector3),
-    /// Weight by which the momenta of the integrator are ahead of the physical ones in this kick.
+    /// Weight of the part of this kick that the momenta of the integrator include and the physical
+    /// momenta do not.
     pub ahead: f64,
     /// Costate `λ_{index−1}`.
     pub costate: Costate,
@@ -183,13 +185,13 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Self { dynamics: dynamics.clone(), start, terminal, listener: None }
     }
 
-    /// Sweeps from `λ_{−1} = costate`.
+    /// Sweeps from the first costate `λ_{−1} = costate` to the end of the maneuver.
     #[inline(never)]
     pub fn sweep(&self, costate: &SVector<f64, N>) -> Result<End<N>, StepError> {
         self.run_wide::<false>(costate, &mut Sensitivity::zero(), |_| {})
     }
 
-    /// Sweeps from `λ_{−1} = costate` and appends every node to `nodes`.
+    /// Sweeps from the first costate `λ_{−1} = costate` and appends every node to `nodes`.
     pub(crate) fn sweep_into(
         &self,
         costate: &SVector<f64, N>,
@@ -198,7 +200,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.run_wide::<false>(costate, &mut Sensitivity::zero(), |node| nodes.push(node))
     }
 
-    /// Sweeps from `λ_{−1} = costate` and passes every node to `observe`.
+    /// Sweeps from the first costate `λ_{−1} = costate` and passes every node to `observe`.
     pub(crate) fn sweep_observed(
         &self,
         costate: &SVector<f64, N>,
@@ -229,7 +231,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         self.with_slope(end, &columns)
     }
 
-    /// Joins the end of a sweep and the derivative of its error.
+    /// Combines the end of a sweep with the derivative of its terminal error.
     fn with_slope(
         &self,
         end: End<N>,
@@ -362,8 +364,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
             }
             observe(Node { index, point: kicked, kick: last_kick, ahead, costate });
             if last {
-                // The costate has received the whole kick: go back to the costate of the physical
-                // state.
+                // The costate has received the whole kick. Half of it is undone, to obtain the
+                // costate of the physical state.
                 kick.apply::<N>(&mut point, &mut costate, 0.5 * h, -0.5 * h);
             } else {
                 point = kicked;
@@ -427,8 +429,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
         Self { dynamics: self.dynamics.relaxed(factor), ..self.clone() }
     }
 
-    /// Returns the largest ratio of an unlimited optimal input to its limit, over the extremal from
-    /// `costate`.
+    /// Returns the largest ratio of an unlimited optimal input to its limit, over the extremal
+    /// whose first costate is `costate`.
     pub(crate) fn demand(&self, costate: &SVector<f64, N>) -> Result<f64, StepError> {
         let mut largest = 0.0f64;
         self.sweep_observed(costate, |node| {
@@ -442,8 +444,8 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
 }
 
 impl Node {
-    /// Returns the physical state: the integrator's momenta less the part of the last kick by which
-    /// they are ahead.
+    /// Returns the physical state: the momenta of the integrator without the part of the last kick
+    /// by which they are ahead.
     pub fn physical(&self) -> Point {
         let mut point = self.point;
         point.linear_momentum.add(&(self.kick.0 * -self.ahead));

@@ -182,7 +182,7 @@ fn zoo() -> Vec<Problem> {
     problems
 }
 
-/// Returns a uniform grid and a nonuniform one.
+/// Returns a uniform grid and a nonuniform grid.
 fn grids(problem: &Problem) -> [Grid; 2] {
     [uniform(problem), graded(problem.scheme, problem.steps)]
 }
@@ -195,7 +195,7 @@ fn random_costate<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }
 
-/// Returns `−K_pp` at every node.
+/// Returns `−K_pp`, the derivative of the input output with respect to the costate, at every node.
 fn slopes<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: &SVector<f64, N>,

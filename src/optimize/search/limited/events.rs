@@ -31,7 +31,7 @@ use crate::optimize::discrete::candidate::Candidate;
 /// State of an input at a node relative to its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Level {
-    /// At this fraction of its limit: 1, −1, or 0 (off).
+    /// At a level, as a fraction of its limit: 1, −1, or 0 (off).
     At(f64),
     /// Between its limits.
     Within,
@@ -45,17 +45,17 @@ struct Cell {
     at: f64,
     value: f64,
     level: Level,
-    /// Multiplier of the input's limit, per unit of time and with the input as a fraction of its
-    /// limit; zero between limits.
+    /// Multiplier of the input's limit, per unit of time, with the input as a fraction of its
+    /// limit; zero if the input is between its limits.
     press: f64,
 }
 
-/// Event: a time (fraction of the duration) and the inputs that switch then.
+/// Event: a time, as a fraction of the duration, and the inputs that switch at it.
 #[derive(Clone, Debug)]
 pub(super) struct Event {
     pub at: f64,
     /// Number of equal steps of the coarsest grid that surround the event: 0 for a switch, 1 for a
-    /// touch within a step, 2 for a touch at a node.
+    /// cone touched within a step, 2 for a cone touched at a node.
     pub about: usize,
     pub switches: Vec<Switch>,
 }
@@ -64,9 +64,9 @@ pub(super) struct Event {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
     pub input: usize,
-    /// Levels before and after the switch, as fractions of its limit.
+    /// Levels of the input before and after the switch, as fractions of its limit.
     pub levels: [f64; 2],
-    /// Rate of the switching function, with the input as a fraction of its limit.
+    /// Rate of the switching function at the switch, with the input as a fraction of its limit.
     pub slope: f64,
 }
 
@@ -78,14 +78,15 @@ pub(super) struct Read<'a> {
     nodes: Vec<f64>,
     /// Multipliers of all rows; zero for inactive rows.
     multipliers: &'a [f64],
-    /// Limits of the inputs, in the units of the duration found.
+    /// Limits of the inputs, scaled by the units of the duration found.
     bounds: Vec<f64>,
-    /// Fraction of its limit below which an input is off.
+    /// Threshold, as a fraction of the limit, below which an input counts as off.
     off: f64,
 }
 
 impl<'a> Read<'a> {
-    /// Reads an optimum of the interior-point method with the last barrier parameter `barrier`.
+    /// Prepares an optimum of the interior-point method for reading its events. `barrier` is its
+    /// last barrier parameter.
     pub fn of(chain: &'a Chain, found: &'a Candidate, bounds: &[f64], barrier: f64) -> Self {
         let iterate = iterate(found);
         let (_, multipliers) = &found.multipliers;
@@ -100,7 +101,8 @@ impl<'a> Read<'a> {
         &self.chain.model
     }
 
-    /// Returns the active rows of a stage: the group and the quantity of each.
+    /// Returns the active rows of a stage: for each, the index of its group and the quantity that
+    /// it bounds.
     fn acting(&self, stage: usize) -> impl Iterator<Item = (usize, &What)> {
         let range = self.chain.rows.range(stage);
         range
@@ -116,7 +118,7 @@ impl<'a> Read<'a> {
         )
     }
 
-    /// Returns the state of an input at a node.
+    /// Returns the level of an input at a node.
     pub fn level(&self, input: usize, node: usize) -> Level {
         let side = self.acting(node).find_map(|(_, what)| match what {
             What::InputSize { input: own, sign, .. } if *own == input => Some(*sign),
@@ -140,7 +142,8 @@ impl<'a> Read<'a> {
         own.map(|row| self.multipliers[row] * grown / kick).sum()
     }
 
-    /// Returns the state of an input's rate on the step after a node, relative to the rate limit.
+    /// Returns the level of an input's rate of change on the step after a node, relative to the
+    /// rate limit.
     fn change(&self, input: usize, step: usize) -> Level {
         let side = self.acting(step).find_map(|(_, what)| match what {
             What::InputRate { input: own, sign, .. } if *own == input => Some(*sign),
@@ -153,7 +156,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// Returns the possible levels of an input on an arc, or of its rate if that is limited.
+    /// Returns the possible levels of an input on an arc; for an input with a rate limit, those of
+    /// its rate.
     fn levels(&self, input: usize) -> Vec<f64> {
         let one_sided = self.chain.rows.range(self.model().first_input()).any(
             |row| matches!(&self.chain.rows.rows[row].what, What::Push { input: own, .. } if *own == input),
@@ -175,7 +179,7 @@ impl<'a> Read<'a> {
         }
         let slope = |step: usize| (value(step + 1) - value(step)) / (nodes[step + 1] - nodes[step]);
         let steps = model.first_input()..model.steps;
-        // The steepest slope is the rate limit, or within it.
+        // If no step reaches the rate limit, the steepest step takes its place.
         let most = steps.clone().map(|step| slope(step).abs()).fold(f64::MIN_POSITIVE, f64::max);
         let cell = |step: usize| Cell {
             from: nodes[step],
@@ -188,8 +192,8 @@ impl<'a> Read<'a> {
         steps.map(cell).collect()
     }
 
-    /// Returns the cells about all nodes, with the value, the level and the multiplier that `of`
-    /// gives.
+    /// Returns the cells about all nodes. `of` returns the value, the level and the multiplier at a
+    /// node.
     fn about_nodes(&self, of: impl Fn(usize) -> (f64, Level, f64)) -> Vec<Cell> {
         let nodes = &self.nodes;
         let middle = |step: usize| 0.5 * (nodes[step] + nodes[step + 1]);
@@ -202,7 +206,7 @@ impl<'a> Read<'a> {
         (self.model().first_input()..nodes.len()).map(cell).collect()
     }
 
-    /// Returns all events in order; events that are close together are merged.
+    /// Returns all events in order of time. Events that are close together are merged.
     pub fn events(&self) -> Vec<Event> {
         let apart = ON_EVENTS.apart;
         let mut events = Vec::new();
@@ -228,8 +232,8 @@ impl<'a> Read<'a> {
         merged.collect()
     }
 
-    /// Returns the touches of cones: the group of the cone, the time, and whether the touch is
-    /// within a step.
+    /// Returns the points at which the motion touches a cone: the index of the cone's group, the
+    /// time, and whether the cone is touched within a step.
     pub fn touches(&self) -> Vec<(usize, f64, bool)> {
         let (model, rows) = (self.model(), &self.chain.rows);
         let mut touched = Vec::new();
@@ -264,7 +268,7 @@ impl<'a> Read<'a> {
     }
 
     /// Returns the maximum of a cone's row on the step after a node: the stage, the fraction of the
-    /// step, and the value.
+    /// step, and the row's value.
     fn highest(&self, cone: &Cone, stage: usize) -> Option<(usize, f64, f64)> {
         let (model, state) = (self.model(), &self.iterate.states[stage]);
         let turn = lie::log(&step::drift(model, stage, state).ok()?.1);
@@ -272,8 +276,8 @@ impl<'a> Read<'a> {
         Some((stage, at.fraction, at.c))
     }
 
-    /// Returns the time about a node at which a parabola through the node values of a cone's row
-    /// has its maximum.
+    /// Returns the time near a node at which the parabola through the values of a cone's row at
+    /// this node and its neighbours has its maximum.
     fn vertex(&self, cone: &Cone, node: usize) -> f64 {
         let node = node.clamp(1, self.model().steps - 1);
         let value = |node: usize| {
@@ -289,8 +293,8 @@ impl<'a> Read<'a> {
         }
     }
 
-    /// Returns the groups of the constraints that are active at every node between two times; also
-    /// the limits of inputs with rate limits.
+    /// Returns the indices of the groups of the constraints that are active at every node between
+    /// two times, including the limits of inputs with rate limits.
     pub fn held(&self, from: f64, to: f64) -> Vec<usize> {
         let rows = &self.chain.rows;
         let inside: Vec<usize> = (0..self.model().steps)
@@ -307,8 +311,8 @@ impl<'a> Read<'a> {
         (0..rows.groups.len()).filter(all).collect()
     }
 
-    /// Returns the level of an input in the middle of an arc, and the level of its rate; zero
-    /// without a rate limit.
+    /// Returns the level of an input in the middle of an arc, and the level of its rate of change;
+    /// zero without a rate limit.
     pub fn middle(&self, input: usize, from: f64, to: f64) -> (Level, Level) {
         let middle = 0.5 * (from + to);
         let after = self.nodes.partition_point(|node| *node <= middle).clamp(1, self.model().steps);
@@ -318,8 +322,8 @@ impl<'a> Read<'a> {
         (self.level(input, nearest.max(self.model().first_input())), change)
     }
 
-    /// Returns the mean of an input between two events, as a fraction of its limit. At the ends the
-    /// input is extrapolated from inside.
+    /// Returns the mean of an input between two events, as a fraction of its limit. The input at
+    /// the events is extrapolated from the nodes between them.
     pub fn mean(&self, input: usize, from: f64, to: f64) -> f64 {
         let nodes = &self.nodes;
         let near = |at: f64| {
@@ -342,7 +346,7 @@ impl<'a> Read<'a> {
         (first..last).map(piece).sum::<f64>() / (nodes[last] - nodes[first])
     }
 
-    /// Returns an input at a time, as a fraction of its limit.
+    /// Returns the value of an input at a time, as a fraction of its limit.
     pub fn value(&self, input: usize, at: f64) -> f64 {
         let after = self.nodes.partition_point(|node| *node <= at).clamp(1, self.model().steps);
         let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
@@ -351,8 +355,8 @@ impl<'a> Read<'a> {
     }
 }
 
-/// Returns the time of the maximum of a parabola through three points, between the first and the
-/// last.
+/// Returns the time at which the parabola through three points has its maximum, limited to the
+/// interval from the first to the last point.
 fn vertex(times: [f64; 3], values: [f64; 3]) -> f64 {
     let slope = |i: usize| (values[i + 1] - values[i]) / (times[i + 1] - times[i]);
     let bend = (slope(1) - slope(0)) / (times[2] - times[0]);
@@ -360,7 +364,7 @@ fn vertex(times: [f64; 3], values: [f64; 3]) -> f64 {
     if bend < 0.0 { at.clamp(times[0], times[2]) } else { times[1] }
 }
 
-/// Cells of one arc: all are at the same level, or all are between limits.
+/// Consecutive cells of one arc, either all at one level or all between limits.
 struct Run<'a> {
     cells: &'a [Cell],
     /// Indices of the cells that do not belong to a switch.
@@ -368,7 +372,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Returns the value of the arc, extrapolated to a time.
+    /// Returns the value of the input on the arc, extrapolated to the time `at`.
     fn value(&self, first: usize, at: f64) -> f64 {
         let inside = &self.cells[self.settled.clone()];
         if let Level::At(level) = inside[0].level {
@@ -385,8 +389,8 @@ impl Run<'_> {
         a.value + (b.value - a.value) * (at - a.at) / (b.at - a.at)
     }
 
-    /// Returns the rate of the switching function at a switch at the time `at`, where the function
-    /// is zero, from the nearest cell at a limit.
+    /// Returns the rate of the switching function at a switch at the time `at`, from its zero there
+    /// and its value at the nearest cell at a limit.
     fn slope(&self, first: usize, at: f64) -> f64 {
         let inside = &self.cells[self.settled.clone()];
         let cell = if first == 0 { &inside[0] } else { &inside[inside.len() - 1] };
@@ -394,7 +398,7 @@ impl Run<'_> {
     }
 }
 
-/// Returns the switches of an input whose arcs have the given levels: each with its time, the
+/// Returns the switches of an input with the possible levels `levels`: for each, the time, the
 /// levels before and after, and the rate of the switching function. Pulses that are too short are
 /// ignored.
 fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
@@ -403,7 +407,7 @@ fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
     for own in cells.chunk_by(|a, b| a.level == b.level) {
         let last = first + own.len();
         let within = own[0].level == Level::Within;
-        // The outermost cells between limits belong to the switches there.
+        // The outermost cells between limits belong to the adjacent switches.
         let begin = usize::from(within && first > 0);
         let end = own.len() - usize::from(within && last < cells.len());
         if !within || own.len() >= ON_EVENTS.cells {
@@ -457,7 +461,7 @@ fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
 }
 
 /// Returns a pulse that is shorter than its cells, next to an arc at a level: its width, its
-/// centre, and the levels of the arc and the pulse.
+/// centre, and the levels of arc and pulse.
 fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64; 2])> {
     let Level::At(base) = beside.cells[0].level else { return None };
     let off = |cell: &Cell| (cell.to - cell.from) * (cell.value - base);
@@ -473,7 +477,8 @@ fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64
 mod tests {
     use super::{Cell, Level, switches, vertex};
 
-    /// Returns cells of length 0.1 with the given values; values ±1 and 0 are at levels.
+    /// Returns cells of length 0.1 with the given values. Cells with the values ±1 and 0 are at
+    /// these levels.
     fn cells(values: &[f64]) -> Vec<Cell> {
         let cell = |(index, value): (usize, &f64)| {
             let from = 0.1 * index as f64;
@@ -511,8 +516,8 @@ mod tests {
 
     #[test]
     fn what_is_within_its_limits_is_continued_to_its_ends() {
-        // From 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6: the cell between
-        // has the mean.
+        // The input goes from 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6. The
+        // cell at the switch has the mean, 0.8.
         are(&times(&[1.0, 1.0, 0.8, 0.5, 0.4, 0.3, 0.3], &[-1.0, 1.0]), &[0.25]);
     }
 

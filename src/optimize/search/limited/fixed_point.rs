@@ -1,4 +1,5 @@
-//! Fixed points of the map from event times to the times that the optimum on their grid indicates.
+//! Fixed points of the map from the event times of a grid to the event times of the optimum on that
+//! grid.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,12 +9,12 @@ use nalgebra::{DMatrix, DVector};
 /// Anderson, *Iterative procedures for nonlinear integral equations*, 1965.
 #[derive(Default)]
 pub(super) struct Anderson {
-    /// Last changes, each with the values that it led to.
+    /// Last changes, each with the values to which it led.
     tried: Vec<[DVector<f64>; 2]>,
 }
 
 impl Anderson {
-    /// Returns the next values, after the map has taken `from` to `to`.
+    /// Returns the next values to try, after the map has taken `from` to `to`.
     pub fn next(&mut self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let [from, to] = [from, to].map(DVector::from_column_slice);
         let moved = &to - &from;

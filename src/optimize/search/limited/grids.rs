@@ -46,7 +46,7 @@ pub(super) struct OnGrid {
 }
 
 impl OnGrid {
-    /// Returns the optimum with other events.
+    /// Returns the same optimum with other events.
     pub fn with_events(&self, events: Vec<Event>) -> Self {
         Self { events, ..self.clone() }
     }
@@ -56,7 +56,7 @@ impl OnGrid {
         self.chain.price(&self.found.candidate)
     }
 
-    /// Returns the duration as a multiple of the stated one.
+    /// Returns the duration as a multiple of the stated problem's duration.
     pub fn stretch(&self) -> f64 {
         self.found.candidate.grid.duration()
     }
@@ -66,13 +66,13 @@ impl OnGrid {
         self.events.iter().map(|event| event.at).collect()
     }
 
-    /// Returns the relative difference between the cost and the optimum, a bound from the barrier
-    /// parameter.
+    /// Returns an upper bound, from the barrier parameter, on the relative excess of the cost over
+    /// the discrete optimum.
     pub fn gap(&self) -> Option<f64> {
         self.found.barrier.map(|[_, gap, _]| gap)
     }
 
-    /// Returns the name of a group of rows.
+    /// Returns the name of the limit or constraint of a group of rows.
     pub fn name(&self, group: usize) -> String {
         self.chain.rows.groups[group].name.clone()
     }
@@ -82,7 +82,7 @@ impl OnGrid {
         self.chain.model.m
     }
 
-    /// Returns the number of forces, the first of the inputs.
+    /// Returns the number of force inputs, which precede the torque inputs.
     pub fn forces(&self) -> usize {
         self.chain.model.forces
     }
@@ -94,18 +94,19 @@ pub(super) struct Grids<'a, 'c> {
     pub stated: &'a Problem,
     goal: &'a Goal,
     context: &'a Context<'c>,
-    /// Total steps of the first grid.
+    /// Total number of steps of the first grid.
     steps: usize,
     /// Chain on a uniform grid, on which the events are first read.
     equal: Rc<Chain>,
-    /// Limits of the inputs for the stated duration.
+    /// Largest magnitudes of the inputs for the duration of `stated`, scaled.
     bounds: Vec<f64>,
-    /// Remaining budget of iterations times steps.
+    /// Remaining budget of the interior-point method, as iterations times steps.
     left: &'a Cell<usize>,
 }
 
 impl<'a, 'c> Grids<'a, 'c> {
-    /// Creates the grids of an attempt with `steps` steps and a budget `left`.
+    /// Creates the grids of an attempt with `steps` steps on the first grid and the remaining
+    /// budget `left`.
     pub fn of(
         stated: &'a Problem,
         goal: &'a Goal,
@@ -122,7 +123,7 @@ impl<'a, 'c> Grids<'a, 'c> {
         self.bounds[input] * self.equal.model.input_unit[input]
     }
 
-    /// Returns the optimum on a uniform grid near a plan, with its events.
+    /// Returns the optimum near a plan on the uniform grid, with its events.
     pub fn first(&self, plan: &Trajectory) -> Option<OnGrid> {
         let start = resampled(&self.equal, "arcs", plan).pop()?;
         let found = self.optimised(&self.equal, start, None, Tuning::default())?;
@@ -131,14 +132,14 @@ impl<'a, 'c> Grids<'a, 'c> {
         Some(first)
     }
 
-    /// Reads an optimum; `None` if it has no barrier parameter.
+    /// Prepares an optimum for reading its events; `None` if it has no barrier parameter.
     pub fn read<'b>(&self, at: &'b OnGrid) -> Option<Read<'b>> {
         let [barrier, ..] = at.found.barrier?;
         Some(Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier))
     }
 
-    /// Returns the number of steps of the first grid on each interval between start, events and
-    /// end.
+    /// Returns the number of steps of the first grid on each interval: from the start to the first
+    /// event, between events, and from the last event to the end.
     pub fn counts(&self, events: &[Event]) -> Vec<usize> {
         let times = with_ends(events);
         let steps = |pair: &[f64]| ((pair[1] - pair[0]) * self.steps as f64).ceil() as usize;
@@ -166,7 +167,8 @@ impl<'a, 'c> Grids<'a, 'c> {
             }
             let free = round < ON_EVENTS.free && events.len() != at.events.len();
             if comes || free && counts.is_none() {
-                // A node without a switch does no harm; after the first rounds no event is dropped.
+                // A node without a switch does no harm, so no event is dropped after the first
+                // rounds.
                 let events = if free { events } else { together(&at.events, &events) };
                 (at, rounds, moved) = (OnGrid { events, ..next }, Anderson::default(), None);
                 continue;
@@ -203,13 +205,14 @@ impl<'a, 'c> Grids<'a, 'c> {
         found.converged().then_some(found)
     }
 
-    /// Creates the chain on a grid with the given number of steps between events, times `finer`.
+    /// Creates the chain on a grid with a node at every event. `counts` are the steps between
+    /// events, each multiplied by `finer`.
     ///
-    /// A touch is in the middle of equal steps. It is therefore in the middle of one step, or at a
-    /// node, on every grid with three times as many steps.
+    /// A cone is touched in the middle of a group of equal steps, and therefore in the middle of
+    /// one step, or at a node, on every grid with three times as many steps.
     fn chain(&self, at: &OnGrid, counts: &[usize], finer: usize) -> Option<Chain> {
         let ends = with_ends(&at.events);
-        // Times, each with the number of steps before it.
+        // Times, each with the number of steps that precede it.
         let (mut places, mut passed) = (vec![(0.0, 0)], 0);
         let mut stages = Vec::new();
         for (index, event) in at.events.iter().enumerate() {
@@ -239,8 +242,8 @@ impl<'a, 'c> Grids<'a, 'c> {
         Some(chain)
     }
 
-    /// Returns the quadratic pulls of the switching inputs to the mean of both sides, at the nodes
-    /// of their events.
+    /// Returns the quadratic penalties that pull the switching inputs to the mean of both sides, at
+    /// the nodes of their events.
     fn pulls(&self, at: &OnGrid, chain: &Chain, stages: &[usize]) -> Vec<Pull> {
         let grid = &chain.model.dynamics.grid;
         let grown = at.stretch().powi(2);
@@ -298,14 +301,14 @@ pub(super) fn distance(found: &OnGrid, plan: &Trajectory) -> f64 {
         .fold(0.0, |worst, off| if off > worst || off.is_nan() { off } else { worst })
 }
 
-/// Returns the interval of `times` that contains the time `at`, and the position within it, from 0
-/// to 1.
+/// Returns the index of the interval of `times` that contains the time `at`, and the position
+/// within the interval, from 0 to 1.
 fn place(times: &[f64], at: f64) -> (usize, f64) {
     let after = times.partition_point(|time| *time <= at).clamp(1, times.len() - 1);
     (after - 1, ((at - times[after - 1]) / (times[after] - times[after - 1])).clamp(0.0, 1.0))
 }
 
-/// Returns the times of events.
+/// Returns the times of events, as fractions of the duration.
 fn times(events: &[Event]) -> Vec<f64> {
     events.iter().map(|event| event.at).collect()
 }
@@ -315,7 +318,8 @@ fn with_ends(events: &[Event]) -> Vec<f64> {
     [vec![0.0], times(events), vec![1.0]].concat()
 }
 
-/// Returns the events at other times; at their own times if the other ones are not in order.
+/// Returns the events with the given new times, or with their old times if the new ones are not in
+/// increasing order.
 fn in_order(times: Vec<f64>, events: Vec<Event>) -> Vec<Event> {
     let ends = [vec![0.0], times, vec![1.0]].concat();
     if ends.windows(2).any(|pair| pair[1] - pair[0] < 0.5 * ON_EVENTS.apart) {
@@ -324,8 +328,7 @@ fn in_order(times: Vec<f64>, events: Vec<Event>) -> Vec<Event> {
     events.into_iter().zip(&ends[1..]).map(|(event, at)| Event { at: *at, ..event }).collect()
 }
 
-/// Merges two lists of events; of two events that are close together, the one of the second list is
-/// kept.
+/// Merges two lists of events. Of two events that are close together, the one of `found` is kept.
 fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
     let alone = |event: &&Event| found.iter().all(|other| (event.at - other.at).abs() > ON_EVENTS.near);
     let mut all: Vec<Event> = known.iter().filter(alone).chain(found).cloned().collect();
@@ -333,8 +336,8 @@ fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
     all
 }
 
-/// Returns for each known event the nearest event found within its neighbourhood, or the known one
-/// if none is found.
+/// Returns for each event of `known` the nearest event of `found` in its neighbourhood, or the
+/// known event if none is near.
 fn nearest(known: &[Event], found: &[Event]) -> Vec<Event> {
     let ends = with_ends(known);
     let of = |(index, event): (usize, &Event)| {

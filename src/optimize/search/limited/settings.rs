@@ -3,14 +3,14 @@
 /// Settings of the grids; `cargo run --release -p evidence -- limited_arcs` counts the arcs that
 /// are found.
 pub(super) struct OnEvents {
-    /// Total steps of the first grid, one entry for each attempt: more steps resolve shorter arcs,
-    /// and take longer.
+    /// Total number of steps of the first grid, one entry for each attempt. More steps resolve
+    /// shorter arcs, and take longer.
     pub steps: [usize; 3],
-    /// Number of attempts of a search that is not thorough: more attempts find more arcs and take
+    /// Number of attempts unless the search is thorough. More attempts find more arcs and take
     /// longer.
     pub by_default: usize,
-    /// Largest product of iterations and steps of the interior-point method in a search that is not
-    /// thorough. It bounds the time if inputs chatter; a larger value finds arcs that need many
+    /// Largest product of iterations and steps of the interior-point method unless the search is
+    /// thorough. It bounds the run time if inputs chatter. A larger value finds arcs that need many
     /// iterations.
     pub most: usize,
     /// Steps of the uniform grid on which events are first read, as a multiple of the steps of the
@@ -19,36 +19,38 @@ pub(super) struct OnEvents {
     /// Fewest steps of an arc on the first grid. The values of an input on an arc along a limit are
     /// extrapolated to its ends from two cells.
     pub of_arc: usize,
-    /// Time difference, as a fraction of the duration, below which two events are one, and pulse
-    /// width below which a pulse is ignored.
+    /// Time difference, as a fraction of the duration, below which two events are merged; also the
+    /// pulse width below which a pulse is ignored.
     pub apart: f64,
     /// Largest number of rounds of the fixed-point iteration on one grid.
     pub rounds: usize,
-    /// Number of rounds after which no event is dropped.
+    /// Number of rounds after which no event is dropped any more.
     pub free: usize,
     /// Time difference, as a fraction of the duration, below which events of two rounds are the
     /// same.
     pub near: f64,
-    /// Largest change of an event, as a fraction of the duration, at which the rounds end.
+    /// Largest change of an event time, as a fraction of the duration, with which the iteration has
+    /// converged.
     pub settled: f64,
-    /// Last barrier parameter: the cost exceeds the optimum by this value for each active row.
+    /// Last barrier parameter of the interior-point method: the cost exceeds the optimum by this
+    /// value for each active row.
     pub barrier: f64,
-    /// Largest relative error of the extrapolated cost with which arcs are reported.
+    /// Largest relative error of the extrapolated cost for which arcs are reported.
     pub error: f64,
-    /// Largest distance between two paths of the same plan \[rad\].
+    /// Largest distance between two paths that count as the same plan \[rad\].
     pub of_the_plan: f64,
-    /// Fewest cells of an arc on which an input is within its limits: fewer cells belong to a
+    /// Fewest cells of an arc on which an input is between its limits. Fewer cells belong to a
     /// switch.
     pub cells: usize,
-    /// Distance of a touch from the end of a step, as a fraction of the step, below which it is at
-    /// a node.
+    /// Distance between the end of a step and the point at which a cone is touched, as a fraction
+    /// of the step, below which the cone is touched at the node.
     pub at_node: f64,
     /// Difference of the levels of neighbouring arcs, as a fraction of the limit, below which there
     /// is no switch: an input that continues without a jump needs no node there.
     pub same_level: f64,
 }
 
-/// Values of the settings.
+/// Tuned values of [`OnEvents`].
 pub(super) const ON_EVENTS: OnEvents = OnEvents {
     steps: [24, 48, 96],
     by_default: 2,

@@ -18,8 +18,8 @@ fn three_grids_give_what_an_even_expansion_has_at_no_step() {
     assert!((limit - 2.0).abs() < 1e-15 && error > 0.0, "{limit} {error}");
 }
 
-/// Returns a rest-to-rest turn about an axis, with torques of 1 N·m and the principal moments 1, 2
-/// and 2.9.
+/// Returns a rest-to-rest turn about an axis, with torque limits of 1 N·m and principal moments of
+/// 1, 2 and 2.9 kg·m².
 fn turn(angle_deg: f64, axis: Vector3, rule: Rule) -> Problem {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.9)).unwrap(), mass: None };
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
@@ -40,7 +40,7 @@ fn cone() -> Rule {
     Rule::Pointing(Pointing::new(Side::KeepOut, vec![Vector3::x()], vec![direction], 20.0_f64.to_radians()))
 }
 
-/// Returns such a turn by wheels with the given momentum limit.
+/// Returns a rest-to-rest turn of this body by wheels with the given momentum limit.
 fn by_wheels(angle_deg: f64, axis: Vector3, momentum_limit: f64) -> Problem {
     let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: vec![momentum_limit; 3] };
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
@@ -50,7 +50,7 @@ fn by_wheels(angle_deg: f64, axis: Vector3, momentum_limit: f64) -> Problem {
     problem
 }
 
-/// Returns the arcs of a plan on the given number of steps.
+/// Returns the arcs of the plan of a problem on the given number of steps.
 fn arcs_on(problem: &Problem, steps: usize, search: Thoroughness) -> Switching {
     let settings = Settings { target: Target::Discrete, search, ..Settings::default() };
     let problem = problem.clone().with_steps(steps);
@@ -58,8 +58,8 @@ fn arcs_on(problem: &Problem, steps: usize, search: Thoroughness) -> Switching {
     found.switching.unwrap_or_else(|| panic!("no arcs on {steps} steps, {:?}", problem.objective))
 }
 
-/// Returns the continuous cost, the structure and the active limits of a plan on the given number
-/// of steps.
+/// Returns the cost in continuous time, the switching structure and the active limits of a plan on
+/// the given number of steps.
 fn planned(problem: &Problem, steps: usize) -> (f64, Structure, Vec<String>) {
     let told = arcs_on(problem, steps, Thoroughness::Default);
     assert!(told.gap < 1e-9 * told.continuous_cost);

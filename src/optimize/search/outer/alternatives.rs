@@ -1,4 +1,4 @@
-//! Alternative sets of cones, of which one must hold at a time.
+//! Alternative sets of cones, at least one of which must hold at any time.
 //!
 //! A schedule of shifts states which set holds when. With a schedule, the sets are constraints that
 //! are active at certain times. In every step of a plan one set has the largest clearance, and
@@ -38,26 +38,26 @@ use crate::optimize::search::{Guess, Observer, PlanError, check_for_no_guess, ch
 use crate::{Matrix3, lie};
 use std::time::Instant;
 
-/// Largest number of rounds from one schedule. Each plan satisfies the schedule of the previous
-/// one, and the rounds end earlier when the cost no longer decreases.
+/// Largest number of rounds that improve one schedule. The plan of each round satisfies the
+/// schedule of the previous one. The rounds end early if the cost no longer decreases.
 const MOST_ROUNDS: usize = 12;
-/// Relative decrease of the cost that counts as a gain.
+/// Relative decrease of the cost from which a plan counts as cheaper.
 const GAINED: f64 = 1e-7;
 /// Clearance below which a plan touches a cone \[rad\].
 const TOUCHING: f64 = 1e-6;
-/// Changes of a moment, as fractions of the duration: first on the coarse grid, first on the
-/// requested grid, and smallest.
+/// Changes of a shift time, as fractions of the duration: the first change on the coarse grid, the
+/// first change on the requested grid, and the smallest change.
 const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
-/// Largest number of passes over all moments: eight halvings lead from the first to the smallest
-/// change, and most passes gain nothing.
+/// Largest number of passes over all shift times. Eight halvings lead from the first to the
+/// smallest change, and most passes gain nothing.
 const MOST_PASSES: usize = 24;
-/// Largest number of steps of the grid on which the shift times are optimised last. The error of
-/// these times due to the grid is `O(h²)`, so more steps change them little.
+/// Largest number of steps of the grid on which the shift times are finally optimised. The grid
+/// changes these times by `O(h²)`, so more steps change them little.
 const MOST_STEPS: usize = 200;
-/// End of the last shift for a free duration \[s\].
+/// Time at which the last shift ends if the duration is free \[s\].
 const FOR_GOOD: f64 = f64::MAX;
 
-/// Shifts of each of the alternatives: which set holds when.
+/// Shifts of every constraint with alternative sets: which set holds when.
 type Schedule = Vec<Turns>;
 
 /// Solves a maneuver with alternative sets of cones.
@@ -113,13 +113,13 @@ pub fn solve(
     if ended(&found) {
         return Ok(found);
     }
-    // A schedule without a plan does not prove that all schedules are infeasible.
+    // That one schedule has no plan does not prove that all schedules are infeasible.
     let failed = failed.unwrap_or(found);
     let outcome = if failed.infeasible.is_some() { Outcome::Stalled } else { failed.outcome };
     Ok(Solution { outcome, infeasible: None, ..failed })
 }
 
-/// Returns the schedule without any shifts.
+/// Returns the schedule without shifts, in which none of the sets holds at any time.
 fn never(problem: &Problem) -> Schedule {
     problem.alternatives.iter().map(|of| Turns { of: of.clone(), shifts: Vec::new() }).collect()
 }
@@ -158,7 +158,7 @@ struct Turned {
 }
 
 impl Turned {
-    /// Returns whether the plan is cheaper than another.
+    /// Returns whether the plan is cheaper than the plan of `other`.
     fn gains(&self, other: &Self) -> bool {
         self.attempt.cost < other.attempt.cost * (1.0 - GAINED)
     }
@@ -170,10 +170,10 @@ fn sorted(mut turned: Vec<Turned>) -> Vec<Turned> {
     turned
 }
 
-/// A search for schedules.
+/// A search for the cheapest schedule.
 struct InTurns<'s, 'a, 'c, const N: usize> {
     problem: &'s Problem,
-    /// Search of the maneuver with a stated duration.
+    /// Search for the maneuver with a given duration as the unit of time.
     search: &'s Search<'a, 'c, N>,
 }
 
@@ -197,7 +197,7 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
     }
 
     /// Returns plans of the first schedules on the coarse grid, the cheapest first. If an optimum
-    /// without the sets satisfies its own schedule, no further optima are tried.
+    /// without the sets satisfies the schedule read from it, no further optima are tried.
     fn first(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
         let Self { problem, search } = self;
         let (steps, one, few) = (posed.steps(), search.context.tuning.one, search.context.tuning.carried);
@@ -225,8 +225,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
             for schedule in all_along(problem, roomiest) {
                 let given = search.problem.in_turns(&schedule);
                 let mut attempts = self.along(&given, search.ask.clone(), &own, followed.seconds());
-                // To a free end, a long path may not converge although it does to a given end; that
-                // plan is then the initial guess for the free end.
+                // A long path may not converge to a free end although it converges to a given end.
+                // The plan to the given end is then the initial guess for the free end.
                 for faced in posed.faced.iter().filter(|_| !problem.ends_in_any_attitude()) {
                     let given = faced.in_turns(&schedule);
                     if attempts.is_empty() && given.check().is_ok() {
@@ -244,8 +244,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         turned
     }
 
-    /// Returns the plans of a maneuver near the first path that leads to one, with detours around
-    /// the cones that it violates.
+    /// Returns the plans of a maneuver near the first path that leads to any, including detours
+    /// around the cones that this path violates.
     fn along(&self, given: &Problem, ask: Ask, paths: &[Candidate], seconds: f64) -> Vec<Attempt> {
         let search = self.search.of(given, ask);
         let (lasting, mut found) = (given.clone().lasting(seconds), Found::default());
@@ -281,7 +281,7 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         attempt.converged().then_some(Turned { schedule, attempt })
     }
 
-    /// Returns the plan of a schedule on another grid.
+    /// Returns the plan of a schedule on a grid with another number of steps.
     fn on(&self, steps: usize, Turned { schedule, attempt }: &Turned) -> Option<Turned> {
         let given = self.search.problem.in_turns(schedule);
         let search = self.search.of(&given, self.search.ask.clone());
@@ -291,8 +291,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         attempt.converged().then(|| Turned { schedule: schedule.clone(), attempt })
     }
 
-    /// Improves a schedule repeatedly: the next one consists of the sets with the largest clearance
-    /// along the plan of the previous one.
+    /// Improves a schedule repeatedly. The next schedule consists of the sets with the largest
+    /// clearance along the plan of the previous schedule.
     fn improved(&self, mut best: Turned) -> Turned {
         for _ in 0..MOST_ROUNDS {
             let next = roomiest(self.problem, &self.followed(&best.attempt));
@@ -304,8 +304,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         best
     }
 
-    /// Moves each moment between two shifts, first by the fraction `first` of the duration, as long
-    /// as that costs less.
+    /// Moves each time between two shifts, at first by the fraction `first` of the duration, as
+    /// long as that reduces the cost.
     fn moved(&self, mut best: Turned, first: f64) -> Turned {
         let mut by = first;
         for _ in 0..MOST_PASSES {
@@ -341,7 +341,7 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
     }
 }
 
-/// Returns a schedule, and variants in which one set holds for the whole duration.
+/// Returns a schedule, and its variants in which one set holds for the whole duration.
 fn all_along(problem: &Problem, schedule: Schedule) -> Vec<Schedule> {
     let end = problem.duration.known().unwrap_or(FOR_GOOD);
     let mut all = vec![schedule.clone()];
@@ -415,8 +415,8 @@ impl Followed {
         schedule.iter().all(|turns| (0..steps).all(|step| holds(turns, step)))
     }
 
-    /// Returns whether the motion touches a cone of the set before or of the set after a moment,
-    /// near this moment.
+    /// Returns whether the motion, near the time between two shifts, touches a cone of the set
+    /// before or of the set after this time.
     fn is_caught(&self, problem: &Problem, Turns { of, shifts }: &Turns, after: usize) -> bool {
         let [before, next] = [&shifts[after - 1], &shifts[after]];
         let at = self.time.partition_point(|time| *time < next.from).clamp(1, self.time.len() - 1);

@@ -63,7 +63,7 @@ pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Soluti
 }
 
 /// Solves for minimum effort with the optimal duration. The search is local and starts from the
-/// optimal duration of a turn about a fixed axis without limits.
+/// optimal duration of an unlimited turn about a fixed axis.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
     let free = first_duration::of_effort(problem, problem.objective.time_price());
@@ -83,18 +83,18 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut bare = bare(problem);
-    // Only a free body that rotates has a plan of switching inputs. In a rotating frame or in a
-    // field this plan is an initial path.
+    // Only a free body without translation has a bang-bang plan. In a rotating frame or in a force
+    // field, the plan of that free body is an initial path.
     let free = problem.is_free_turn();
     let open = problem.ends_in_any_attitude();
     if open {
         bare.end.attitude = bare.start.attitude;
     }
-    // For a free terminal attitude there is no such plan, unless the body has the terminal rate
-    // already.
+    // With a free terminal attitude no bang-bang plan is computed, unless the body already has the
+    // terminal rate.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
-    // A plan of arcs is the result if it satisfies all constraints, or if the body is already at
+    // A bang-bang plan is the result if it satisfies all constraints, or if the body is already at
     // the end.
     let unconstrained =
         problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
@@ -117,7 +117,7 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
     }
-    // No plan with more constraints is cheaper than the cheapest of all.
+    // A plan with more constraints cannot be cheaper than the cheapest plan without them.
     let is_cheapest = |plan: &Solution| {
         let cost = plan.landing.as_ref().map_or(plan.cost, |landing| landing.cost_before);
         cost <= quick.cost * (1.0 + SAME_COST) && !switching::is_dear(plan)
@@ -130,7 +130,8 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     let path = if known.time.len() > 1 { known } else { &quick.trajectory };
     let duration = stated.or(problem.duration.known()).unwrap_or_else(|| first_duration::of_time(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
-    // Checked with its own objective, because effort has fewer requirements than time and fuel.
+    // The problem is checked with its own objective, because effort has fewer requirements than
+    // time and fuel.
     let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
@@ -156,13 +157,14 @@ fn bare(problem: &Problem) -> Problem {
     }
 }
 
-/// Returns whether a maneuver without its constraints has plans of arcs, which may be its plan.
+/// Returns whether the maneuver without its constraints has bang-bang plans, one of which may also
+/// solve the maneuver.
 fn may_be_unconstrained(problem: &Problem) -> bool {
     problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches()
 }
 
-/// Returns whether a plan of arcs satisfies all constraints of a maneuver: in the discrete motion
-/// at its nodes, and in the true motion at all times.
+/// Returns whether a bang-bang plan satisfies all constraints of a maneuver: in its discrete motion
+/// at the nodes, and in its true motion at all times.
 fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     let planned = plan.on_grid(&problem.clone().planned_on_arcs());
     if plan.outcome != Outcome::Converged {
@@ -183,7 +185,8 @@ fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
-/// Returns the rotation of a free body, with the boundary rates relative to the reference frame.
+/// Returns the rotation-only maneuver of a free body, with the boundary rates relative to the
+/// reference frame.
 fn without_field(problem: Problem) -> Problem {
     let rate = problem.environment.frame_rate();
     let relative = |state: &State| State {
@@ -203,7 +206,7 @@ fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Tra
     }
 }
 
-/// Solves the maneuver in the tangent dimension `N` of its motion.
+/// Solves the maneuver with tangent vectors of dimension `N`.
 fn of_dimension<const N: usize>(
     stated: &Problem,
     problem: &Problem,

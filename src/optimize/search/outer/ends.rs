@@ -32,21 +32,22 @@ use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
 /// Relative difference below which two arrival times are equal. The plan on its grid takes longer
-/// by more than this, and is followed from there.
+/// than the continuous-time plan by more than this.
 const NEAR: f64 = 1e-9;
 
-/// Relative difference of the two times from which the derivative of the delay with respect to time
-/// is computed.
+/// Relative difference between the two arrival times from which the derivative of the delay with
+/// respect to time is computed.
 const APART: f64 = 1e-3;
 
-/// Derivative of the delay of a plan with respect to time, for a target at rest.
+/// Derivative of the delay with respect to the arrival time, for a target at rest: the duration of
+/// the plan does not change.
 const STANDS: f64 = -1.0;
 
-/// Most arrival times that are tried.
+/// Largest number of arrival times that are tried.
 const MOST_TIMES: usize = 40;
 
-/// First arrival time to try, as a fraction of the arrival time on a uniform grid; the arrival time
-/// of switching inputs differs by less.
+/// First arrival time to try for switching inputs, as a fraction of the arrival time on a uniform
+/// grid. The two arrival times differ by less than 2 %.
 const BEFORE: f64 = 0.98;
 
 /// Solves a maneuver that ends on a target.
@@ -78,11 +79,12 @@ pub fn solve_to(
     }
 }
 
-/// Returns the maneuver with the cones drawn in on whose edge a plan ends that does not land, and
-/// what the plan misses; `None` if the plan lands, or ends on no edge.
+/// Tightens the cones on whose edge a plan that does not land ends, by the miss of its true motion.
+/// Returns the tightened maneuver and the miss; `None` if the plan lands, or does not end on the
+/// edge of a cone.
 ///
-/// A landing shifts the end of the discrete motion. On the edge of a cone there is no room for that,
-/// but another roll has it: the cones are drawn in by what the plan misses.
+/// A landing shifts the end of the discrete motion. On the edge of a cone no shift is possible, but
+/// at another roll it is. The cones are therefore tightened.
 fn drawn_in_at_end(problem: &Problem, found: &Solution) -> Option<(Problem, f64)> {
     if found.outcome != Outcome::Converged {
         return None;
@@ -120,9 +122,9 @@ struct OnTarget<'a> {
     problem: &'a Problem,
     aim: &'a Aim,
     settings: &'a Settings,
-    /// Guess that is also used, for a given duration.
+    /// Guess that is used in addition to the search, for a given duration.
     guess: Option<&'a Guess>,
-    /// The extremal that was the quickest to the previous end.
+    /// The extremal that was the quickest to the previous terminal state.
     near: Option<Followed>,
     began: Instant,
     observer: &'a mut dyn Observer,
@@ -145,8 +147,8 @@ impl OnTarget<'_> {
         self.aim.moves(&self.problem.environment.frame_rate())
     }
 
-    /// Returns the plan of this maneuver to the terminal state that is the best one of a maneuver
-    /// with narrower constraints; `None` if no plan is found.
+    /// Returns the plan of this maneuver to the terminal state that is the best one of the maneuver
+    /// `narrower`, whose constraints are tighter; `None` if no plan is found.
     fn plan_to_end_of(&mut self, narrower: &Problem) -> Option<Solution> {
         let settings = Settings { target: Target::Discrete, ..self.settings() };
         let other =
@@ -170,15 +172,15 @@ impl OnTarget<'_> {
         ends.map_err(|error| ProblemError::from(error).into())
     }
 
-    /// Returns the settings with the remaining time.
+    /// Returns the settings with the remaining time as the time limit.
     fn settings(&self) -> Settings {
         let left = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
         Settings { time_limit: left, ..self.settings.clone() }
     }
 
     /// Returns the best terminal states that the interior-point method finds on the steps of
-    /// `problem`, near the end of a known motion if there is one, or the end of the plan from which
-    /// the search begins.
+    /// `problem`. The search is near the end of the motion `known`, or near the end of the plan
+    /// from which the search begins, if either exists.
     fn free_end(&mut self, problem: &Problem, ends: &Ends, known: Option<&Trajectory>) -> FreeEnd {
         if let Some(reached) = self.begun_from().filter(|_| known.is_none()) {
             return FreeEnd { reached: vec![reached], stopped: None };
@@ -214,7 +216,7 @@ impl OnTarget<'_> {
                     found = other;
                 }
             }
-            // The number of steps was chosen for the plan at the best roll so far.
+            // The number of steps was chosen for the plan to the previous roll.
             let again = before.is_none()
                 && problem.chooses_steps
                 && found.outcome == Outcome::Converged
@@ -241,14 +243,15 @@ impl OnTarget<'_> {
         Some(lie::project_to_rotation(&lie::rotation_from_quaternion(last)))
     }
 
-    /// Returns the end of the plan from which a search begins.
+    /// Returns the terminal state of the plan from which the search begins, if it begins from one.
     fn begun_from(&self) -> Option<Reached> {
         let (time, attitude, known) = (*self.guess?.time.last()?, self.guessed()?, self.guess.cloned());
         let rival = Rival::new(GUESS, Sense::Short, f64::NAN, f64::NAN);
         Some(Reached { time, attitude, rival, known })
     }
 
-    /// Solves the maneuver to a given end, starting from the plan that found it if there is one.
+    /// Solves the maneuver to a given terminal state. `known` is the plan that found this state,
+    /// used as the start.
     fn plan(&mut self, given: &Problem, known: Option<&Guess>) -> Result<Solution, Halt> {
         Ok((self.inner)(given, &self.settings(), known.or(self.guess), self.observer)?)
     }
@@ -275,8 +278,8 @@ impl OnTarget<'_> {
         Ok(reached)
     }
 
-    /// Returns the plan with a longest duration: the better one of the whole duration and the
-    /// optimal duration.
+    /// Returns the plan for an upper bound on the duration: the better of the plan with the whole
+    /// duration and the plan with the optimal duration.
     fn up_to(&mut self, longest: f64) -> Result<Solution, Halt> {
         let price = self.problem.objective.given_time_price().unwrap_or(0.0);
         let priced = |time_price| {
@@ -321,8 +324,8 @@ impl OnTarget<'_> {
         Ok(found)
     }
 
-    /// Returns the plan that meets the moving target, first estimated at `time`; `slope` is the
-    /// derivative of the delay with respect to time.
+    /// Returns the plan that meets the moving target. `time` is the first estimate of the arrival
+    /// time, and `slope` the derivative of the delay with respect to time.
     fn meeting(
         &mut self,
         (time, attitude, slope): (f64, &Matrix3, f64),
@@ -332,9 +335,10 @@ impl OnTarget<'_> {
         self.plan(&meeting.map_err(PlanError::from)?, known)
     }
 
-    /// Returns the minimum-time plan with switching inputs, from the plan on a uniform grid: first
-    /// the time at its roll, then the best roll at that time, then the time at that roll. The time
-    /// depends on the roll to second order.
+    /// Returns the minimum-time plan with switching inputs, starting from the plan on a uniform
+    /// grid. It computes the arrival time for the roll of that plan, then the best roll at this
+    /// time, then the arrival time for this roll. The arrival time depends on the roll to second
+    /// order.
     fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
         let time = self.arrival(best.time, &best.attitude)?;
         let ends = self.ends_at(time)?;
@@ -354,8 +358,8 @@ impl OnTarget<'_> {
         self.meeting((time, &attitude, if slope < 0.0 { slope } else { STANDS }), None)
     }
 
-    /// Returns the first time, from about `time` on, at which the quickest plan to the roll of an
-    /// attitude takes no longer.
+    /// Returns the first time, near or after `time`, at which the target can be reached: the
+    /// quickest plan to the roll of `attitude` takes no longer than this time.
     fn arrival(&mut self, time: f64, attitude: &Matrix3) -> Result<f64, Halt> {
         let mut late = |time: f64| self.late(time, attitude);
         for first in [BEFORE * time, 0.0] {
@@ -366,7 +370,8 @@ impl OnTarget<'_> {
         Ok(time)
     }
 
-    /// Returns the delay of the quickest plan to the roll of an attitude, for the target at `time`.
+    /// Returns the delay of the quickest plan to the roll of `attitude`, for the target at `time`
+    /// \[s\]; `None` if no plan is found.
     fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
         let ends = self.ends_at(time)?;
         let given = self.problem.facing(&ends, ends.nearest(attitude));
@@ -383,13 +388,13 @@ impl OnTarget<'_> {
         Ok(Some(late))
     }
 
-    /// Returns the settings for plans that are compared.
+    /// Returns the settings for plans that are only compared with each other.
     fn quick(&self) -> Settings {
         Settings { search: Thoroughness::Quick, ..self.settings() }
     }
 }
 
-/// Adds the other terminal states that were found to the rivals of a plan.
+/// Adds the other terminal states in `reached` to the rivals of a plan.
 fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
     found.rivals.extend(reached.iter().skip(1).map(|end| end.rival.clone()));
     found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -399,15 +404,16 @@ fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
 /// An arrival time and the delay of the plan for it \[s\].
 type Late = [f64; 2];
 
-/// Returns the first interval from `time` on at whose start the plan is late and at whose end it is
-/// not, with the delay at both; `None` if the plan is not late at first.
+/// Returns the first interval, from `time` on, with a late plan at its start and no late plan at
+/// its end, and the delay at both ends; `None` if the plan at `time` is not late or if none is
+/// found.
 fn first_reached(
     mut time: f64,
     late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
 ) -> Result<Option<[Late; 2]>, Halt> {
     let Some(mut delay) = late(time)?.filter(|delay| *delay > 0.0) else { return Ok(None) };
     for _ in 0..MOST_TIMES {
-        // After the duration of the plan the target is elsewhere.
+        // The plan arrives after `time` by the delay; the target has moved by then.
         let next = time + delay;
         let Some(then) = late(next)? else { return Ok(None) };
         if then <= 0.0 {
@@ -418,7 +424,7 @@ fn first_reached(
     Ok(None)
 }
 
-/// Returns a root of the delay between two times, to a relative width.
+/// Returns a root of the delay between two times, up to a relative tolerance.
 fn root(
     mut low: Late,
     mut high: Late,

@@ -37,8 +37,8 @@ use crate::optimize::search::strategies::chains::{
 use crate::optimize::search::strategies::seeds;
 use crate::optimize::search::{Guess, Observer};
 
-/// Rolls of the initial paths, as fractions of the allowed roll to either side. For a free roll
-/// they are 120° apart; for a band, paths end inside of it.
+/// Rolls of the initial paths, as fractions of the allowed roll to either side. If the roll is free
+/// they are 120° apart. If the roll is limited to a band, they are inside it.
 const ROLLS: [f64; 3] = [0.0, 2.0 / 3.0, -2.0 / 3.0];
 
 /// A terminal state that a plan has found, and the cost of the plan.
@@ -48,22 +48,21 @@ pub struct Reached {
     pub time: f64,
     /// Attitude at the end of the plan.
     pub attitude: Matrix3,
-    /// The plan as a rival of another plan.
+    /// The plan in its form as a rival of another plan.
     pub rival: Rival,
-    /// The path of the plan, if it is on the requested grid.
+    /// The path of the plan as a guess; `None` if the plan is not on the requested grid.
     pub known: Option<Guess>,
 }
 
-/// Result of a search for terminal states: the states, the cheapest first, and why the search was
-/// stopped.
+/// Result of a search for terminal states: the states, the cheapest first, and the reason if the
+/// search was stopped.
 pub struct FreeEnd {
     pub reached: Vec<Reached>,
     pub stopped: Option<Outcome>,
 }
 
-/// Finds the terminal states of minimum cost on `aim`, on the steps of `problem`. The rolls are
-/// searched for about those of `ends`, or only near the end of a `known` motion that is almost the
-/// plan.
+/// Finds the minimum-cost terminal states on `aim`, on the steps of `problem`. The search starts
+/// from the rolls of `ends`, or only near the end of the motion `known`, which is almost the plan.
 pub fn found(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
@@ -84,8 +83,8 @@ pub fn found(
 /// A maneuver as the interior-point method optimises it, with the free part of its terminal state
 /// as unknowns.
 pub struct Posed {
-    /// The maneuver to the end of each initial path, with a stated duration. Effort replaces any
-    /// other objective, which is then in `goal`.
+    /// The maneuver to the end of each initial path, with a given duration as the unit of time. Its
+    /// objective is effort; any other objective is in `goal`.
     pub faced: Vec<Problem>,
     pub goal: Option<Goal>,
     pub family: Option<Family>,
@@ -122,7 +121,8 @@ impl Posed {
         if search.problem.ends_in_any_attitude() {
             return unlimited_paths(search, coarse);
         }
-        // Other rolls lead to other optima, as bends do; the paths to them are not bent.
+        // Different rolls lead to different optima, as bends do, so the paths to other rolls are
+        // not bent.
         let bends = |index: usize| match search.context.settings.search {
             Thoroughness::Default if index > 0 => Thoroughness::Quick,
             asked => asked,
@@ -209,8 +209,8 @@ struct Kind {
     as_asked: bool,
 }
 
-/// Returns the maneuver with a stated duration and with effort as its objective where the original
-/// one differs; also the objective that is minimised instead.
+/// Returns the maneuver with a given duration and minimum effort as its objective, and the
+/// objective that is minimised instead; `None` if that is effort in a given duration.
 pub fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     let objective = &given.objective;
     let goal = Goal { objective: objective.clone() };
@@ -230,7 +230,8 @@ pub fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     }
 }
 
-/// Returns the terminal state of a plan, and its properties.
+/// Returns the terminal state of a plan, and whether the plan is on the requested grid and in the
+/// requested homotopy class.
 fn reached<const N: usize>(
     problem: &Problem,
     aim: &Aim,

@@ -1,5 +1,5 @@
-//! Regula falsi on an interval where a function changes its sign; the weight of an end that stays
-//! is halved (Illinois variant).
+//! Regula falsi on an interval in which a function changes its sign. The value at an end that is
+//! retained twice is halved (Illinois variant).
 
 /// State of the iteration: the weighted values at both ends of the bracket.
 pub struct Illinois {
@@ -13,12 +13,13 @@ impl Illinois {
         Self { weights: values, last_moved: None }
     }
 
-    /// Returns the next point, as a fraction of the way from the first end to the second.
+    /// Returns the next point, as a fraction of the interval from the first end to the second.
     pub fn part(&self) -> f64 {
         self.weights[0] / (self.weights[0] - self.weights[1])
     }
 
-    /// Moves one end of the bracket to the point, at which the function has this value.
+    /// Moves the end `end` of the bracket to the last point, at which the function has the value
+    /// `value`.
     pub fn moved(&mut self, end: usize, value: f64) {
         if self.last_moved == Some(end) {
             self.weights[1 - end] *= 0.5;

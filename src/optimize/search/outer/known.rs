@@ -43,7 +43,7 @@ pub fn along(problem: &Problem, context: &Context, motion: &Trajectory) -> Optio
     ends_it.then_some(Solution { ladder, solve_time, ..found })
 }
 
-/// Solves a maneuver with another objective than effort, or with a free duration.
+/// Solves a maneuver with an objective other than effort, or with a free duration.
 fn of_goal<const N: usize>(stated: &Problem, context: &Context, ask: Ask) -> Option<Solution> {
     let search = search_of::<N>(stated, context, ask);
     let (found, cheapest) = cheapest(&search);

@@ -1,6 +1,6 @@
-//! Searches that plan repeatedly: over the terminal state on a target (roll and arrival time), over
-//! schedules of cones, over the duration, and over the number of steps. Each receives the search
-//! that it repeats as a parameter.
+//! Searches that solve a maneuver repeatedly: over the terminal state on a target (roll and arrival
+//! time), the schedule of cones, the duration, or the number of steps. Each receives the solver as
+//! a parameter.
 
 pub mod alternatives;
 pub mod cheapest;
@@ -16,7 +16,7 @@ use crate::maneuver::settings::{Method, Settings, Target};
 use crate::maneuver::solution::Solution;
 use crate::optimize::search::{Guess, Observer, PlanError};
 
-/// The search that is repeated: it solves one maneuver with given settings and guess.
+/// The solver that a search repeats: it solves one maneuver with the given settings and guess.
 pub type Inner<'a> =
     &'a dyn Fn(&Problem, &Settings, Option<&Guess>, &mut dyn Observer) -> Result<Solution, PlanError>;
 

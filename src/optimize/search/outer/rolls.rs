@@ -21,29 +21,30 @@ use std::f64::consts::PI;
 
 /// Relative decrease of the cost below which extremals are not followed further.
 const GAINED: f64 = 1e-10;
-/// Relative decrease of the cost below which pulses, each of which needs a whole plan, are not
-/// planned at further rolls.
+/// Relative decrease of the cost below which plans with pulses are not computed at further rolls,
+/// because each takes a whole search.
 const GAINED_BY_PULSES: f64 = 1e-6;
 
-/// Relative difference of costs up to which two ends, or two extremals of one end, may exchange
-/// their order between a uniform grid and continuous time, or between two rolls.
+/// Relative cost difference up to which two terminal states, or two extremals to one terminal
+/// state, may exchange their order between a uniform grid and continuous time, or between two
+/// rolls.
 pub const CLOSE: f64 = 0.02;
 
-/// Largest number of evaluations for one minimum.
+/// Largest number of cost evaluations for one minimum.
 const MOST_EVALUATIONS: usize = 8;
 
-/// Cost of a plan to one roll, and its derivative.
+/// Cost of a plan to one roll, and its derivative with respect to the roll.
 #[derive(Clone, Copy)]
 pub struct Known {
     pub roll: f64,
     /// Cost in continuous time. It changes smoothly with the roll, which the cost on a grid does
     /// not.
     pub cost: f64,
-    /// Derivative of the cost with respect to the roll.
+    /// Derivative of the cost with respect to the roll \[cost per rad\].
     slope: f64,
 }
 
-/// Plans to the rolls of a target at one time.
+/// Plans to the rolls of a target at one arrival time.
 pub struct Rolls<'a, 'c> {
     pub problem: &'a Problem,
     pub ends: &'a Ends,
@@ -51,8 +52,8 @@ pub struct Rolls<'a, 'c> {
 }
 
 impl Rolls<'_, '_> {
-    /// Returns the minimum in the direction of descent from a roll; `None` if this roll has no
-    /// plan.
+    /// Returns the local minimum in the direction of descent from the roll `from`; `None` if this
+    /// roll has no plan.
     pub fn lowest(&self, from: f64) -> Result<Option<Known>, Halt> {
         if self.problem.shortest_pulse().is_some() {
             let Some(first) = self.planned(from)? else { return Ok(None) };
@@ -75,7 +76,7 @@ impl Rolls<'_, '_> {
         Ok(best)
     }
 
-    /// Returns the maneuver to the end of a roll.
+    /// Returns the maneuver to the terminal attitude of a roll.
     fn facing(&self, roll: f64) -> Problem {
         self.problem.facing(self.ends, roll)
     }
@@ -87,7 +88,7 @@ impl Rolls<'_, '_> {
         Known { roll, cost, slope: -turn.dot(&by_turn) - momentum.dot(&by_momentum) }
     }
 
-    /// Plans the pulses to a roll; `None` if no plan exists.
+    /// Computes the plan with pulses to a roll; `None` if no plan exists.
     fn planned(&self, roll: f64) -> Result<Option<Known>, Halt> {
         let solution = switching::solve_discrete(&self.facing(roll), self.context);
         match solution.outcome {
@@ -125,7 +126,7 @@ impl Rolls<'_, '_> {
                     break;
                 }
                 Some(found) if found.cost < best.cost => (best, reach) = (found, 2.0 * reach),
-                // Another extremal is the cheapest there, or no plan exists.
+                // Another extremal is the cheapest at the new roll, or no plan exists.
                 _ => reach *= 0.25,
             }
         }

@@ -41,16 +41,16 @@ const COST: f64 = 1e-3;
 /// estimate of the excess omits.
 const RESERVE: f64 = 1.1;
 
-/// Largest number of steps that are chosen; more are used only if given. A plan with this number
-/// takes seconds.
+/// Largest number of steps that this module chooses; a user may request more. A plan with this
+/// number takes seconds.
 const MOST: usize = 20_000;
 
-/// Largest number of steps that are chosen for plans whose error is of first order in the step: an
-/// error of a thousandth takes many more steps than one of a hundredth.
+/// Largest number of steps that this module chooses for plans whose error is of first order in the
+/// step. Reducing the error from a hundredth to a thousandth would take ten times the steps.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
-/// Largest rotation of a body in a step \[rad\] for which a step approximates the motion. If no
-/// plan is found with larger ones, more steps are taken.
+/// Largest rotation of a body in one step \[rad\] with which the step still approximates the motion.
+/// If a body turns farther and no plan is found, the number of steps is increased.
 const TURN: f64 = 0.3;
 
 /// Solves a maneuver on as many steps as it needs, starting from [`Problem::steps`].
@@ -73,7 +73,7 @@ pub fn chosen(
         let on = problem.clone().planned_by(method).with_steps(steps);
         let mut found = match inner(&on, &left, known.as_ref().or(guess), observer) {
             Err(error) if best.is_none() => return Err(error),
-            // A grid that is too fine for the method ends the choice.
+            // If a grid has too many steps for the method, the choice ends.
             Err(_) => break,
             Ok(found) => found,
         };
@@ -86,7 +86,7 @@ pub fn chosen(
         }
         if found.outcome != Outcome::Converged {
             let stalled = found.outcome == Outcome::Stalled;
-            // A plan that exists is kept if the finer grid has none.
+            // If the finer grid has no plan, the plan on the coarser grid is kept.
             best = before.or(Some(found));
             let turning = turning(problem);
             if stalled && steps < turning {
@@ -108,8 +108,8 @@ pub fn chosen(
             lands,
             cost_error: estimate.as_ref().map(|estimate| estimate.error),
         });
-        // The cost of a plan that lands is its true cost on any grid; a costlier one on a finer
-        // grid is another optimum.
+        // The cost of a landed plan is its true cost on any grid. A plan on a finer grid that costs
+        // more is another optimum.
         let kept = before.filter(|before| {
             let landed = before.chosen.is_some_and(|chosen| chosen.lands);
             landed && (!lands || before.cost < found.cost)
@@ -124,7 +124,7 @@ pub fn chosen(
         let for_cost = for_cost.map(|Estimate { error, order }| {
             (steps as f64 * (error / COST).powf(order.recip()) * RESERVE).ceil() as usize
         });
-        // If more steps do not reduce the terminal error, they never will.
+        // If more steps do not reduce the terminal error, no number of steps will.
         let for_landing = (!lands && nearer).then_some(2 * steps);
         let Some(next) = for_cost.into_iter().chain(for_landing).max() else { break };
         let most = if first_order { MOST_OF_FIRST_ORDER.max(problem.steps) } else { MOST };
@@ -142,8 +142,8 @@ pub fn chosen(
     Ok(solution)
 }
 
-/// Returns the number of steps for which no step turns a body that spins at an end by more than
-/// [`TURN`].
+/// Returns the smallest number of steps for which a body that spins at the start or the end turns
+/// by at most [`TURN`] in a step.
 fn turning(problem: &Problem) -> usize {
     let rates = [&problem.start, &problem.end].map(|end| end.angular_velocity.norm());
     let seconds = problem.duration.known().unwrap_or_else(|| first_duration::of_time(problem));
@@ -158,8 +158,7 @@ fn remaining(settings: &Settings, began: Instant) -> Option<Settings> {
     (left > Duration::ZERO).then(|| Settings { time_limit: Some(left), ..settings.clone() })
 }
 
-/// Estimated relative excess of the cost over the continuous optimum, and the power of the step
-/// with which it decreases.
+/// Estimated relative excess of the cost over the continuous optimum, and its order in the step.
 struct Estimate {
     error: f64,
     order: f64,
@@ -169,7 +168,7 @@ struct Estimate {
 fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
     let estimate =
         if let Some(switching) = found.switching.as_ref().filter(|_| found.on_grid(problem).switches()) {
-            // Both values include the price of time, if there is one.
+            // Both values include the cost of the duration if time has a weight.
             let (discrete, continuous) = if problem.objective.is_duration() {
                 (found.duration(problem), switching.continuous_duration_s)
             } else {
@@ -185,7 +184,8 @@ fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
     estimate.error.is_finite().then_some(estimate)
 }
 
-/// Returns `(h/12) Σ ½ δᵀW δ`, or four times that if the cost is a trapezoidal sum.
+/// Returns `(h/12) Σ ½ δᵀW δ`, the excess of the cost of held inputs, or four times that if the
+/// stated cost is a trapezoidal sum.
 fn held_above(problem: &Problem, found: &Solution) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));

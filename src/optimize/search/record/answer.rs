@@ -24,7 +24,7 @@ use crate::optimize::search::record::landed::landed;
 use crate::optimize::search::record::{self, Recorded};
 use crate::optimize::search::way::Way;
 
-/// Number of steps from which a second thread saves time.
+/// Number of steps from which running the second-order test on a second thread saves time.
 const WORTH_A_THREAD: usize = 400;
 
 /// Chooses the best result, and converts it to a solution.
@@ -46,11 +46,12 @@ pub fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Sol
     solution
 }
 
-/// Returns the best plan that was found, or the attempt with the smallest residual, with its
-/// rivals.
+/// Returns the best plan that was found, with its rivals; if no plan was found, returns the attempt
+/// with the smallest residual.
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
-    // Results on chains are sorted already: the best is on the requested grid, its rivals are not.
+    // Plans of chains are already sorted: the best is on the requested grid, and its rivals are on
+    // the coarse grid.
     let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
@@ -89,7 +90,7 @@ fn rival<const N: usize>(search: &Search<N>, rival: &Attempt) -> Rival {
     Rival { start, sense, cost, conjugate_points, turned_deg }
 }
 
-/// Writes an attempt to a solution; makes it land first if required.
+/// Converts an attempt to a solution, after landing it if required.
 pub fn write<const N: usize>(
     search: &Search<N>,
     work: &ConvexWork,
@@ -111,8 +112,8 @@ pub fn write<const N: usize>(
     solution.widen_by_landing();
 }
 
-/// Writes an attempt to a solution, for a discrete target that may differ from the terminal state
-/// of the maneuver.
+/// Converts an attempt to a solution. Its discrete target may differ from the terminal state of the
+/// maneuver.
 ///
 /// For an extremal of shooting, the optimality is that of `optimum`, the discrete optimum before
 /// landing: a shift by `O(h²)` splits a circle of equal minima into a minimum and a saddle, and
@@ -192,7 +193,7 @@ pub fn write_aimed<const N: usize>(
                 }
                 _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
             }
-            // The second-order test is that of effort, for the duration found.
+            // The second-order test is that of the minimum-effort problem, for the duration found.
             let effort = search.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
             let tested = search.context.settings.test_second_order;
             solution.optimality = search.context.within(|budget| {

@@ -24,8 +24,8 @@ use crate::optimize::methods::method::{Attempt, Method};
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::starts::transfer::transfer;
 
-/// Estimates the continuous-time cost of a plan that lands, from the nearby optimum on half as many
-/// steps; `None` if there is none.
+/// Estimates the continuous-time cost of a landed plan from the nearby optimum on half as many
+/// steps; returns `None` if that optimum is not found.
 pub fn estimated<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<ContinuousCost> {
     let (steps, half) = (plan.candidate.steps(), plan.candidate.steps() / 2);
     let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;

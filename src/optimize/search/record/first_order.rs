@@ -64,15 +64,15 @@ use nalgebra::{DVector, Matrix3xX};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Fewest consecutive nodes of a stretch on which an input is undetermined. A switch has one or two
-/// such nodes.
+/// Smallest number of consecutive nodes at which an input counts as undetermined. A switch has only
+/// one or two nodes between the limits.
 const STRETCH: usize = 3;
 
-/// Relative size below which a slope is round-off.
+/// Relative size below which the derivative of a row counts as round-off.
 const NOTHING: f64 = 1e-8;
 
-/// Returns the gap of a minimum-time or minimum-fuel plan of the interior-point method, before
-/// landing. `landing` describes the corrections of the plan, if it lands.
+/// Returns the first-order gap of a minimum-time or minimum-fuel plan of the interior-point method,
+/// before landing. `landing` describes the landing corrections, if there were any.
 pub fn gap<const N: usize>(
     search: &Search<N>,
     plan: &Attempt,
@@ -80,7 +80,7 @@ pub fn gap<const N: usize>(
 ) -> Option<ContinuousGap> {
     let goal = search.ask.goal.as_ref().filter(|goal| goal.objective.switches())?;
     let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;
-    // The chain does not have the terminal conditions of a family of ends.
+    // The terminal conditions of a family of terminal states are not among those of the chain.
     if !of_interior_point || !plan.converged() || search.ask.family.is_some() {
         return None;
     }
@@ -149,12 +149,13 @@ impl Optimum<'_> {
         rows.rows.iter().zip(&self.multipliers.rows).map(of).fold(0.0, |sum, of| sum + of) / model.cost_scale
     }
 
-    /// Returns the indices of the steps, with their lengths.
+    /// Returns the index and the length of each step.
     fn steps(&self) -> impl Iterator<Item = (usize, f64)> {
         (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
     }
 
-    /// Returns the value of an input that is held over a step.
+    /// Returns the value of an input that is held over a step: for Lie–Verlet the mean of its values
+    /// at both nodes, for Lie–Euler its value at the second node.
     fn held(&self, step: usize, input: usize) -> f64 {
         let [before, after] = [step, step + 1].map(|node| self.iterate.inputs[node][input]);
         match self.problem.scheme {
@@ -163,19 +164,19 @@ impl Optimum<'_> {
         }
     }
 
-    /// Returns the price of a unit of an input in a unit of time.
+    /// Returns the fuel price of an input per unit of the input and of time.
     fn price(&self, input: usize) -> f64 {
         let price = self.chain.model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
         price / self.iterate.stretch()
     }
 
-    /// Returns the limits of the inputs in the units of the duration found.
+    /// Returns the limits of the inputs, in the units of the duration found.
     fn bounds(&self) -> Vec<f64> {
         let grown = self.iterate.stretch().powi(2);
         self.chain.model.input_bounds(self.problem).iter().map(|bound| bound * grown).collect()
     }
 
-    /// Returns the gap of inputs that are limited individually.
+    /// Returns the gap due to inputs that have their own limits.
     fn of_inputs(&self, slopes: &[Vec<f64>], inputs: Range<usize>, one_sided: bool) -> f64 {
         let bounds = self.bounds();
         let mut gap = 0.0;
@@ -194,8 +195,9 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns an upper bound on the gap of a set with a norm limit. The norm of the switching
-    /// functions is convex, and is replaced by linear functions on both sides of its minimum.
+    /// Returns an upper bound on the gap due to the forces or torques under a norm limit. The norm
+    /// of the switching functions is convex, and is replaced by linear functions on both sides of
+    /// its minimum.
     fn of_norm(&self, slopes: &[Vec<f64>], forces: bool, norm: f64) -> f64 {
         let (model, inputs) = (&self.chain.model, self.inputs(forces));
         let (axes, _) = model.channel(forces);
@@ -226,9 +228,9 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns the gap of an input with a rate limit. Its costate in the middle of a step is the
-    /// multiplier of the rate limit there. The slack in its own limit, and the first-order cost of
-    /// holding it over steps, are added.
+    /// Returns the gap due to an input with a rate limit. The costate of the input in the middle of
+    /// a step is the multiplier of the rate limit there. The gap includes the slack in the input's
+    /// own limit, and the first-order cost of holding the input over steps.
     fn of_rate(&self, slopes: &[Vec<f64>], input: usize) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows);
         let (s, grown) = (self.iterate.stretch(), self.iterate.stretch().powi(3));
@@ -279,8 +281,8 @@ impl Optimum<'_> {
         gap
     }
 
-    /// Returns the slack of the true motion in rate limits and wheel momenta, times the
-    /// multipliers.
+    /// Returns the slack of the true motion in the angular-rate and wheel-momentum limits,
+    /// multiplied by their multipliers.
     fn slack(&self) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
         let (last, s) = (model.steps, self.iterate.stretch());
@@ -322,7 +324,8 @@ impl Optimum<'_> {
         rows.iter().zip(&self.multipliers.rows).filter(|(_, multiplier)| **multiplier > 0.0).map(of).sum()
     }
 
-    /// Returns the inputs that are not determined to first order, with their time intervals.
+    /// Returns the inputs that the first-order conditions do not determine, with their time
+    /// intervals.
     fn undetermined(&self) -> Vec<Undetermined> {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
         let (bounds, nodes, off) = (self.bounds(), model.steps + 1, self.barrier.sqrt());
@@ -337,7 +340,8 @@ impl Optimum<'_> {
         let free = |node: usize| {
             (0..model.m).map(|input| node >= model.first_input() && !is_off(node, input)).collect()
         };
-        // True for an input between its limits at a node whose rate is not at a limit.
+        // True for an input that is between its limits at a node, and whose rate of change is not
+        // at a limit.
         let mut within: Vec<Vec<bool>> = (0..nodes).map(free).collect();
         // Derivatives of the active state constraints with respect to the inputs of the node. A
         // limit that is active at a node and on the arc after it counts once.
@@ -391,8 +395,8 @@ impl Optimum<'_> {
         found
     }
 
-    /// Returns the derivatives, with respect to the inputs of a node, of the quantity that a row
-    /// bounds, up to a factor.
+    /// Returns the derivatives of the quantity that a row bounds with respect to the inputs of a
+    /// node, up to a common factor.
     fn by_inputs(&self, what: &What, node: usize) -> DVector<f64> {
         let model = &self.chain.model;
         let state = step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);
@@ -422,15 +426,15 @@ impl Optimum<'_> {
         slopes
     }
 
-    /// Returns the indices of the forces, or of the torques, among the inputs.
+    /// Returns the range of indices of the forces, or of the torques, among the inputs.
     fn inputs(&self, forces: bool) -> Range<usize> {
         let forces_end = self.chain.model.forces;
         if forces { 0..forces_end } else { forces_end..self.chain.model.m }
     }
 }
 
-/// Returns which of the inputs between their limits can change while these rows keep their values
-/// to first order.
+/// Returns, for each input between its limits, whether it can change while the given rows keep
+/// their values to first order.
 fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) -> Vec<bool> {
     let of_free = |row: &DVector<f64>| {
         DVector::from_fn(row.len(), |input, _| if within[input] { row[input] } else { 0.0 })
@@ -448,7 +452,8 @@ fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) 
     within.iter().enumerate().map(|(input, within)| *within && left(input) > NOTHING).collect()
 }
 
-/// Returns the product of a bound, which may be infinite, and a size; 0 if the size is 0.
+/// Returns the product of a bound, which may be infinite, and a size. The product is 0 if the size
+/// is 0.
 fn times(bound: f64, size: f64) -> f64 {
     if size == 0.0 { 0.0 } else { bound * size }
 }

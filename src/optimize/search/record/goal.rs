@@ -13,7 +13,7 @@ use crate::optimize::search::record::continuous::estimated;
 use crate::optimize::search::record::first_order::gap;
 use crate::optimize::search::record::landed::{can_be_flown, landed_with_goal};
 
-/// Relative difference of costs below which two plans are the same.
+/// Relative cost difference below which two plans are the same.
 pub const SAME_COST: f64 = 1e-6;
 
 /// The cheapest plan that a search with an objective found.
@@ -22,13 +22,14 @@ pub struct Cheapest {
     pub duration: f64,
     /// Cost of the plan in the user's unit.
     pub cost: f64,
-    /// The plan, in the units of the chain with its duration.
+    /// The plan, in the units of a chain with the plan's duration.
     pub attempt: Attempt,
-    /// Other local minima, each with its cost. They cost more, and some are on a coarse grid.
+    /// Other local minima, each with its cost. They cost more than the plan, and some are on a
+    /// coarse grid.
     pub rivals: Vec<(Attempt, f64)>,
     /// Estimated cost in continuous time.
     pub continuous: Option<ContinuousCost>,
-    /// Cost that inputs switching between the nodes could save, to first order.
+    /// Cost that could be saved, to first order, if the inputs switched between the nodes.
     pub gap: Option<ContinuousGap>,
     /// Discrete target of the landing, and its description; `None` if landing is not required.
     pub landed: Option<(State, Landing)>,
@@ -51,14 +52,14 @@ impl Cheapest {
             work.continuous = continuous;
             work.continuous_gap = gap;
         }
-        // The cost is exactly the duration.
+        // For minimum time the cost is exactly the duration.
         solution.cost = if of_duration { duration } else { cost };
         solution.widen_by_landing();
         solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
         held_to_all(&written, solution)
     }
 
-    /// Completes an optimum: makes it land if required, and estimates its cost in continuous time.
+    /// Completes an optimum: lands it if required, and estimates its cost in continuous time.
     fn of<const N: usize>(search: &Search<N>, mut plan: Attempt) -> Self {
         let stated = search.problem.seconds();
         let chain = search.chain(search.problem.steps);
@@ -78,8 +79,8 @@ impl Cheapest {
     }
 }
 
-/// Runs a search for an objective; returns its results, and the cheapest local minimum that can be
-/// flown.
+/// Runs a search for an objective. Returns its results, and the cheapest local minimum that the
+/// true motion can follow.
 pub fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
     let mut plans = found.take_plans();

@@ -14,11 +14,12 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::{self, Recorded};
 use nalgebra::{DVector, SVector};
 
-/// Steps of the grid whose sensitivity starts the corrections, as a multiple of the steps of the
-/// coarse grid.
+/// Number of steps of the grid whose sensitivity starts the corrections, as a multiple of the
+/// number of steps of the coarse grid.
 const BEGUN_ON: usize = 2;
 
-/// Makes an attempt on the requested grid land; `None` if that is not required or cannot begin.
+/// Lands an attempt on the requested grid; returns `None` if landing is not required or cannot
+/// begin.
 pub fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> Option<Landed> {
     let candidate = &attempt.candidate;
     let ready = search.ask.lands && attempt.converged() && candidate.steps() == search.problem.steps;
@@ -56,7 +57,8 @@ fn costate_landed<const N: usize>(
     Some(Landed { attempt, target: found.state, landing: found.landing })
 }
 
-/// Solves again on a chain with a slightly different target.
+/// Solves a chain again for a slightly different target, with a warm start from `attempt`. `miss`
+/// is the size of the last miss.
 ///
 /// If several plans have the minimum cost, the interior-point method finds their centre, which
 /// moves continuously with the target.
@@ -66,8 +68,8 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
         // The target has moved little: nearby warm starts are tried first, then more distant ones.
         let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
         let warm = attempt.warm.as_deref();
-        // Along a valley of nearly equal plans only the barrier parameter selects one of them: an
-        // equal parameter leads to an equal plan.
+        // Along a valley of nearly equal plans only the barrier parameter selects one plan. An
+        // unchanged parameter keeps the plan unchanged.
         let held = attempt.barrier.map_or(0.0, |[barrier, ..]| barrier * chain.model.steps as f64 / STAGES);
         for (tuning, warm) in
             [(Tuning::beside(miss).down_to(held), warm), (Tuning::near(), None), (Tuning::default(), None)]
@@ -89,8 +91,8 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
     })
 }
 
-/// Records a plan of a chain for an objective, and the maneuver with the duration of the plan;
-/// `None` if it cannot be replayed.
+/// Records a plan of a chain for an objective. Returns the record and the maneuver with the plan's
+/// duration; `None` if the plan cannot be replayed.
 fn recorded<const N: usize>(
     search: &Search<N>,
     goal: &Goal,
@@ -110,12 +112,13 @@ fn recorded<const N: usize>(
     Some((planned, found))
 }
 
-/// Returns whether the inputs of a plan, replayed from the start, meet the end, and whether the
-/// true motion ends near it. On few steps a discrete motion may pass the center of a field at low
-/// cost, which no body can do.
+/// Returns whether a plan, replayed from the start, meets the end, and whether its true motion ends
+/// nearby. On few steps a discrete motion may pass the centre of a force field at low cost, which
+/// no true motion can do.
 pub fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
     let passes = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
-    // A member of a family of ends is not the terminal state of the maneuver.
+    // The end of the plan is one of a family of terminal states, not the terminal state of the
+    // maneuver.
     let checked = passes && search.ask.family.is_none();
     let Some(goal) = search.ask.goal.as_ref().filter(|_| checked) else { return true };
     let chain = search.chain(attempt.candidate.steps());
@@ -125,7 +128,7 @@ pub fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bo
     })
 }
 
-/// Makes a plan of a chain for an objective land; its duration may be free.
+/// Lands a plan of a chain for an objective; the duration may be free.
 pub fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attempt) -> Option<Landed> {
     if !found.converged() || search.stopped() {
         return None;

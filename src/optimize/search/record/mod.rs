@@ -35,7 +35,7 @@ pub(crate) struct Recorded {
     pub active: Vec<ActiveConstraint>,
 }
 
-/// Records every node of an extremal; sweeps it once more if its nodes were not kept.
+/// Records every node of an extremal. If its nodes were not kept, the extremal is swept once more.
 pub(crate) fn extremal<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -137,12 +137,12 @@ struct Recorder<'a, const N: usize> {
     follower: Follower,
 }
 
-/// Optimal inputs of one actuator set, SI units, and the record of its active limit.
+/// Optimal inputs of one actuator set in SI units, and the record of the set's active limit.
 struct Optimal<'a> {
     inputs: Weighted<'a>,
     law: ControlLaw,
     active: ActiveConstraint,
-    /// Unit of the multipliers: cost per time.
+    /// Unit of the multipliers, cost per unit of time.
     unit: f64,
 }
 
@@ -154,8 +154,8 @@ impl<'a> Optimal<'a> {
         Self { law: ControlLaw::of(&inputs), inputs, active, unit }
     }
 
-    /// Records the inputs for a costate in the axes of the set; returns the force or torque that
-    /// they produce, in these axes.
+    /// Records the optimal inputs for a costate in the axes of the set. Returns the force or torque
+    /// that they produce, in the same axes.
     fn push(&mut self, trajectory: &mut Trajectory, costate: &Vector3) -> Vector3 {
         let multiplier = self.law.multipliers(costate).iter().sum::<f64>() / self.unit;
         if multiplier > 0.0 {
@@ -195,7 +195,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
         self.problem.motion == Motion::RigidBody
     }
 
-    /// Records a physical state; its momentum is that of the body without wheels.
+    /// Records a physical state. The recorded momentum is that of the body without the wheels.
     fn state(&mut self, node: usize, point: &Point) {
         let (trajectory, units) = (&mut self.trajectory, &self.dynamics.units);
         trajectory.time.push(self.grid.time(node));
@@ -249,8 +249,8 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 }
 
-/// Returns the terminal error in the form of a solution, from 6 numbers on SO(3) or 12 on SE(3),
-/// followed by those of wheels.
+/// Converts a terminal error to the form of a solution. `error` has 6 components on SO(3) or 12 on
+/// SE(3), followed by those of the wheels.
 fn terminal_error(error: &[f64]) -> TerminalError {
     let norm = |row: usize| Vector3::from_column_slice(&error[row..row + 3]).norm();
     let translation = error.len() == 12;

@@ -22,17 +22,18 @@ use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::{Matrix3, Vector3};
 
-/// Paces `a`: along the optimum of equal weights, faster at first, slower at first.
+/// Exponents `a` of the pace, with the names of the paths: the pace of the optimum with equal
+/// weights, faster at first, and slower at first.
 const PACES: [(f64, &str); 3] = [(1.0, "braked"), (2.0, "braked early"), (0.5, "braked late")];
 
-/// Rotation of the end about each body axis by which paths are bent, to either side \[rad\]. A
-/// smaller one leads to the same minima, a larger one costs subproblems. `families F13` counts the
-/// minima that the default search misses and the thorough one finds.
+/// Rotation of the terminal attitude about each body axis, to either side, by which paths are bent
+/// \[rad\]. A smaller rotation leads to the same minima, and a larger one costs subproblems.
+/// `families F13` counts the minima that the default search misses and the thorough search finds.
 const BEND: f64 = 1.0;
 
-/// Number of random bends in a thorough search: more take longer and miss fewer minima.
+/// Number of random bends in a thorough search. More bends take longer and miss fewer minima.
 const RANDOM: u32 = 60;
-/// Size of the random bends \[rad\]: their ends cover all rotations.
+/// Size of the random bends \[rad\]: the terminal attitudes cover all rotations.
 const SPREAD: f64 = 2.0;
 
 /// Largest rotation in one integration step of the kinematics \[rad\]: these paths are initial
@@ -70,8 +71,8 @@ pub fn paths(problem: &Problem, model: &Model, search: Thoroughness) -> Vec<Cand
     paths
 }
 
-/// Returns the terminal attitude of a body that brakes along its momentum, if the duration is
-/// known; otherwise the initial attitude.
+/// Returns the terminal attitude of a body that brakes along its momentum. If the duration is
+/// unknown, returns the initial attitude.
 pub fn likely_end(problem: &Problem) -> Matrix3 {
     if problem.duration.known().is_none() {
         return problem.start.attitude;
@@ -80,7 +81,7 @@ pub fn likely_end(problem: &Problem) -> Matrix3 {
     attitudes.last().copied().unwrap_or(problem.start.attitude)
 }
 
-/// Returns the attitudes at the nodes of a grid whose unit of time is the stated duration. The
+/// Returns the attitudes at the nodes of a grid whose unit of time is the problem's duration. The
 /// initial momentum is fixed in space and decreases while the terminal momentum increases.
 fn braked(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
     let turned = turned(problem, grid, pace, momenta(problem), 1.0);
@@ -96,7 +97,7 @@ fn spun_up(problem: &Problem, grid: &Grid, pace: f64) -> Vec<Matrix3> {
     from_start(problem, grid, &turned)
 }
 
-/// Returns the momenta at start and end, body axes.
+/// Returns the momenta at the start and at the end, in body axes.
 fn momenta(problem: &Problem) -> [Vector3; 2] {
     [&problem.start, &problem.end].map(|end| problem.body.inertia.j() * end.angular_velocity)
 }
@@ -112,8 +113,8 @@ fn from_start(problem: &Problem, grid: &Grid, turned: &[Matrix3]) -> Vec<Matrix3
     turned.iter().enumerate().map(of_node).collect()
 }
 
-/// Returns the rotations of the body at the nodes, forward or backward in time, while its momentum
-/// changes from the first of two momenta to the other.
+/// Returns the rotations of the body at the nodes while its momentum changes from the first to the
+/// second of `momenta`. The motion runs forward in time if `sense` is 1, and backward if it is −1.
 fn turned(problem: &Problem, grid: &Grid, pace: f64, momenta: [Vector3; 2], sense: f64) -> Vec<Matrix3> {
     let inertia = &problem.body.inertia;
     let [mut first, last] = momenta;

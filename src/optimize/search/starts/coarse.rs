@@ -12,10 +12,10 @@ use std::f64::consts::{PI, TAU};
 struct CoarseRule {
     /// Fewest steps of the coarse grid.
     fewest: usize,
-    /// Rotation per step that the grid aims at \[rad\].
+    /// Largest rotation per step for which the grid is designed \[rad\].
     angle: f64,
-    /// Smallest ratio of the requested number of steps to that of the coarse grid at which the
-    /// coarse grid is used.
+    /// Smallest ratio of the requested to the coarse number of steps at which the coarse grid is
+    /// used.
     worth: f64,
 }
 
@@ -30,38 +30,39 @@ const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTING_FREE };
 /// Rule for shooting from rest to rest if the best path is sought: descents begin in both homotopy
 /// classes, and their results are compared on the requested grid.
 const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle: 0.45, ..SHOOTING_FREE };
-/// Fewest steps of a requested grid with which this rule is used.
+/// Smallest requested number of steps for which [`SHOOTING_FROM_REST`] is used.
 const FEWEST_FROM_REST: usize = 64;
-/// Number of requested steps below which they are few.
+/// Requested number of steps below which the search takes a noticeable part of the time.
 const FEW_STEPS: usize = 400;
-/// Rule for missing or costly inputs about an axis: the body then turns far and fast, and its path
-/// has sharp bends.
+/// Rule for shooting if inputs about an axis are missing or costly. The body then turns far and
+/// fast, and its path has sharp bends.
 const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
-/// Rate that a field may give a body, in units of the frequency of its oscillations: twice for a
-/// pendulum that falls from above.
+/// Rate that a force field may give a body, in units of the frequency of its oscillations. A
+/// pendulum that falls from the top reaches twice this frequency.
 const SWING: f64 = 2.0;
-/// Rule for a chain: enough steps for the rotation per step and for cones between the nodes.
+/// Rule for a chain. The grid resolves the rotation per step and the cones between the nodes.
 const CHAIN: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
-/// Returns the number of steps of the search grid for a path that turns by `angle` \[rad\]: enough
-/// for its fastest part, or the requested number if that is hardly larger.
+/// Returns the number of steps of the search grid for a path that turns by `angle` \[rad\]. It is
+/// sufficient for the fastest part of the path. If it is hardly smaller than the requested number,
+/// the requested number is used.
 fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
     let ends = [&problem.start, &problem.end];
     let rate = ends
         .map(|end| end.angular_velocity.norm() + SWING * field_rate(problem, end))
         .into_iter()
         .fold(0.0, f64::max);
-    // If steps do not resolve the nutation, possibly no path meets its end.
+    // If steps do not resolve the nutation, there may be no path that meets its end.
     let rate = rate + problem.body.inertia.nutation(&problem.actuation.stored_momentum());
     // The peak rate of a rest-to-rest slew is 1.5 times its mean rate.
     let needed = ((1.5 * angle + rate * problem.seconds()) / rule.angle).ceil().min(problem.steps as f64);
-    // Even, so that grids with 3/2 as many steps exist.
+    // An even number, so that a grid with 3/2 as many steps exists.
     let coarse = (needed as usize).max(rule.fewest).next_multiple_of(2);
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
 }
 
-/// Returns the frequency of oscillations about an attitude due to the gradient of the field, about
-/// the stiffest axis \[rad/s\]; unstable attitudes have the same value.
+/// Returns the frequency of oscillations about an attitude due to the gradient of the force field,
+/// about the stiffest axis \[rad/s\]. An unstable attitude is treated as a stable one.
 fn field_rate(problem: &Problem, at: &State) -> f64 {
     if problem.environment.is_free() {
         return 0.0;
@@ -85,13 +86,14 @@ pub fn rough_grid<const N: usize>(problem: &Problem, coarse: &BoundaryValueProbl
 }
 
 /// Returns whether the best path from rest may be sought on a grid of very few steps. The scheme
-/// must be of second order, because the costs of rivals would be too inaccurate otherwise. The
-/// requested grid must have so many steps that the search does not use it itself.
+/// must be of second order, because otherwise the costs of rivals would be too inaccurate. The
+/// requested grid must be so fine that the search does not use it itself.
 fn coarse_from_rest(problem: &Problem) -> bool {
     problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
 }
 
-/// Returns the number of steps of the grid on which shooting searches.
+/// Returns the number of steps of the grid on which shooting searches. `turns` is the number of
+/// additional full turns; `even` states that the inputs have similar authority about all axes.
 pub fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     // If inputs reach their limits, costates on two grids have no expansion in the step.
     if problem.actuation.is_limited() {

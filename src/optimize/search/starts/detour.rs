@@ -14,11 +14,11 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::search::starts::transfer::Interpolant;
 
-/// Clearance to the edge of a cone \[rad\].
+/// Clearance of a detour from the edge of a cone \[rad\].
 const CLEARANCE: f64 = 0.03;
-/// Parts of a step at which crossings are tested.
+/// Number of points per step at which crossings of a cone are tested.
 const PARTS: usize = 8;
-/// Largest number of paths that are kept; each further cone doubles their number.
+/// Largest number of paths that are kept. Each further cone doubles their number.
 const MOST: usize = 8;
 
 /// A pair of a boresight and the direction of a cone.
@@ -28,7 +28,7 @@ struct Cone<'a> {
     half_angle: f64,
     boresight: Vector3,
     direction: &'a Direction,
-    /// Duration of a path \[s\]; `frame_rate` is the rate of the reference frame [rad/s].
+    /// Duration of the path \[s\].
     seconds: f64,
     frame_rate: Vector3,
 }
@@ -40,12 +40,12 @@ struct Seen {
     direction: Vector3,
     /// Angle from the axis to the surface \[rad\].
     half_angle: f64,
-    /// True if the cone is active at this time.
+    /// True if the cone is active at the time of the node.
     acts: bool,
 }
 
-/// Returns the path and its detours around every cone that it violates; only the path if it already
-/// avoids them.
+/// Returns the detours of a path around every cone that it violates, to both sides of keep-out
+/// cones; the path itself if it violates none or already leads around the cones.
 pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
     if seed.provenance.led_past { vec![seed] } else { turned(problem, seed, false) }
 }
@@ -102,7 +102,7 @@ fn turned(problem: &Problem, seed: Candidate, nearer: bool) -> Vec<Candidate> {
 }
 
 impl Cone<'_> {
-    /// Returns boresight and cone at a fraction of the path, reference axes.
+    /// Returns the boresight and the cone at a fraction of the path, in reference axes.
     fn seen(&self, part: f64, pose: &Pose) -> Seen {
         let time = part * self.seconds;
         Seen {
@@ -132,7 +132,7 @@ fn around(cone: &Cone, seed: Candidate, nearer: bool, out: &mut Vec<Candidate>) 
     let Seen { boresight: p, direction: w, half_angle, .. } = &seen[nearest];
     let motion = seen[(nearest + 1).min(last)].boresight - seen[nearest.saturating_sub(1)].boresight;
     let along = motion - p * p.dot(&motion);
-    // A boresight at rest has no sideways direction of its own; any serves.
+    // A boresight at rest does not define a sideways direction, so any direction is used.
     let along = along.try_normalize(1e-9).unwrap_or_else(|| p.cross(&other(p)).normalize());
     let sideways = p.cross(&along);
     let lateral = sideways.dot(w).clamp(-1.0, 1.0).asin();

@@ -11,17 +11,17 @@ use std::f64::consts::TAU;
 
 /// Uncontrolled rotation below which a body needs few starts \[rad\].
 const SLOW: f64 = 1e-3;
-/// Uncontrolled rotation above which the search also varies how the body slows down \[rad\].
+/// Uncontrolled rotation above which the search also varies how the body brakes \[rad\].
 const FAST: f64 = 3.0;
-/// Uncontrolled rotation above which a body may be slowed at any phase of its rotation \[rad\].
+/// Uncontrolled rotation above which a body may brake at any phase of its rotation \[rad\].
 const TUMBLING: f64 = 10.0;
-/// Ratio of principal moments above which random paths from both ends are used for a moving body
-/// (`evidence -- unequal_moments`).
+/// Ratio of the largest to the smallest principal moment above which random paths from both ends
+/// are used for a moving body (`evidence -- unequal_moments`).
 const UNEQUAL: f64 = 4.0;
-/// Turns about the axis of the smallest moment that are added to paths of such a body. They cost
-/// little, and the gyroscopic torques of a spinning rod bend its path.
+/// Full turns about the axis of the smallest moment that are added to paths of a body with unequal
+/// moments. The turns cost little, and the gyroscopic torques of a spinning rod bend its path.
 const TWISTS: [i32; 4] = [1, -1, 2, -2];
-/// Largest number of minima of the coarse grid that are followed further.
+/// Largest number of minima on the coarse grid that are refined on the requested grid.
 const MOST_MINIMA: usize = 6;
 /// Largest number of minima that are followed further for a body with unequal moments, whose minima
 /// are so close that the coarse grid sorts them wrongly.
@@ -32,12 +32,13 @@ const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
 /// Number of random paths from each end for a body with unequal moments.
 const RANDOM_UNEQUAL: usize = 16;
-/// Number of random paths if inputs about an axis are missing; twice as many if they are costly.
+/// Number of random paths if inputs about an axis are missing; twice as many if inputs about an
+/// axis are costly.
 const RANDOM_FEW_INPUTS: usize = 72;
 /// Number of random paths in a thorough search.
 const RANDOM_THOROUGH: usize = 160;
-/// Number of hops between minima without a new low one after which the search ends, if inputs about
-/// an axis are missing or costly; twice as many in a thorough search.
+/// Number of successive hops between minima without a new lowest minimum after which the search
+/// ends, if inputs about an axis are missing or costly; twice as many in a thorough search.
 const HOPS: usize = 48;
 
 /// Families of paths from which a search starts.
@@ -45,9 +46,9 @@ const HOPS: usize = 48;
 pub struct Starts {
     /// Rotation vector to follow, if one is given.
     given: Option<Vector3>,
-    /// Additional turns of each smooth path.
+    /// Numbers of additional turns, one for each smooth path.
     smooth: Vec<i32>,
-    /// Additional turns of each coasting path.
+    /// Numbers of additional turns, one for each coasting path.
     coasting: Vec<i32>,
     /// Paces of slowed coasts.
     slowed: Paces,
@@ -58,7 +59,8 @@ pub struct Starts {
     from_end: bool,
     /// Axis of the smallest moment, if promising paths are twisted about it.
     pub twist: Option<Vector3>,
-    /// Number of hops between minima without a new low one after which the search ends.
+    /// Number of successive hops between minima without a new lowest minimum after which the search
+    /// ends.
     pub hops: usize,
 }
 
@@ -105,7 +107,8 @@ impl Starts {
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
-            // Gyroscopic torques are comparable to the others: many minima are close together.
+            // Gyroscopic torques are comparable to the control torques, so many minima are close
+            // together.
             Thoroughness::Default if simple && turned <= TUMBLING && is_unequal(problem) => {
                 Self { slowed: Paces::Even, bent: Vec::new(), random: senses * RANDOM_UNEQUAL, ..all }
             }
@@ -125,7 +128,7 @@ impl Starts {
         self.slowed != Paces::None || !self.bent.is_empty() || self.random > 0 || self.smooth.len() > 2
     }
 
-    /// Returns all families of paths, with the default number of random ones.
+    /// Returns all families of paths, with the default number of random paths.
     pub fn all() -> Self {
         Self {
             smooth: vec![0, -1, 1, -2],
@@ -182,7 +185,7 @@ pub fn twisted_by(problem: &Problem) -> f64 {
     if moves && is_unequal(problem) { TAU * f64::from(TWISTS.into_iter().max().unwrap_or(0)) } else { 0.0 }
 }
 
-/// Returns the most minima of the coarse grid that are followed further.
+/// Returns the largest number of minima on the coarse grid that are refined on the requested grid.
 pub fn most_minima(problem: &Problem) -> usize {
     if is_unequal(problem) { MOST_MINIMA_UNEQUAL } else { MOST_MINIMA }
 }
@@ -194,7 +197,7 @@ fn is_unequal(problem: &Problem) -> bool {
     moments[2] > UNEQUAL * moments[0]
 }
 
-/// Interleaves several lists, each spread evenly over the result.
+/// Interleaves several lists so that each is spread evenly over the result.
 fn in_turn(lists: [Vec<Candidate>; 3]) -> Vec<Candidate> {
     let mut placed: Vec<(f64, Candidate)> = Vec::new();
     for list in lists {

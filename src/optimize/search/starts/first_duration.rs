@@ -1,13 +1,14 @@
-//! Initial duration of a search for the optimal one: that of a turn about a fixed axis, or of a
-//! translation along a line if that is longer.
+//! Initial duration of a search for the optimal duration: that of a turn about a fixed axis, or of
+//! a translation along a line if it takes longer.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::{Matrix3, Vector3, lie};
 
-/// Returns the optimal duration of a minimum-effort turn about a fixed axis with time price
-/// `price`, the root of `18 (Jφ)² / T⁴ = w`, with the boundary rates included. Returns the duration
-/// of a translation along a line if that is longer; infinite if time has no price.
+/// Returns the optimal duration T of a minimum-effort turn about a fixed axis with the time weight
+/// `price` \[s\]: the root of `18 (Jφ)² / T⁴ = w` for a turn through φ from rest to rest with time
+/// weight w. The boundary rates are included. Returns the duration of a translation along a line if
+/// it is longer. Infinite if time has no weight.
 pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     let lasting = |impulse: f64, change: f64, authority: &Matrix3| {
         let authority = authority.norm() / 3.0_f64.sqrt();
@@ -28,8 +29,8 @@ pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     turning.max(flying)
 }
 
-/// Returns the approximate minimum duration of a turn about a fixed axis, or of a translation along
-/// a line if that is longer \[s\].
+/// Returns the approximate minimum time of a turn about a fixed axis, or of a translation along a
+/// line if it takes longer \[s\].
 pub fn of_time(problem: &Problem) -> f64 {
     let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
         let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
@@ -55,12 +56,13 @@ pub fn of_time(problem: &Problem) -> f64 {
     turning.max(flying)
 }
 
-/// Returns the approximate force or torque of a set along and against a direction: the limit of its
-/// weakest input or, if all contributing inputs give much more together, a part of their sum.
+/// Returns the approximate force or torque of an actuator set along and against a direction: the
+/// limit of its weakest input or, if all contributing inputs together give much more, a part of
+/// their sum.
 fn given(set: &ActuatorSet, direction: &Vector3) -> f64 {
     let Limits { size, norm, one_sided, .. } = set.limits();
     let inputs = || set.axes().iter().zip(size.iter().flatten());
-    // A thruster through the centre of mass gives no torque.
+    // A thruster whose line of action passes through the mass centre gives no torque.
     let each = inputs().map(|(axis, bound)| axis.norm() * bound).chain(*norm);
     let weakest = each.filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min);
     let along = |direction: &Vector3| -> f64 {

@@ -34,7 +34,7 @@ use std::f64::consts::TAU;
 
 /// Name of the start from the costates of a guess.
 pub const GUESS: &str = "guess";
-/// Name of the start from the costates of a plan that is solved again.
+/// Name of the start from the costates of a plan that is being solved again.
 pub const WARM: &str = "warm";
 
 /// Returns the name of a start with this number of turns.
@@ -59,7 +59,7 @@ pub(crate) fn wound(error: &Vector3, turns: i32) -> Vector3 {
     axis * (angle + TAU * f64::from(turns))
 }
 
-/// Returns the numbers of turns to try, in order.
+/// Returns the numbers of additional turns to try, in order.
 pub fn wanted_turns(problem: &Problem) -> Vec<i32> {
     match problem.path {
         Path::Best => vec![0, -1],

@@ -51,7 +51,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Amplitude of random paths \[rad\].
 const SPREAD: f64 = 1.2;
-/// Total angle below which a rotation hardly needs slowing \[rad\].
+/// Angle of a rotation \[rad\] below which its rate hardly needs to be varied.
 const SLOW: f64 = 1.0;
 
 /// Creates a path through the nodes of the grid of `bvp`.
@@ -112,7 +112,8 @@ pub(crate) fn smooth<const N: usize>(
     let frame = dynamics.frame_rate();
     let rate =
         |point: &Point| dynamics.j_inverse * point.momentum.value - point.attitude.value.tr_mul(&frame);
-    // Near a full turn J_r⁻¹ is singular; the slope there is only a guess.
+    // Near a full turn J_r⁻¹ is singular. The slope at the end is only a guess, so it may be
+    // omitted there.
     let away = (rotation.norm() - TAU).abs() > 0.5;
     let arrival = if away { lie::right_jacobian_inverse(rotation) * rate(target) } else { rate(target) };
     let zero = Vector3::zeros();
@@ -125,14 +126,14 @@ pub(crate) fn smooth<const N: usize>(
     candidate(bvp, name, poses)
 }
 
-/// Returns the cubic between the boundary positions.
+/// Returns the position at the time fraction t on the cubic between the boundary positions.
 fn position<const N: usize>(bvp: &BoundaryValueProblem<N>, t: f64) -> Vector3 {
     let (start, target) = (&bvp.start, bvp.terminal.target());
     let ends = [&start.position.value, &target.position.value];
     hermite(t, 1.0, ends, [&start.linear_momentum.value, &target.linear_momentum.value])
 }
 
-/// Returns a bend of zero.
+/// Returns a zero bend: the path is not bent.
 pub(crate) fn straight(_: f64) -> Vector3 {
     Vector3::zeros()
 }
@@ -148,8 +149,8 @@ pub fn smooth_ways<'a, const N: usize>(
     })
 }
 
-/// Returns smooth paths that are bent by `by` \[rad\] about every axis, to either side, short and
-/// long.
+/// Returns smooth short and long paths that are bent by `by` \[rad\] about every axis, to either
+/// side.
 pub fn bent<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     by: f64,
@@ -246,8 +247,8 @@ impl Bend {
     }
 }
 
-/// Returns the motions without inputs from the start and, backward, from the target, blended, for
-/// each number of turns.
+/// Returns, for each number of turns, the blend of the motion without inputs from the start and the
+/// motion without inputs that arrives at the target.
 pub fn coasting<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
@@ -300,22 +301,22 @@ pub fn natural<const N: usize>(bvp: &BoundaryValueProblem<N>, turns: i32) -> Res
     Ok(candidate(bvp, name, poses.collect::<Vec<_>>().into_iter()))
 }
 
-/// Paces at which coasts are slowed.
+/// Paces of the slowed coasts, as functions of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Paces {
     #[default]
     None,
-    /// The pace falls evenly.
+    /// The pace falls linearly.
     Even,
-    /// The pace falls evenly; coasts shifted in phase by half a turn to either side are added.
+    /// The pace falls linearly. Coasts shifted in phase by half a turn to either side are added.
     Shifted,
 }
 
-/// Returns slowed coasts, short and long.
+/// Returns slowed coasts, in both homotopy classes.
 pub fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>, paces: Paces) -> Vec<Candidate> {
     let rate = |point: &Point| (bvp.dynamics.j_inverse * point.momentum.value).norm();
     let reversed = bvp.reversed();
-    // Paces at an end; an end that hardly rotates needs only one.
+    // Paces at one end. If the body hardly rotates there, one pace is enough.
     let paces_at = |rate: f64| -> Vec<(f64, f64)> {
         if rate <= SLOW {
             return vec![(1.0, 0.0)];
@@ -395,7 +396,7 @@ fn blended<const N: usize>(
     candidate(bvp, name, poses.into_iter())
 }
 
-/// Returns the rotation vector nearest to `near` that represents the rotation of `log`.
+/// Returns, of all rotation vectors of the rotation `exp(log)`, the one nearest to `near`.
 fn nearest_branch(log: &Vector3, near: &Vector3) -> Vector3 {
     let angle = log.norm();
     let along = if angle > 1e-9 { log / angle } else { near.try_normalize(1e-9).unwrap_or_else(Vector3::x) };
@@ -417,7 +418,7 @@ pub fn on_grid<const N: usize>(bvp: &BoundaryValueProblem<N>, path: &Candidate) 
     Candidate { provenance: path.provenance.clone(), ..moved }
 }
 
-/// Returns the cubic path along the shortest rotation.
+/// Returns a cubic path along the shortest rotation from the start to the end.
 pub fn shortest_way(model: &Model) -> Candidate {
     let relative = lie::minus(&model.target.attitude, &model.start.attitude);
     let pose = |stage: usize| {

@@ -1,4 +1,4 @@
-//! Transfer between grids: an initial guess on a fine grid from a solution on a coarse one.
+//! Transfer between grids: a solution on a coarse grid becomes the initial guess on a fine grid.
 
 use crate::Vector3;
 use crate::lie;

@@ -12,12 +12,12 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::strategies::chains::{descend, relaxed, relaxed_paths};
 
-/// Durations tried for advice, as multiples of the shortest one found. Near the shortest duration a
-/// plan without a guess is hard to find.
+/// Durations tried for the advice, as multiples of the shortest duration found. Near the shortest
+/// duration it is hard to find a plan without a guess.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
-/// Adds to an unsolved maneuver a duration for which a plan was found, or else one that suffices
-/// for a turn about a fixed axis.
+/// Adds to an unsolved maneuver a duration for which a plan was found. If there was none, adds a
+/// duration that suffices for a turn about a fixed axis.
 pub fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solution: &mut Solution) {
     // A search that was stopped early does not show that the maneuver has no plan.
     let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
@@ -37,9 +37,9 @@ pub fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solutio
     }
 }
 
-/// Returns a longer duration \[s\], in four digits, for which a plan is found on a coarse grid
-/// without a guess: the shortest one found, or slightly more. It is advice and not a proof, because
-/// the search is local.
+/// Returns a longer duration \[s\], rounded to four digits, for which a plan is found on a coarse
+/// grid without a guess: `shortest`, or slightly more. `None` if no plan is found. The duration is
+/// advice and not a proof, because the search is local.
 fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f64> {
     let found = |duration: &f64| {
         let problem = search.problem.clone().lasting(*duration);

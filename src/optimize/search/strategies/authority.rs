@@ -15,10 +15,11 @@
 
 use crate::optimize::discrete::step::Dynamics;
 
-/// Authority about the axes without inputs, relative to that of the others, from the first descent
-/// to the last.
+/// Authorities about the axes without inputs, from the first descent to the last, relative to the
+/// authority about the other axes.
 pub const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-/// Addition to uneven authority, in the same unit, from the first descent to the last.
+/// Authorities added to uneven ones, from the first descent to the last, relative to the mean
+/// authority.
 const EVENED: [f64; 4] = [1e-1, 1e-2, 1e-3, 0.0];
 
 /// Distribution of the control authority over the axes.
@@ -42,7 +43,7 @@ impl Authority {
         }
     }
 
-    /// Returns the additions to the authority, from the first descent to the last.
+    /// Returns the authorities that are added, from the first descent to the last.
     pub fn levels(self) -> &'static [f64] {
         match self {
             Self::Even => &[0.0],

@@ -77,7 +77,8 @@ pub fn relaxed_paths<const N: usize>(
     seeds
 }
 
-/// Solves roughly from an initial path, unless a stop is requested, and keeps the result.
+/// Solves from an initial path to a reduced accuracy, unless a stop is requested, and keeps the
+/// result.
 pub fn descend<const N: usize>(search: &Search<N>, found: &mut Found<N>, chain: &Chain, seed: Candidate) {
     if search.stopped() {
         return;
@@ -94,7 +95,7 @@ pub fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candid
     improved(search, &InteriorPoint::of(chain, &Tuning::default()), from)
 }
 
-/// Improves the path of a motion that is nearly a plan; `None` if the motion has no path.
+/// Improves the path of a motion that is nearly a plan. Returns `None` if the motion has no path.
 pub fn optimised_along<const N: usize>(
     search: &Search<N>,
     chain: &Chain,
@@ -114,7 +115,8 @@ pub fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, from: C
     if near.converged() { near } else { optimised(search, chain, from) }
 }
 
-/// Improves a candidate by this interior-point method, or by SCP if the settings request it.
+/// Improves a candidate by the interior-point method `method`, or by SCP if the settings request
+/// it.
 fn improved<const N: usize>(search: &Search<N>, method: &InteriorPoint, from: Candidate) -> Attempt {
     // SCP does not support other objectives, such as a free duration for advice.
     if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
@@ -173,8 +175,8 @@ pub fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     }
 }
 
-/// Returns the plans sorted by the estimated costs of their optima. Of several plans whose costs
-/// differ by less than the fraction `one`, the first is kept.
+/// Returns the plans sorted by the estimated costs of their optima. Of plans whose costs differ by
+/// less than the relative difference `one`, the first is kept.
 pub fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
     plans.sort_by(|a, b| a.foreseen().total_cmp(&b.foreseen()).then(a.cost.total_cmp(&b.cost)));
     let mut kept = Vec::<Attempt>::new();
@@ -203,8 +205,8 @@ pub fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -> Candi
     path(start, &dynamics.grid, trajectory.quaternion.iter().enumerate().map(pose))
 }
 
-/// Returns the path of a plan without constraints on the grid of a chain; empty if there is no
-/// plan.
+/// Returns the path of the plan without constraints, resampled on the grid of a chain; empty if no
+/// such plan exists.
 pub fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
     let Some(duration) = quick.time.last() else { return Vec::new() };
     let grid = &chain.model.dynamics.grid;

@@ -38,21 +38,21 @@ pub const MARGIN: f64 = 0.15;
 /// Number of starts without a lower minimum after which a search that has done half of its starts
 /// ends, unless it is thorough.
 const IDLE: usize = 20;
-/// Relative difference of costs below which a minimum and an extremal on one grid are the same
+/// Relative cost difference below which a minimum and an extremal on one grid belong to the same
 /// branch.
 pub const SAME_BRANCH: f64 = 1e-4;
-/// Relative difference of costs below which they are the same branch when the last widened
-/// authority is removed.
+/// Relative cost difference below which a minimum and an extremal belong to the same branch when
+/// the last additional authority is removed.
 pub const NARROW: f64 = 0.02;
-/// Largest number of steps of reducing the authority of a minimum, summed over all minima and
+/// Largest number of times that the authority of a minimum is reduced, summed over all minima and
 /// levels.
 const MOST_BRANCHES: usize = 100;
-/// Number of the lowest minima that are twisted and hopped from.
+/// Number of the lowest minima from which paths with additional turns and hops start.
 const LOWEST: usize = 4;
 /// Sizes of the random bends of a hop \[rad\].
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
-/// Factor between the number of hops without success after which the search ends and the most hops
-/// in all.
+/// Largest total number of hops, as a multiple of the number of successive unsuccessful hops after
+/// which the search ends.
 const MOST_HOPS: usize = 10;
 /// Largest number of minima to which turns about the axis of the smallest moment are added.
 const MOST_TWISTED: usize = 40;
@@ -202,7 +202,7 @@ fn lift<const N: usize>(
     }
 }
 
-/// Returns the dynamics that descents use at a level of authority.
+/// Returns the dynamics that descents use at a level of additional authority.
 pub fn descends_on(dynamics: &Dynamics, level: usize) -> Dynamics {
     let levels = Authority::of(dynamics).levels();
     match levels[level.min(levels.len() - 1)] {
@@ -310,7 +310,7 @@ fn narrow<const N: usize>(
 }
 
 /// Applies the lifted Newton method to the states and costates of all nodes, then shooting. Returns
-/// the cost of the extremal; `None` if either does not converge.
+/// the cost of the extremal; `None` if one of the two methods does not converge.
 fn lift_nodes<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,

@@ -27,9 +27,9 @@ use crate::optimize::search::strategies::chains::{
 };
 use crate::optimize::search::strategies::seeds;
 
-/// Finds the optima near all initial paths, and the cheapest of them on the requested grid. As the
-/// last strategy it reports its own nearest miss for a constrained maneuver, and that of shooting
-/// otherwise.
+/// Finds the optima near all initial paths, and the cheapest of them on the requested grid. If it
+/// finds no plan for a constrained maneuver, it reports its own attempt with the smallest residual;
+/// for other maneuvers it reports that of shooting if shooting ran before.
 pub struct Effort;
 
 impl<const N: usize> Climb<N> for Effort {
@@ -77,8 +77,8 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     {
         descend(search, found, &coarse, seed);
     }
-    // With momentum stored in wheels the body moves differently: the relaxed costs are no bounds,
-    // and the best plan may be near none of these paths.
+    // If wheels store momentum, the body moves differently. The costs without limits are then no
+    // bounds, and the best plan may not be near any of these paths.
     let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
     for (cost, seed) in seeds {
         let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
@@ -92,7 +92,7 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     }
     match search.context.settings.search {
         Thoroughness::Quick => {}
-        // SCP has its paths for comparison only; more of them take seconds.
+        // The paths of SCP serve only for comparison; more of them would take seconds.
         _ if search.context.settings.method == Method::Scp => {}
         Thoroughness::Default => from_bent(search, found, &coarse),
         Thoroughness::Thorough => {
@@ -110,7 +110,7 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     carry(search, found, &coarse);
 }
 
-/// Solves from turns about a fixed axis and coasts, bent to several sides.
+/// Solves from turns about a fixed axis and from coasts, both bent to several sides.
 fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
     if search.problem.ends_in_any_attitude() {
         return;
@@ -164,8 +164,8 @@ fn unlimited<const N: usize>(
 ) -> Option<Solution> {
     let problem = search.problem;
     let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
-    // A clear violation on the coarse grid avoids the fine solve, if only one best path is
-    // possible.
+    // If only one path can be the best, a clear violation on the coarse grid makes the fine solve
+    // unnecessary.
     let coarse = Chain::new(problem, seed.steps());
     if search.fine.dynamics.has_all_axes()
         && worst_violation(&coarse, &coarse.opened(seed))? > search.context.tuning.clear_violation
@@ -192,14 +192,14 @@ fn unlimited<const N: usize>(
     Some(Solution { rivals: Vec::new(), ..solution })
 }
 
-/// Returns whether a guess is in the requested homotopy class; for a given rotation, any guess may
-/// lead to it.
+/// Returns whether a guess is in the requested homotopy class. If a rotation is given, any guess
+/// may lead to it, and the result is `true`.
 fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
     matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
 }
 
-/// Makes the solution of a search without limits land. If its true motion then violates a
-/// constraint, the maneuver is planned again along this path.
+/// Lands the solution of a search without limits. If its true motion violates a constraint, the
+/// maneuver is planned again along this path.
 fn made_to_land<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
     if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
         return answer;

@@ -29,13 +29,13 @@ use crate::optimize::search::strategies::descents::{MARGIN, descents};
 use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requested_grid};
 use crate::optimize::search::strategies::shots::{finish, shoot};
 
-/// Largest distance of corresponding nodes of one extremal on two grids \[rad\]; on the coarsest
-/// grid they differ by up to 0.4.
+/// Largest distance between corresponding nodes of one extremal on two grids \[rad\]. On the
+/// coarsest grid they differ by up to 0.4 rad.
 const SAME_PATH: f64 = 1.0;
 
-/// Finds the extremals without limits: those of Newton from the ballistic starts, and the minima of
-/// descents. For a fully actuated body that rests at both ends, a requested short or long way is
-/// what Newton finds, unless the search is thorough.
+/// Finds the extremals without limits: those of Newton's method from the ballistic starts, and the
+/// minima of descents. If a fully actuated body rests at both ends and the short or the long way is
+/// requested, Newton's method alone is used, unless the search is thorough.
 pub struct Extremals;
 
 impl<const N: usize> Climb<N> for Extremals {
@@ -58,7 +58,7 @@ impl<const N: usize> Climb<N> for Extremals {
 /// Returns whether an extremal on the coarse grid is in the requested homotopy class.
 fn is_as_asked<const N: usize>(search: &Search<N>, pool: &Pool<N>) -> bool {
     match search.problem.path {
-        // Determined on the requested grid, at no additional cost.
+        // The homotopy class is determined on the requested grid, at no additional cost.
         Path::Shortest | Path::Best => !pool.waiting().is_empty(),
         Path::Long | Path::AsGiven(_) => pool.waiting().iter().any(|found| astray(search, found) < ASTRAY),
     }
@@ -88,7 +88,8 @@ fn ballistic<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     }
 }
 
-/// Transfers the extremals that may be the best to the requested grid; the others remain rivals.
+/// Transfers the extremals that may be the best to the requested grid. The other extremals remain
+/// rivals.
 pub fn carry_extremals<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let waiting = ranked(search, found.pool.take_waiting());
     let enough = waiting.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
@@ -130,9 +131,9 @@ fn on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     }
 }
 
-/// Returns whether the result of a transfer is the same extremal. On another grid the cost differs
-/// by some percent; kept nodes must be near its path, because another extremal may have a similar
-/// cost.
+/// Returns whether a transferred extremal is the same one as on the other grid: its cost may differ
+/// by some percent only. If its nodes are kept, they must be near `path`, because another extremal
+/// may have a similar cost.
 fn is_near(found: &Attempt, cost: f64, path: Option<&Candidate>) -> bool {
     let along = |path: &Candidate, nodes: &[Node]| {
         let (few, many) = (path.steps(), nodes.len() - 1);

@@ -17,7 +17,7 @@ use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requ
 /// Largest number of successive saddles from which a descent is made.
 const MOST_SADDLES: usize = 3;
 
-/// Finds minima near a saddle; also makes descents if earlier strategies did not.
+/// Finds minima near a saddle, and descends from initial paths if earlier strategies did not.
 pub struct Further;
 
 impl<const N: usize> Climb<N> for Further {
@@ -55,7 +55,7 @@ fn look_further<const N: usize>(
     solution
 }
 
-/// Descends from a saddle of the requested grid to a minimum; returns whether that led to another
+/// Descends from a saddle on the requested grid to a minimum. Returns whether that led to another
 /// extremal.
 fn leave<const N: usize>(search: &Search<N>, found: &mut Found<N>, saddle: &Candidate) -> bool {
     if search.problem.steps > MOST_STEPS {

@@ -26,7 +26,7 @@ impl<const N: usize> Climb<N> for Given {
     }
 }
 
-/// Adds the plan that was put aside to the results of the search.
+/// Adds the plan of a guess, which was put aside, to the results of the search.
 pub struct Beside;
 
 impl<const N: usize> Climb<N> for Beside {

@@ -1,4 +1,5 @@
-//! Strategy for time, fuel and a free duration: the interior-point method along the given paths.
+//! Strategy for minimum time, minimum fuel and a free duration: the interior-point method along the
+//! given paths.
 //!
 //! A solve from a path ends in an optimum within all limits, or in the smallest violation near the
 //! path. The paths therefore need variety more than accuracy: turns about the fixed axis, bent to
@@ -12,7 +13,8 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::strategies::chains::{carry, descend, optimised_along};
 
-/// Finds local minima of an objective, and solves the cheapest of them on the requested grid.
+/// Finds local minima of an objective on a coarse grid, and solves the cheapest of them on the
+/// requested grid.
 pub struct Interior;
 
 impl<const N: usize> Climb<N> for Interior {

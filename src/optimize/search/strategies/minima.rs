@@ -6,15 +6,15 @@ use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::found::SAME_COST;
 
-/// Relative difference of costs below which two minima are the same.
+/// Relative cost difference below which two minima are the same.
 pub const SAME_MINIMUM: f64 = 1e-7;
 
-/// Minima of different costs, the cheapest first.
+/// Minima with different costs, the cheapest first.
 #[derive(Default)]
 pub struct Minima(pub Vec<Attempt>);
 
 impl Minima {
-    /// Adds the result of a descent; returns its index if it is a new minimum.
+    /// Adds the result of a descent. Returns its index if it is a new minimum; `None` otherwise.
     pub fn add(&mut self, minimum: Attempt) -> Option<usize> {
         if !minimum.converged() {
             return None;
@@ -32,8 +32,8 @@ impl Minima {
     }
 }
 
-/// Returns whether a minimum replaces another of equal cost: it costs slightly less or, if a
-/// symmetry gives many of equal cost, turns less.
+/// Returns whether a minimum replaces another of equal cost. It does if it costs slightly less or,
+/// where a symmetry gives many minima of equal cost, if it turns less.
 fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
     let difference = (minimum.cost - other.cost) / other.cost.abs().max(f64::MIN_POSITIVE);
     if difference.abs() > SAME_COST {
@@ -43,7 +43,7 @@ fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
     }
 }
 
-/// Returns the angle that a path turns, summed from node to node \[rad\].
+/// Returns the angle through which a path turns, summed from node to node \[rad\].
 fn turned(path: &Candidate) -> f64 {
     let step = |pair: &[Point]| lie::minus(&pair[1].attitude.value, &pair[0].attitude.value).norm();
     path.states.windows(2).map(step).sum()

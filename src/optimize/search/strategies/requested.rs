@@ -24,12 +24,13 @@ use crate::optimize::search::strategies::descents::{
 };
 use crate::optimize::search::strategies::shots::shoot_fine;
 
-/// Predicted relative decrease of the cost at which a descent on the requested grid ends.
+/// Predicted relative decrease of the cost below which a descent on the requested grid ends.
 const FINE_TOLERANCE: f64 = 1e-14;
-/// Factor on the iterations of the lifted Newton method on the requested grid: the valley from the
-/// last authority to none is long.
+/// Factor on the iterations of the lifted Newton method on the requested grid. The valley from the
+/// last additional authority to none is long.
 const PATIENCE: usize = 4;
-/// Levels of authority that a path passes on the requested grid.
+/// Levels of additional authority (indices of `WIDENED`) through which a path passes on the
+/// requested grid.
 const LAST_LEVELS: [usize; 3] = [2, 3, WIDENED.len() - 1];
 /// Largest number of steps of a descent or a lifted Newton iteration on the requested grid, which
 /// keep the matrices of every step.
@@ -57,8 +58,8 @@ pub fn descend_on_requested_grid<const N: usize>(search: &Search<N>, found: &mut
             replay(search, found, &lifted.candidate);
         }
     } else if !all {
-        // A problem that is singular without the last authority stops a Newton method on all nodes,
-        // but not the interior-point method.
+        // Without the last additional authority, a singular problem stops a Newton method on all
+        // nodes, but not the interior-point method.
         replay(search, found, &minimum.candidate);
     }
 }

@@ -15,13 +15,13 @@ use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::strategies::shots::shoot_fine;
 
-/// Factor on the limits at which they are never active.
+/// Factor on the limits with which they are never active.
 const LIMITLESS: f64 = 1e12;
 
 /// An extremal without limits, and the limits that it would need.
 struct Unlimited {
     found: Attempt,
-    /// Factor by which the limits would have to be larger.
+    /// Factor by which the limits would have to be larger for the extremal to satisfy them.
     demand: f64,
 }
 
@@ -40,7 +40,7 @@ impl<const N: usize> Climb<N> for Saturated {
                 break;
             }
             if demand <= 1.0 && wide.converged() && wide.candidate.steps() == search.problem.steps {
-                // No limit is active: it is an extremal within the limits.
+                // No limit is active, so the extremal is also one of the limited maneuver.
                 found.keep(wide);
             } else {
                 shoot_fine(search, found, Rung::Saturated, wide.candidate);
@@ -56,7 +56,8 @@ impl<const N: usize> Climb<N> for Saturated {
 fn from_interior_point<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let ask = Ask { shooting: false, convex: true, ..search.ask.clone() };
     let mut within = search.of(search.problem, ask).climb();
-    // The shortfall of the interior-point method says more than the last iterate of Newton.
+    // The remaining violation of the interior-point method says more than the last iterate of
+    // Newton's method.
     if let Some(missed) = within.take_missed() {
         found.tell_missed(Some(missed));
     }

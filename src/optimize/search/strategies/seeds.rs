@@ -67,8 +67,9 @@ pub fn of<const N: usize>(search: &Search<N>, steps: usize, thoroughness: Thorou
     written.collect()
 }
 
-/// Returns the motions that a body makes by itself with additional turns: for the given duration,
-/// or for several if the duration is free, because the body makes more turns in a longer one.
+/// Returns the paths of a body without inputs (see `paths::natural`) with `turns` additional turns:
+/// one for a given duration, or one for each of several durations if the duration is free, because
+/// the body makes more turns in a longer time.
 fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<Candidate> {
     let sought = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.counts_time());
     let parts = if sought { &search.context.tuning.durations[..] } else { &[1.0] };

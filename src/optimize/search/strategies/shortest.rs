@@ -15,8 +15,8 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::transfer::Interpolant;
 use crate::optimize::search::strategies::chains::{carry, descend, unlimited_paths};
 
-/// Solves from the plan of the shortest duration that is found: a plan that is quicker than
-/// required is near a path that the other initial paths have missed.
+/// Solves from the plan with the shortest duration that is found. A plan that is quicker than
+/// required is near a path that the other strategies have missed.
 pub struct Shortest;
 
 impl<const N: usize> Climb<N> for Shortest {

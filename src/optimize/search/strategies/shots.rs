@@ -11,8 +11,8 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::pool::Pool;
 use crate::optimize::search::starts;
 
-/// Shoots by Newton on the coarse grid from one start; returns the cost of the extremal found, new
-/// or known, or `None`.
+/// Shoots by Newton's method on the coarse grid from one start. Returns the cost of the extremal
+/// found, whether it is new or not; `None` if shooting does not converge.
 pub fn shoot<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -27,7 +27,8 @@ pub fn shoot<const N: usize>(
     Some(cost)
 }
 
-/// Shoots by Newton on the requested grid; returns the cost of the extremal found, or `None`.
+/// Shoots by Newton's method on the requested grid. Returns the cost of the extremal found; `None`
+/// if shooting does not converge.
 pub fn shoot_fine<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -40,8 +41,8 @@ pub fn shoot_fine<const N: usize>(
     found.keep(attempt).then_some(cost)
 }
 
-/// Transfers a coarse extremal to the requested grid, and keeps the result; returns whether it
-/// converged and `near` is true.
+/// Transfers a coarse extremal to the requested grid, and keeps the result. Returns whether it
+/// converged and satisfies `near`.
 pub fn finish<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -55,8 +56,8 @@ pub fn finish<const N: usize>(
     found.keep(attempt) && near
 }
 
-/// Shoots by Newton on the requested grid from costates in the form of a solution (SI units, `λ_0`
-/// for Lie–Euler, `λ_{−1}` for Lie–Verlet); returns whether that converged.
+/// Shoots by Newton's method on the requested grid from costates in the form of a solution (SI
+/// units, `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet). Returns whether shooting converged.
 pub fn shoot_from<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,

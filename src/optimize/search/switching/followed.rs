@@ -26,8 +26,8 @@ pub(in crate::optimize::search) struct Followed {
 }
 
 impl Followed {
-    /// Returns the extremals in the requested homotopy class, the cheapest first. They cost at most
-    /// the fraction `close` more than the cheapest.
+    /// Returns the extremals in the requested homotopy class, the cheapest first, whose cost
+    /// exceeds that of the cheapest by at most the fraction `close`.
     ///
     /// # Errors
     /// The solution of the search, if a stop was requested. Without extremals the result is empty.
@@ -46,7 +46,8 @@ impl Followed {
         Ok(once(best).chain(found.take_while(|next| next.cost <= dearest)).collect())
     }
 
-    /// Returns the extremal to another terminal state; `None` if Newton does not converge.
+    /// Returns the extremal to another terminal state, found from this one; `None` if Newton's
+    /// method does not converge.
     pub fn led(&self, problem: &Problem, context: &Context) -> Option<Self> {
         let of = Scaled::of(problem, context)?;
         let limit = context.within(|budget| self.limit.led(&of.extremal, &Work::of(budget.watch)))?;

@@ -24,8 +24,8 @@ const ROUND_OFF: f64 = 1e-10;
 const RIVALS: usize = 4;
 
 impl Extremals<'_, '_> {
-    /// Returns the best pulses that have a discrete optimum on the grid and are in the requested
-    /// homotopy class.
+    /// Returns the best plan with pulses that has a discrete optimum on the grid and is in the
+    /// requested homotopy class.
     pub(super) fn pulsed(self, shortest: f64, lands: bool) -> Solution {
         if self.found.branches == 0 {
             return self.without_plan();
@@ -42,7 +42,7 @@ impl Extremals<'_, '_> {
         context.enter(Rung::Pulses, "all", 0);
         let mut found =
             context.within(|budget| search::search(extremal, &without.limits, &ask, &Work::of(budget.watch)));
-        // A longest duration bounds a free duration; a given duration has no bound.
+        // A free duration may have an upper bound; a given duration has none.
         let longest = problem.duration.at_most().filter(|_| ask.sought);
         let allowed = |duration: f64| longest.is_none_or(|longest| duration * units.time <= longest);
         found.best.retain(|best| allowed(best.schedule.duration));
@@ -95,8 +95,8 @@ impl Extremals<'_, '_> {
 }
 
 impl Scaled<'_> {
-    /// Returns the plan of pulses on their grid; `least` is the cost of fuel without a minimum
-    /// pulse width.
+    /// Returns the plan with pulses on the grid of the pulses. `least` is the fuel cost without a
+    /// minimum pulse width.
     fn pulses_planned(&self, Placed { schedule, arcs, grid }: &Placed, least: f64) -> Option<Planned> {
         let mut plan = self.record(grid)?;
         plan.solution.start = "pulses".into();
@@ -104,7 +104,8 @@ impl Scaled<'_> {
         switching.structure = Structure::Pulses;
         switching.continuous_duration_s = arcs.duration * self.units.time;
         switching.continuous_cost = schedule.cost(&self.extremal) * self.units.cost();
-        // Pulses are also a plan without a minimum pulse width.
+        // A plan with pulses is also a plan without a minimum pulse width, so it bounds the fuel
+        // cost.
         let least = least.min(switching.continuous_cost);
         switching.gap = switching.continuous_cost - least;
         switching.switches = arcs.switches.len();
@@ -115,8 +116,8 @@ impl Scaled<'_> {
     }
 }
 
-/// Updates the shortest pulse of a plan that was solved again, if it has pulses; returns false if a
-/// pulse is shorter than the minimum pulse width.
+/// Updates the shortest pulse of a plan that was solved again, if the plan has pulses. Returns
+/// false if a pulse is shorter than the minimum pulse width.
 pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
     let (Some(pulses), Some(least)) = (&mut plan.switching.pulses, problem.shortest_pulse()) else {
         return true;
@@ -125,7 +126,7 @@ pub(super) fn told_again(problem: &Problem, plan: &mut Planned) -> bool {
     pulses.shortest_s >= least * (1.0 - ROUND_OFF)
 }
 
-/// Returns the shortest time for which an input of a recorded plan is on without a change \[s\].
+/// Returns the shortest time for which an input of a recorded plan is constant and not zero \[s\].
 fn shortest(trajectory: &Trajectory) -> f64 {
     let rows = trajectory.torque.len();
     let mut shortest = f64::INFINITY;

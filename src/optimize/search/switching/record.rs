@@ -17,9 +17,9 @@ use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Vector1, Vector6};
 
-/// Fraction of its limits below which an input of a smoothed plan counts as between its limits.
+/// Fraction of its limit below which an input of a smoothed plan counts as between its limits.
 const WITHIN: f64 = 0.9;
-/// Fraction of the steps on which an input must be between its limits to be singular.
+/// Fraction of the steps on which an input must be between its limits to count as singular.
 const FOR: f64 = 1.0 / 12.0;
 
 /// Number of steps with which the motion without inputs is computed.
@@ -27,7 +27,7 @@ const COAST_STEPS: usize = 256;
 
 /// A plan on its grid, with its recorded solution.
 pub(super) struct Planned {
-    /// The solution, without its rivals and the record of the search.
+    /// The solution, without rivals and without the record of the strategies' runs.
     pub solution: Solution,
     pub switching: Switching,
     /// Rotation and momentum error at the end, scaled.
@@ -37,7 +37,7 @@ pub(super) struct Planned {
 }
 
 impl Planned {
-    /// Returns the largest terminal error.
+    /// Returns the largest component of the terminal error.
     pub fn error(&self) -> f64 {
         self.solution.terminal.largest()
     }
@@ -152,7 +152,7 @@ impl Scaled<'_> {
         let solution = Solution {
             steps: kept.len(),
             step: if kept.is_empty() { 0.0 } else { before / steps },
-            // The time of the last node is the duration everywhere.
+            // The time of the last node is the duration in all records.
             cost: if problem.objective.is_duration() { before } else { cost },
             iterations: grid.iterations,
             terminal: TerminalError {
@@ -181,7 +181,7 @@ impl Scaled<'_> {
     }
 }
 
-/// Returns a structure with all other fields unknown.
+/// Returns the record of a switching structure with all other fields unknown.
 pub(super) fn untold(structure: Structure) -> Switching {
     Switching {
         structure,
@@ -198,13 +198,13 @@ pub(super) fn untold(structure: Structure) -> Switching {
     }
 }
 
-/// Returns the rotation of a step minus the identity, from its momentum times its length.
+/// Returns the rotation on a step minus the identity, from the product of momentum and step length.
 fn drifted(extremal: &Extremal, momentum: &Vector3) -> Option<Matrix3> {
     drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley_minus_identity(&c))
 }
 
-/// Returns the homotopy class of a path: short if the path ends on the sheet that the motion
-/// without inputs reaches by the shortest rotation to the end.
+/// Returns the homotopy class of a path. It is short if the path ends on the sheet that the motion
+/// without inputs, continued by the shortest rotation to the end, reaches.
 fn sense(problem: &Problem, extremal: &Extremal, duration: f64, path: &Follower) -> Sense {
     let start = &problem.start.attitude;
     let h = duration / COAST_STEPS as f64;

@@ -16,7 +16,7 @@ pub(crate) struct Evaluated<'a> {
     pub iterate: Iterate,
     /// Opening kick with its derivatives.
     pub opening: Opening,
-    /// Defects of the opening and then of every step.
+    /// Defects of the opening kick (first) and of every step.
     pub defects: Vec<DVector<f64>>,
     pub steps: Vec<Step>,
     /// Terminal error with its derivative.
@@ -85,7 +85,7 @@ impl Iterate {
         })
     }
 
-    /// Returns the iterate moved along a direction.
+    /// Returns the iterate after a step of length `by` along a direction in states and inputs.
     pub fn moved(&self, model: &Model, states: &[DVector<f64>], inputs: &[DVector<f64>], by: f64) -> Self {
         let state = |(state, z): (&ChainState, &DVector<f64>)| step::moved(model, state, &(z * by));
         let input = |(u, du): (&Vec<f64>, &DVector<f64>)| -> Vec<f64> {

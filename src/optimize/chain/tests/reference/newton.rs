@@ -41,20 +41,22 @@ use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
 
-/// Residual at which the iteration has converged, and largest number of steps.
+/// Largest residual of a converged iteration.
 const TOLERANCE: f64 = 1e-11;
+/// Largest number of Newton steps.
 const MOST: usize = 60;
 /// Largest rotation of a node in one step \[rad\]; longer steps are shortened.
 const LONGEST_TURN: f64 = 0.4;
-/// Largest proximal term, and smallest ratio of consecutive terms: the active set must adapt.
+/// Largest proximal term of the stabilised method.
 const WIDEST: f64 = 1e-3;
+/// Smallest ratio of consecutive proximal terms, so that the active set can adapt.
 const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain (first) and the stabilised (second) method
 /// end.
 const IDLE: [usize; 2] = [12, 25];
 /// Growth of the residual beyond which Newton's method counts as diverged.
 const LOST: f64 = 100.0;
-/// Fraction of the largest multiplier below which a multiplier counts as round-off.
+/// Multipliers below this fraction of the largest one count as round-off.
 const LIKELY: f64 = 1e-4;
 
 /// Point that satisfies the KKT conditions.
@@ -236,7 +238,7 @@ fn acting(at: &Evaluated, multipliers: &Multipliers, rho: f64) -> Vec<bool> {
     rows_that(at, multipliers, |c, multiplier| multiplier + rho * c > 0.0)
 }
 
-/// Returns the rows whose multiplier is not small compared to the largest.
+/// Returns the rows whose multiplier exceeds round-off relative to the largest multiplier.
 fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
     let largest = largest_multiplier(multipliers);
     rows_that(at, multipliers, |_, multiplier| multiplier > LIKELY * largest)
@@ -246,7 +248,7 @@ fn likely(at: &Evaluated, multipliers: &Multipliers) -> Vec<bool> {
 struct Residuals {
     inputs: Vec<DVector<f64>>,
     states: Vec<DVector<f64>>,
-    /// Largest costate, by which the residuals are scaled.
+    /// Largest costate, used to scale the residuals.
     scale: f64,
 }
 

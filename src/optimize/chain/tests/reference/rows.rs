@@ -6,8 +6,8 @@ use crate::optimize::chain::model::{ChainState, Model};
 use crate::optimize::chain::rows::{Cone, What};
 use nalgebra::{DVector, Matrix3xX};
 
-/// Value of a row at an iterate. `next` is the derivative with respect to the inputs of the next
-/// stage.
+/// Value of a row at an iterate, with its derivatives with respect to the state and the inputs of
+/// its stage. `next` is the derivative with respect to the inputs of the next stage.
 #[derive(Clone, Debug)]
 pub(crate) enum RowValue {
     /// Half space `c ≤ 0`.
@@ -25,7 +25,7 @@ impl RowValue {
     }
 
     /// Returns the row with its limit multiplied by `by`: `c ≤ by − 1`, or `|v| ≤ by`. The
-    /// derivatives do not include the growth of the limit with the duration.
+    /// derivatives do not include the derivative of the limit with respect to the duration.
     fn grown(self, by: f64) -> Self {
         match self {
             Self::Half { c, state, inputs, next } => Self::Half { c: c + 1.0 - by, state, inputs, next },
@@ -47,7 +47,7 @@ impl RowValue {
     }
 }
 
-/// Quantities at which a row is evaluated.
+/// State, arc and inputs at which a row is evaluated.
 pub(crate) struct Place<'a> {
     pub state: &'a ChainState,
     pub inputs: &'a [f64],
@@ -83,7 +83,7 @@ impl What {
         if grows { row.grown(place.state.stretch.powi(self.growth())) } else { row }
     }
 
-    /// Evaluates the row with the limit for the stated duration.
+    /// Evaluates the row with the limit for the duration of the problem.
     fn of_stated(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let unit = |input: usize, value: f64| {
             let mut row = DVector::zeros(model.m);

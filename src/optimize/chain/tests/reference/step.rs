@@ -15,7 +15,7 @@ pub(crate) struct Step {
     pub arc: Arc,
 }
 
-/// Rotation of the body on a step.
+/// Rotation of the body during one step.
 pub(crate) struct Arc {
     /// Rotation vector, `log F`.
     pub turn: Vector3,
@@ -29,7 +29,7 @@ pub(crate) struct Opening {
     pub by_inputs: DMatrix<f64>,
 }
 
-/// Computes the opening kick of a maneuver that takes `stretch` times the stated duration.
+/// Computes the opening kick of a maneuver that takes `stretch` times the duration of the problem.
 pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
     let (start, weight) = (model.start_in(stretch), model.kick_weight(0));
     let kick = kick(model, &start, inputs);
@@ -130,13 +130,13 @@ pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState 
     out
 }
 
-/// Returns the length of a move of one state: its rotation \[rad\].
+/// Returns the size of the change of one state, measured by its rotation \[rad\].
 pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
     z.rows(model.zeta(), 3).norm()
 }
 
-/// Returns `κ_k W`, the Hessian of the effort of a stage's inputs in a fixed duration. Lie–Euler
-/// has no `u_0`: any positive weight keeps it constant.
+/// Returns `κ_k W`, the Hessian of the effort with respect to the inputs of a stage, in a fixed
+/// duration. Lie–Euler has no `u_0`, so there any positive weight serves to keep it constant.
 pub fn input_weight(model: &Model, stage: usize) -> DMatrix<f64> {
     let weight = model.kick_weight(stage);
     if weight > 0.0 { &model.weight * weight } else { DMatrix::identity(model.m, model.m) }

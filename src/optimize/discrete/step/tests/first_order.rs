@@ -17,7 +17,7 @@ use crate::testing::{Random, graded, limited, random_vector};
 use nalgebra::{DVector, SVector};
 use num_dual::{Dual, Dual64};
 
-/// Returns the inputs (SI) at a node: forces, torques.
+/// Returns the inputs at a node in SI units, forces first, then torques.
 fn inputs<const N: usize>(problem: &Problem, node: &Node, units: &SVector<f64, N>) -> [DVector<f64>; 2] {
     use crate::mechanics::actuators::AxisFrame::{Body, Reference};
     let r = node.point.attitude.value;
@@ -42,7 +42,7 @@ fn optimal(inputs: &Weighted, costate: &Vector3) -> DVector<f64> {
     DVector::from_vec(row)
 }
 
-/// Returns the part of a gradient that the limits of the channel do not balance.
+/// Returns the part of a gradient that the active limits of the actuator set do not balance.
 fn unbalanced(channel: &ActuatorSet, inputs: &DVector<f64>, gradient: &DVector<f64>) -> DVector<f64> {
     let mut rest = gradient.clone();
     if let Some(limits) = &channel.limits().size {

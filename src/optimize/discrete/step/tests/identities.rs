@@ -10,7 +10,7 @@ use crate::testing::{Random, random_vector};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Random step of a problem: start, costate, end, costate before, matrices.
+/// Random step of a problem: start, costate, end, costate before the step, and matrices.
 struct Sample<const N: usize> {
     dynamics: Dynamics,
     start: Point,

@@ -99,8 +99,8 @@ impl<D: Number> State<D> {
         }
     }
 
-    /// Returns the state moved by `step` along tangent direction `index` of `N`; exact for
-    /// infinitesimal steps.
+    /// Returns the state after a displacement `step` along the tangent direction `index` of `N`;
+    /// exact for infinitesimal displacements.
     pub fn moved<const N: usize>(mut self, index: usize, step: D) -> Self {
         let block = if N == 6 { index / 3 + 2 } else { index / 3 };
         let mut e = V::from_element(D::from(0.0));
@@ -161,7 +161,7 @@ impl Twin<'_> {
         one + (s + s * s) * (D::from(2.0) / (c.dot(&c) + 1.0))
     }
 
-    /// Computes the free step `step` of the grid.
+    /// Computes the drift on step `step` of the grid.
     pub fn drift<D: Number>(&self, step: usize, state: &State<D>) -> State<D> {
         let f = self.relative(step, &state.pi);
         let mut r = state.r * f;
@@ -234,7 +234,7 @@ impl Twin<'_> {
         kicked.pi.dot(&pi) + linear
     }
 
-    /// Returns `A`, the derivative of [`Twin::step`].
+    /// Returns `A`, the derivative of [`Twin::step`] with respect to the state.
     pub fn a<const N: usize>(
         &self,
         point: &crate::optimize::discrete::step::Point,
@@ -277,7 +277,7 @@ impl Twin<'_> {
         })
     }
 
-    /// Returns `λ_{k−1}` and `H`.
+    /// Returns the costate `λ_{k−1}` before the step, and the curvature `H`.
     pub fn h<const N: usize>(
         &self,
         point: &crate::optimize::discrete::step::Point,

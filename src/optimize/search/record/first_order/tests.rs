@@ -36,7 +36,8 @@ fn turn(angle: f64, rule: Rule, limits: Limits) -> Problem {
     problem.with_constraint(Constraint { name: "rate".into(), rule })
 }
 
-/// Returns rate limits that are very small about the other axes.
+/// Returns limits on the angular rate: `fastest` about z, and very small limits about the other
+/// axes.
 fn about_z(fastest: f64) -> Rule {
     Rule::RateAxes(Vector3::new(1e-3, 1e-3, fastest))
 }
@@ -45,7 +46,7 @@ fn each(size: f64) -> Limits {
     Limits { size: Some(vec![size; 3]), ..Limits::default() }
 }
 
-/// Returns the cost of a plan that lands, and its gap.
+/// Returns the cost and the gap of the plan of a problem, after landing.
 fn planned(problem: &Problem, steps: usize) -> (f64, ContinuousGap) {
     let settings = Settings { method: Method::InteriorPoint, ..Settings::default() };
     let found = solve(&problem.clone().with_steps(steps), &settings, None, &mut Silent).unwrap();
@@ -86,7 +87,7 @@ fn the_gap_of_a_plan_along_a_limit_of_the_rate_is_the_closed_form_and_above_its_
             let excess = (0.5 + 2.0 * v * (1.0 - v)) * closed;
             assert!((found.gap / closed - 1.0).abs() < 0.03, "{steps}: {} {closed}", found.gap);
             assert!(((cost - truth) / excess - 1.0).abs() < 0.03, "{steps}: {} {excess}", cost - truth);
-            // The term of next order is smaller by a factor of about h.
+            // The error terms of the next order are smaller by a factor of about h.
             assert!(
                 cost - truth < (1.0 + 1.0 / f64::from(steps)) * found.gap,
                 "{steps}: {} {}",
