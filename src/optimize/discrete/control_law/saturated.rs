@@ -61,7 +61,7 @@ pub enum Obstacle {
     #[error("it limits single inputs under an effort weight that is not diagonal")]
     CoupledWeight,
     /// A minimum-time or minimum-fuel objective that sequential convex programming minimises.
-    #[error("its time or fuel is minimised on equal steps")]
+    #[error("it minimises time or fuel on equal steps")]
     EqualSteps,
 }
 
