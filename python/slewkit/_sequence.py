@@ -33,7 +33,7 @@ class SequencePlan:
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """What the plan file states beside its legs, with its keys."""
+        """The keys and values of the plan file except its legs."""
         record: dict[str, Any] = json.loads(self._planned.record_json())
         return record
 

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class SlewTable:
-    """Least times, or efforts, of all turns of one spacecraft from rest to rest.
+    """Minimum times, or efforts, of all turns of one spacecraft from rest to rest.
 
     ::
 

@@ -160,8 +160,8 @@ fn minimum(subject: &Subject) -> String {
         Proved::Global => format!("{what}: the body is already where it should be."),
         Proved::Minimum | Proved::FirstOrder => format!(
             "{what}: no neighbouring plan costs less, {}. No proof shows that it is the cheapest of all: \
-            rivals are the other plans that were found.",
-            if proved == Proved::Minimum { "to second order" } else { "but for the gap" }
+            rivals are the other plans that the search found.",
+            if proved == Proved::Minimum { "to second order" } else { "except for the gap" }
         ),
         Proved::Extremal if solution.optimality.second_order() == SecondOrder::NotTested => {
             format!("{what}: this was not tested, as the spec requests.")

@@ -33,7 +33,7 @@ pub enum TwoLinesError {
         found: char,
     },
     /// The last digit of a line is not its checksum.
-    #[error("line {line}, column 69: the checksum is {found}, its digits give {sum}")]
+    #[error("line {line}, column 69: the checksum is {found}, but its digits give {sum}")]
     Checksum {
         /// 1 or 2.
         line: usize,
@@ -288,7 +288,7 @@ mod tests {
             ([collapsed.to_string(), two.into()], "line 1 has 63 of 69 signs"),
             (
                 [format!("{}3", &one[..68]), two.into()],
-                "line 1, column 69: the checksum is 3, its digits give 9",
+                "line 1, column 69: the checksum is 3, but its digits give 9",
             ),
             ([two.into(), one.into()], "line 1 begins with `2`"),
             ([one.into(), with(two, 3, "99992")], "line 1 is of satellite 99991, line 2 of 99992"),

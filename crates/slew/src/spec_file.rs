@@ -81,7 +81,7 @@ pub fn read_held_sequence(
 
 /// Builds the failure of a sequence whose spec has no stops.
 pub fn without_stops() -> Failure {
-    let reason = "the plan is that of a sequence, and the spec has no stops";
+    let reason = "the plan file holds a sequence, and the spec has no stops";
     Failure::Problem(Message::new("E0018", reason, "give the spec of the sequence, with [[stop]]"))
 }
 

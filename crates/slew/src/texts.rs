@@ -37,7 +37,7 @@ pub enum Purpose {
     Wheels,
     /// Least fuel of thrusters by place and force
     Thrusters,
-    /// Least time under limits of torque
+    /// Minimum time under torque limits
     Time,
 }
 

@@ -150,12 +150,12 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
 /// fixed-axis slew.
 fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let (what, unit) = match &problem.objective {
-        Objective::Time => ("least time", "s"),
-        Objective::Fuel(_) => ("least fuel", inputs::fuel_unit(problem, identity)),
+        Objective::Time => ("minimum time", "s"),
+        Objective::Fuel(_) => ("minimum fuel", inputs::fuel_unit(problem, identity)),
         Objective::Effort(weights) => {
             let plain = weights.torque.is_none() && problem.motion == Motion::Attitude;
             // If the effort has weights, its unit depends on them and is not stated.
-            ("least effort", if plain { "N²·m²·s" } else { "" })
+            ("minimum effort", if plain { "N²·m²·s" } else { "" })
         }
     };
     let value = significant(solution.cost, 6);
@@ -179,10 +179,10 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     let limits = if free { " without limits" } else { "" };
     match part {
         part if !part.is_finite() => String::new(),
-        part if part.abs() < SAME => format!("; as about a fixed axis{limits}"),
+        part if part.abs() < SAME => format!("; equal to a fixed-axis turn{limits}"),
         part => {
             let word = if part > 0.0 { "more" } else { "less" };
-            format!("; {} % {word} than about a fixed axis{limits}", significant(100.0 * part.abs(), 2))
+            format!("; {} % {word} than a fixed-axis turn{limits}", significant(100.0 * part.abs(), 2))
         }
     }
 }

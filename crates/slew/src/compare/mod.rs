@@ -35,7 +35,7 @@ change the exit code.
 If inputs switch (minimum time or fuel), slew compares the smoothed law, switching times, and for minimum
 time the interior point, on one number of steps; then the objectives.
 
-The objectives (`--objectives`): plans of least time, fuel and effort, each measured by all three.
+The objectives (`--objectives`): plans of minimum time, fuel and effort, each measured by all three.
 Weights and prices come from the spec. Effort and fuel use the duration of the spec or of its price of
 time. If the spec minimises time, they use 1.5 times the shortest duration. Exit code 0 means that at
 least one plan is solved.
