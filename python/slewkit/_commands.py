@@ -48,7 +48,7 @@ def plan(
     overrides: Mapping[str, Any] | None = None,
     strict: bool = True,
 ) -> Plan:
-    """Plans a maneuver and verifies the plan, with the bits of ``slew plan``.
+    """Plans a maneuver and verifies the plan. The result is identical to that of ``slew plan``.
 
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
     :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
@@ -151,8 +151,8 @@ def verify(
     progress: ProgressFunction | None = None,
     strict: bool = False,
 ) -> Verification:
-    """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its
-    own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
+    """Checks a plan, a plan file, or the dictionary of a plan file by independent witnesses, against
+    its own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
 
     The path may also name an AEM or a table of attitudes, with the ``spec`` that the attitudes must
     fulfil. Ends, duration, cones and rates are then judged, and ``found`` has ``checks``,

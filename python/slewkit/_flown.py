@@ -95,9 +95,10 @@ def closed_loop(
     in open loop with ``gains=False``.
 
     ``plan`` is a :class:`Plan`, a :class:`SequencePlan` (flown over all legs and holds), the plan
-    file of a maneuver, or the dictionary of one; ``overrides`` sets keys of its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
-    number of ``threads``, by default the number of processors, does not change the result. Other
-    threads run meanwhile.
+    file of a maneuver, or the dictionary of such a file. ``overrides`` sets keys of its spec, such as
+    ``{"uncertainty.inertia.relative": 0.05}``, and does not change the plan. The number of
+    ``threads``, by default the number of processors, does not change the result. Other threads run
+    meanwhile.
 
     Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains;
     :class:`SpecError`; :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted`

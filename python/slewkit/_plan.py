@@ -264,7 +264,7 @@ class Plan:
 
     @property
     def inputs_are_held(self) -> bool:
-        """Whether a row of inputs is held over the step that begins at its time: of inputs that
+        """Whether a row of inputs is held over the step that begins at its time, as for inputs that
         switch. Minimum time or fuel on equal steps, as with cones, rate limits or wheels, has its
         rows at nodes, as minimum effort has."""
         return self._planned.first_input[1]

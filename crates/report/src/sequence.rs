@@ -127,7 +127,7 @@ fn proved(file: &SequenceFile<'_>) -> Vec<String> {
         ),
         _ => "The order is the given one.".into(),
     }];
-    told.push("Each leg is the best one that its search found, and was verified by itself.".into());
+    told.push("Each leg is the best one that its search found, and was verified separately.".into());
     told
 }
 

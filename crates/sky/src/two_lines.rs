@@ -46,7 +46,7 @@ pub enum TwoLinesError {
     #[error("columns 3 to 7: line 1 is of satellite {0}, line 2 of {1}")]
     Satellites(String, String),
     /// Something else stands in these columns.
-    #[error("line {line}, column{} is no {what}: `{found}`", columns(*.from, *.to))]
+    #[error("line {line}, column{}: expected {what}, found `{found}`", columns(*.from, *.to))]
     Field {
         /// 1 or 2.
         line: usize,
@@ -292,16 +292,22 @@ mod tests {
             ),
             ([two.into(), one.into()], "line 1 begins with `2`"),
             ([one.into(), with(two, 3, "99992")], "line 1 is of satellite 99991, line 2 of 99992"),
-            ([with(one, 33, "5"), two.into()], "line 1, column 33 is no blank: `5`"),
+            ([with(one, 33, "5"), two.into()], "line 1, column 33: expected blank, found `5`"),
             ([with(one, 63, "4"), two.into()], "SGP4-XP"),
-            ([with(one, 63, "x"), two.into()], "line 1, column 63 is no type"),
-            ([with(one, 21, "367.00000000"), two.into()], "line 1, columns 21 to 32 is no day of that year"),
-            ([with(one, 59, "x"), two.into()], "line 1, columns 55 to 59 is no row of digits"),
-            ([one.into(), with(two, 9, "197.8000")], "line 2, columns 9 to 16 is no inclination"),
-            ([one.into(), with(two, 27, "-011999")], "line 2, columns 27 to 33 is no row of digits"),
-            ([one.into(), with(two, 44, "270,1000")], "line 2, columns 44 to 51 is no number: `270,1000`"),
-            ([one.into(), with(two, 53, " 0.00000000")], "line 2, columns 53 to 63 is no mean motion"),
-            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65 is no sign"),
+            ([with(one, 63, "x"), two.into()], "line 1, column 63: expected type"),
+            (
+                [with(one, 21, "367.00000000"), two.into()],
+                "line 1, columns 21 to 32: expected day of that year",
+            ),
+            ([with(one, 59, "x"), two.into()], "line 1, columns 55 to 59: expected row of digits"),
+            ([one.into(), with(two, 9, "197.8000")], "line 2, columns 9 to 16: expected inclination"),
+            ([one.into(), with(two, 27, "-011999")], "line 2, columns 27 to 33: expected row of digits"),
+            (
+                [one.into(), with(two, 44, "270,1000")],
+                "line 2, columns 44 to 51: expected number, found `270,1000`",
+            ),
+            ([one.into(), with(two, 53, " 0.00000000")], "line 2, columns 53 to 63: expected mean motion"),
+            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65: expected sign"),
         ] {
             let said = read([&lines[0], &lines[1]]).unwrap_err().to_string();
             assert!(said.contains(told), "{told}: {said}");

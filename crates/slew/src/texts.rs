@@ -35,7 +35,7 @@ pub struct InitArgs {
 pub enum Purpose {
     /// Reaction wheels that store momentum, a star tracker and the Sun
     Wheels,
-    /// Least fuel of thrusters by place and force
+    /// Minimum fuel with thrusters, given by position and force
     Thrusters,
     /// Minimum time under torque limits
     Time,

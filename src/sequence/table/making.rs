@@ -273,7 +273,7 @@ fn refuse(problem: &Problem) -> Result<Quantity, TableError> {
     }
     if wheels.is_some_and(|wheels| wheels.momentum.iter().any(|held| *held != 0.0)) {
         return refused(
-            "with momentum stored in wheels a leg depends on both attitudes, not on the turn alone",
+            "with momentum stored in wheels a leg depends on both attitudes, not only on the turn",
             "set `momentum_n_m_s` to zero for a table of empty wheels, or plan the legs by `slew batch`",
         );
     }

@@ -289,7 +289,7 @@ fn clearances(
     }
     let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1).max(1)).map(told).collect();
     if lines.len() < room {
-        lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
+        lines.push(format!("{} more with more clearance", counted(cones.len() - lines.len(), "cone")));
     }
     lines
 }

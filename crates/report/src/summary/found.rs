@@ -72,7 +72,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
                     "the longest allowed"
                 }
                 Some(_) if !priced => "more time would cost more",
-                _ => "where a second gains its price",
+                _ => "where another second saves no more than its price",
             };
             let fuel = problem.objective.fuel().is_some();
             let unit = if fuel { "" } else { unit };

@@ -155,7 +155,7 @@ impl Problem {
         let torque = &self.actuation.torque;
         let refuse = |reason: String| Err(ProblemError::Wheels(reason));
         if self.motion == Motion::RigidBody || self.actuation.force.is_some() {
-            return refuse("reaction wheels need a maneuver of the attitude alone".into());
+            return refuse("reaction wheels need a maneuver of the attitude only".into());
         }
         if torque.frame() == AxisFrame::Reference {
             return refuse(
