@@ -78,7 +78,7 @@ fn extremal(switching: &Switching) -> Option<String> {
         )),
         Structure::Pulses => Some(format!(
             "Every input is off or at a limit, in pulses of at least the requested length. No nearby \
-            pulse times cost less. Without a shortest pulse the cost is {:.2} % less.",
+            pulse times cost less. Without a minimum pulse width the cost is {:.2} % less.",
             100.0 * switching.gap / switching.continuous_cost
         )),
         Structure::Norm => Some(format!(

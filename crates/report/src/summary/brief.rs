@@ -322,7 +322,7 @@ fn neighbours(solution: &Solution) -> String {
     if switching.structure == Structure::Pulses {
         let without = switching.pulses.map_or(f64::NAN, |pulses| pulses.cost_without);
         let more = 100.0 * (switching.continuous_cost / without - 1.0);
-        return format!(", {} % above the best found without a shortest pulse", significant(more, 2));
+        return format!(", {} % above the best found without a minimum pulse width", significant(more, 2));
     }
     match 100.0 * solution.gap_part() {
         small if small < LEAST_GAP => String::new(),
