@@ -87,7 +87,7 @@ pub enum PlanError {
     },
     /// The path of a guess is invalid.
     #[error(
-        "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or \
+        "the path of the guess is unusable: it needs two or more unit quaternions, and as many positions or \
         none"
     )]
     GuessPath,

@@ -55,7 +55,7 @@ impl Problem {
             let Some(prices) = prices else { continue };
             let count = set.map_or(0, ActuatorSet::count);
             if prices.len() != count {
-                return Err(out_of_range(number, count as f64, "must be the number of prices of fuel"));
+                return Err(out_of_range(number, count as f64, "must equal the number of fuel prices"));
             }
             if let Some(price) = prices.iter().copied().find(|price| !(*price > 0.0 && price.is_finite())) {
                 return Err(out_of_range("price", price, "must be positive and finite"));
