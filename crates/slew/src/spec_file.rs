@@ -61,7 +61,7 @@ pub fn read_held(
 
 /// Builds the failure of a command that accepts a single maneuver and was given a sequence.
 pub fn refuse_stops() -> Failure {
-    let reason = "the spec has stops, and this command takes one maneuver";
+    let reason = "the spec has stops, and this command supports only a single maneuver";
     Failure::Problem(Message::new("E0018", reason, "run `slew plan` on it; or remove the stops"))
 }
 
