@@ -57,6 +57,18 @@ class SlewTable:
         found = self._pairs(self._table.bound, first, second)
         return float(found) if found.ndim == 0 else found
 
+    def fixed_axis(
+        self, first: ArrayLike, second: ArrayLike, *, scalar_first: bool = False
+    ) -> Any:
+        """Returns the durations in seconds of turns about fixed axes (eigenaxes) within the limits.
+
+        Such a turn accelerates, continues at a constant rate, and decelerates. No plan of the
+        table is slower. The durations are NaN for efforts and for one-sided thrusters.
+        """
+        first, second = _quaternions(first, scalar_first), _quaternions(second, scalar_first)
+        found = self._pairs(self._table.fixed_axis, first, second)
+        return float(found) if found.ndim == 0 else found
+
     def matrix(self, attitudes: ArrayLike, *, scalar_first: bool = False) -> Array:
         """Returns the values between all pairs of n attitudes, shape (n, n).
 

@@ -1,4 +1,4 @@
-//! Converts failures of the library to exceptions of the package. Their classes are written in
+//! Conversion of failures of the library to exceptions of the package, whose classes are defined in
 //! Python (`slewkit/_errors.py`).
 
 use pyo3::exceptions::PyValueError;
@@ -11,13 +11,13 @@ use slewkit_files::export::{EULER_SEQUENCES, ExportError};
 use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Builds an exception of the class `class` from `arguments`.
+/// Creates an exception of the class `class` with the arguments `arguments`.
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = py.import("slewkit._errors").and_then(|errors| errors.getattr(class)?.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Builds an exception of the class `class` with a code, a reason and a remedy.
+/// Creates an exception of the class `class` with a code, a reason and a remedy.
 pub fn coded(py: Python<'_>, class: &str, code: &str, reason: &str, remedy: &str) -> PyErr {
     raised(py, class, (code, reason, remedy))
 }
@@ -83,7 +83,7 @@ fn refused(py: Python<'_>, code: &str, reason: &str, remedy: &str) -> PyErr {
     }
 }
 
-/// Builds the exception for a problem that the planner refused.
+/// Builds the exception for a problem that the planner rejects.
 pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     match error {
         PlanError::Problem(error) => problem(py, error),
@@ -94,7 +94,7 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     }
 }
 
-/// Builds the exception for chance constraints that no plan was found to keep.
+/// Creates the exception for chance constraints that no plan was found to satisfy.
 pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     match error {
         NotKept::Plan(error) => plan(py, error),
@@ -107,8 +107,7 @@ pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     }
 }
 
-/// Builds the exception for a file that could not be read or written. `name` is the name of the
-/// file.
+/// Creates the exception for the file `name`, which could not be read or written.
 pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     let (code, reason, remedy) = match error {
         ExportError::File(error @ slewkit_files::export::FileError::Exists { .. }) => {
@@ -126,7 +125,8 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     coded(py, "FileError", code, &reason, remedy)
 }
 
-/// Returns the sequence of Euler angles with this name. Raises ValueError for an unknown name.
+/// Returns the sequence of Euler angles with the name `name`. Raises ValueError if the name is
+/// unknown.
 pub fn sequence(name: &str) -> PyResult<&'static str> {
     let found = EULER_SEQUENCES.into_iter().find(|known| *known == name);
     found.ok_or_else(|| {
@@ -135,8 +135,8 @@ pub fn sequence(name: &str) -> PyResult<&'static str> {
     })
 }
 
-/// Runs `work` without the interpreter's lock and returns its result. A panic, which is a bug,
-/// becomes a Python exception.
+/// Calls `work` without holding the interpreter's lock, and returns its result. If `work` panics
+/// because of a bug, a Python exception is raised.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
         let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());

@@ -1,4 +1,4 @@
-//! Simulates many flights of a plan.
+//! Simulation of many flights of a plan.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Overrides};
@@ -19,7 +19,7 @@ use slewkit_files::flown::{Flight, LoopRecord, NotFlown, Runs, WholeFlight};
 use slewkit_files::spec::Diagnostics;
 use std::time::Instant;
 
-/// The number of cases between two calls of the caller's progress function and checks of signals.
+/// Number of cases between two calls of the caller's progress function and checks for signals.
 const CHUNK: usize = 4096;
 
 /// Simulates `count` flights of the plan of a maneuver or a sequence, each with another craft that

@@ -7,13 +7,13 @@ use pyo3::types::{PyDict, PyMapping};
 use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
 use std::path::{Path, PathBuf};
 
-/// The name of a dictionary in messages.
+/// Name of a dictionary in messages.
 const DICTIONARY: &str = "dict";
 
-/// The name of a maneuver whose dictionary has no name.
+/// Name of a maneuver whose dictionary does not state a name.
 const UNNAMED: &str = "maneuver";
 
-/// Overrides from Python: keys of the spec with their values; `None` for no overrides.
+/// Overrides from Python, which are keys of the spec with their values; `None` if there are none.
 pub type Overrides<'py> = Option<Bound<'py, PyMapping>>;
 
 /// Converts overrides from Python to overrides of the library.
@@ -37,7 +37,7 @@ pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result
     Ok(spec::load(&path, Format::of(&path), overrides))
 }
 
-/// The source of a spec, which is kept to read the spec again.
+/// Source from which a spec was read, and from which it is read again with other overrides.
 #[derive(Clone)]
 enum Origin {
     /// A dictionary, converted to TOML text.
@@ -62,7 +62,7 @@ impl Maneuver {
             Origin::File(path) => spec::read(path, &overrides),
         };
         let mut loaded = loaded.map_err(|found| failure::spec(py, &found))?;
-        // A maneuver without a name has the name of its file. A dictionary has no file.
+        // A maneuver without a name is named after its file, but a dictionary has no file.
         if matches!(origin, Origin::Text(_)) && loaded.problem.name == DICTIONARY {
             loaded.problem.name = UNNAMED.into();
         }

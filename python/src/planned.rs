@@ -32,11 +32,11 @@ pub struct Planned {
     pub identity: Identity,
     pub closed_loop: ClosedLoop,
     pub plan: Plan,
-    /// The gains along the plan, if the spec requests them.
+    /// Feedback gains along the plan; `None` if the spec does not request them.
     feedback: Option<FeedbackRecord>,
-    /// The covariances along the plan; `None` without uncertainty.
+    /// Covariances along the plan; `None` if the spec states no uncertainty.
     uncertainty: Option<UncertaintyRecord>,
-    /// The elapsed time within the library \[s\]; NaN for a plan that was read from a file.
+    /// Time spent in the library \[s\]; NaN for a plan that was read from a file.
     wall_time: f64,
 }
 
@@ -97,14 +97,14 @@ pub fn plan(
     Ok((planned, watch.raised()))
 }
 
-/// A guess from which the search also starts.
+/// An initial guess that the caller supplies for the search.
 #[derive(FromPyObject)]
 pub enum Suggestion<'py> {
-    /// A plan.
+    /// A plan, whose costates are the initial guess.
     Planned(Bound<'py, Planned>),
-    /// The bytes and the name of a file.
+    /// Contents and name of a plan file or an attitude file.
     File(Vec<u8>, String),
-    /// The costates at the start.
+    /// Costates at the start of the maneuver.
     Costates(Vec<f64>),
 }
 
@@ -131,9 +131,9 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let file = PlanFile::read(bytes)?;
         let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
-        // A file that was changed no longer counts as solved.
+        // A file whose contents were changed no longer counts as solved.
         let (file, _) = file.settled(&loaded);
-        // A plan that is proved infeasible has no trajectory.
+        // A plan file without a trajectory states that the maneuver is infeasible.
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
         let (settings, identity, closed_loop) = (loaded.settings, loaded.identity, loaded.closed_loop);
@@ -158,7 +158,7 @@ pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     written.map_err(|error: ExportError| failure::export(py, &error, &path.to_string_lossy()))
 }
 
-/// The reason why a plan file cannot be used.
+/// Reason why a plan file cannot be used.
 enum Failed {
     Export(ExportError),
     Spec(slewkit_files::spec::Diagnostics),
@@ -188,8 +188,8 @@ impl Planned {
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
-    /// Returns numbers that `of` takes from the uncertainty; empty if the spec states no
-    /// uncertainty.
+    /// Returns the numbers that `of` extracts from the uncertainty; an empty list if the spec
+    /// states no uncertainty.
     fn assumed(&self, of: impl Fn(&Uncertainty) -> Vec<f64>) -> Vec<f64> {
         self.closed_loop.uncertainty.as_ref().map(of).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! Simulates motions without optimisation, and returns their rows as arrays.
+//! Simulation of motions without optimisation; the rows are returned as arrays.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{Maneuver, Overrides, load, overrides};
@@ -18,15 +18,15 @@ use slewkit_report::simulation_page;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// The propagator of a motion.
+/// Method by which a motion is propagated.
 enum Carrier {
-    /// One body or several, propagated by an integrator.
+    /// An integrator for one or several bodies.
     Integrator(Box<Simulation>),
-    /// A body with reaction wheels, propagated by the equations of the witnesses.
+    /// The equations of motion of the witnesses, for a body with reaction wheels.
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// The motion to propagate, with its propagator.
+/// A motion to be propagated, with its propagation method.
 struct Motion {
     carrier: Carrier,
     name: String,
@@ -38,7 +38,7 @@ struct Motion {
     stride: u64,
 }
 
-/// The reason why a motion ended early.
+/// Reason why a motion ended early.
 enum Ended {
     NotFinite(String),
     Failed(String),
@@ -129,7 +129,7 @@ impl Motion {
     }
 }
 
-/// The arguments of the caller that replace values of the spec.
+/// Arguments of the caller, which replace values of the spec.
 struct Asked {
     steps: Option<u64>,
     stride: Option<u64>,
@@ -137,7 +137,7 @@ struct Asked {
     inputs: Option<Vec<f64>>,
 }
 
-/// The rows of one body.
+/// Rows of one body, stored by quantity.
 #[derive(Default)]
 struct BodyRows {
     quaternion: Vec<f64>,
@@ -146,7 +146,7 @@ struct BodyRows {
     velocity: Vec<f64>,
 }
 
-/// The rows of a simulation, stored by quantity.
+/// Rows of a simulation, stored by quantity.
 struct Rows {
     watch: Watch,
     began: Instant,
@@ -176,7 +176,7 @@ impl Observer for Rows {
     }
 
     fn on_step(&mut self, steps: u64) -> ControlFlow<()> {
-        // Reading the clock costs as much as a short step, so it is read rarely.
+        // Reading the clock takes as long as a short step, so it is not read in every step.
         if steps.is_multiple_of(64)
             && self.watch.stops("simulation", "", steps, self.began.elapsed().as_secs_f64(), "")
         {

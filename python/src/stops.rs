@@ -1,4 +1,4 @@
-//! Plans sequences of stops.
+//! Planning of sequences of stops.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Overrides, load};
@@ -16,7 +16,7 @@ use slewkit_files::spec::{ClosedLoop, LoadedSequence, Spec};
 use slewkit_report::{sequence_page, summary};
 use std::path::PathBuf;
 
-/// The plan of a sequence, with the sequence.
+/// A sequence and its plan.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct PlannedSequence {
     loaded: LoadedSequence,

@@ -1,4 +1,5 @@
-//! Verifies plans and attitudes with the witnesses, and compares methods and integrators.
+//! Verification of plans and attitudes with the witnesses, and comparisons of methods and
+//! integrators.
 
 use crate::failure::{self, detached};
 use crate::maneuver::{self, Maneuver, Overrides, load};

@@ -1,4 +1,4 @@
-//! Looks up values in slew-time tables.
+//! Lookup of values in slew-time tables.
 
 use crate::failure;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Table(SlewTable);
 
-/// Returns the quaternions `[w, x, y, z]` of a flat array.
+/// Splits a flat array into quaternions `[w, x, y, z]`.
 fn quaternions(flat: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<[f64; 4]>> {
     let flat = flat.as_slice()?;
     let rows = flat.chunks_exact(4);
@@ -65,13 +65,18 @@ impl Table {
         first: PyReadonlyArray1<'py, f64>,
         second: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (first, second) = (quaternions(&first)?, quaternions(&second)?);
-        let bound = |(a, b): (&[f64; 4], &[f64; 4])| {
-            let turn = lie::rotation_from_quaternion(a).transpose() * lie::rotation_from_quaternion(b);
-            if turn.iter().all(|part| part.is_finite()) { self.0.bound(&turn) } else { f64::NAN }
-        };
-        let found = failure::detached(py, || first.iter().zip(&second).map(bound).collect())?;
-        Ok(PyArray1::from_vec(py, found))
+        of_turns(py, &first, &second, |turn| self.0.bound(turn))
+    }
+
+    /// Returns the durations of turns about fixed axes between corresponding quaternions of two flat
+    /// arrays; NaN if the table does not have them.
+    fn fixed_axis<'py>(
+        &self,
+        py: Python<'py>,
+        first: PyReadonlyArray1<'py, f64>,
+        second: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        of_turns(py, &first, &second, |turn| self.0.fixed_axis(turn).unwrap_or(f64::NAN))
     }
 
     /// Returns the slew times or efforts between all pairs of quaternions in a flat array, row
@@ -106,4 +111,21 @@ impl Table {
         keys.set_item("errors", errors)?;
         Ok(keys)
     }
+}
+
+/// Returns the values of a function of the turns between corresponding quaternions of two flat
+/// arrays; NaN for turns that are not finite.
+fn of_turns<'py>(
+    py: Python<'py>,
+    first: &PyReadonlyArray1<'py, f64>,
+    second: &PyReadonlyArray1<'py, f64>,
+    value: impl Fn(&Matrix3) -> f64 + Send + Sync,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (first, second) = (quaternions(first)?, quaternions(second)?);
+    let of_pair = |(a, b): (&[f64; 4], &[f64; 4])| {
+        let turn = lie::rotation_from_quaternion(a).transpose() * lie::rotation_from_quaternion(b);
+        if turn.iter().all(|part| part.is_finite()) { value(&turn) } else { f64::NAN }
+    };
+    let found = failure::detached(py, || first.iter().zip(&second).map(of_pair).collect())?;
+    Ok(PyArray1::from_vec(py, found))
 }

@@ -1,5 +1,5 @@
-//! Converts a spec that consists of Python values to TOML text, which the reader of specs reads
-//! like any other spec.
+//! Conversion of a spec that consists of Python values to TOML text, which the reader of specs
+//! reads like any other spec.
 //!
 //! A dictionary is therefore read like a file, and its errors have the same codes, keys and
 //! remedies. Every number keeps its bits. NaN and infinity are written in the notation of TOML, and
@@ -11,9 +11,9 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// The largest depth of nesting, which no valid spec reaches. Deeper parts are omitted, and the
-/// reader reports that the spec is nested too deeply. The limit is needed because a dictionary may
-/// contain itself.
+/// Largest depth of nesting that is written; no valid spec reaches it. Deeper parts are omitted,
+/// and the reader reports that the spec is nested too deeply. The limit is necessary because a
+/// dictionary may contain itself.
 const DEEPEST: usize = 40;
 
 /// Returns the spec as TOML text.
@@ -47,8 +47,8 @@ fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Items<'py>> {
     mapping.items()?.iter().map(pair).collect()
 }
 
-/// Converts NumPy arrays and numbers to Python values, and a SciPy `Rotation` to a table with its
-/// quaternion.
+/// Converts NumPy arrays and numbers to Python values, and a `Rotation` of SciPy to a table with
+/// its quaternion.
 fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     let own = value.is_instance_of::<PyFloat>()
         || value.is_instance_of::<PyInt>()
@@ -56,7 +56,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
         || value.is_instance_of::<PyList>()
         || value.is_instance_of::<PyDict>();
     if own {
-        // A NumPy float is a subclass of the Python float, and needs no conversion.
+        // A NumPy float is a subclass of the Python float, so no conversion is necessary.
         return Ok(value);
     }
     if let Ok(method) = value.getattr("as_quat") {
@@ -70,7 +70,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// Writes a table: first its own keys, then the nested tables under headers.
+/// Writes a table: first the keys with simple values, then the nested tables with their headers.
 fn table(text: &mut String, items: &Items<'_>, path: &str) -> PyResult<()> {
     let own = |value: &Bound<'_, PyAny>| {
         path.is_empty() && (value.cast::<PyMapping>().is_ok() || is_list_of_tables(value))
@@ -114,7 +114,7 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }
 
-/// Appends a key, without quotes if TOML allows it.
+/// Appends a key, in quotes only if TOML requires them.
 fn key(text: &mut String, name: &str) {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(bare) {
@@ -124,7 +124,7 @@ fn key(text: &mut String, name: &str) {
     }
 }
 
-/// Appends a basic string of TOML.
+/// Appends a text as a basic string of TOML.
 fn quoted(text: &mut String, content: &str) {
     text.push('"');
     for c in content.chars() {
@@ -200,7 +200,7 @@ fn number(text: &mut String, value: f64) {
     }
 }
 
-/// Returns whether the text exceeds the largest size of a spec, so that the reader will refuse it.
+/// Returns true if the text exceeds the largest size of a spec, so that the reader will reject it.
 fn full(text: &str) -> bool {
     text.len() > MAX_BYTES
 }

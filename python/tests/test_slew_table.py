@@ -49,6 +49,7 @@ def test_a_table_is_read_and_looked_up(path, spec_text):
     wxyz = q[:, [3, 0, 1, 2]]
     assert np.array_equal(table(wxyz[:1], wxyz, scalar_first=True), table(q[:1], q))
     assert np.all(table.bound(q[:1], q[1:]) < matrix[0, 1:])
+    assert np.all(table.fixed_axis(q[:1], q[1:]) > matrix[0, 1:] * 0.95)
     assert np.isnan(table(ROOT_TURN, [0, 0, 0, np.nan]))
 
 
@@ -61,6 +62,7 @@ def test_the_arrays_are_those_of_numpy(path):
     nodes = np.column_stack([half, np.cos(angles / 2)])
     assert np.allclose(table(ROOT_TURN, nodes), arrays["values"][:, 3], rtol=1e-9)
     assert np.all(arrays["bounds"] <= arrays["values"])
+    assert np.all(arrays["fixed_axis"] >= arrays["values"] * (1 - 1e-6))
 
 
 def test_what_is_no_table_is_an_error(path, tmp_path):

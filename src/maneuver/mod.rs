@@ -21,7 +21,7 @@ pub use constraint::{
 };
 pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
-pub use infeasible::Proof;
+pub use infeasible::{Proof, fixed_axis_duration};
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 #[doc(hidden)]
 pub use problem::Stepping;

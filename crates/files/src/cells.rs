@@ -1,5 +1,6 @@
-//! Parsing and quoting of table cells: RFC 4180, except that a quoted cell ends on its line. The
-//! separator is a comma, a semicolon or a tab. Any cell may be quoted.
+//! Parsing and quoting of table cells according to RFC 4180, except that a quoted cell must end on
+//! the line on which it begins. The separator is a comma, a semicolon or a tab. Any cell may be
+//! quoted.
 
 use std::borrow::Cow;
 
@@ -8,21 +9,21 @@ use std::borrow::Cow;
 pub(crate) struct Cell<'t> {
     /// Text of the cell.
     pub text: Cow<'t, str>,
-    /// Byte index in the line at which the text begins.
+    /// Byte index at which the text of the cell begins, counted from the start of the line.
     pub start: usize,
 }
 
-/// Returns the separator of a table with the header `head`: the first of comma, semicolon and tab
-/// that occurs outside of quotes; `None` if none of them occurs.
+/// Returns the separator of a table with the header line `head`: the first comma, semicolon or tab
+/// outside of quotes; `None` if the line has none of these characters.
 pub(crate) fn separator(head: &str) -> Option<char> {
     let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
 }
 
-/// Splits a line into cells; without a separator, cells are separated by blanks.
+/// Splits a line into cells at the character `separator`; if it is `None`, at blanks.
 ///
 /// # Errors
-/// Returns a description of the error if quotes are not closed or misplaced.
+/// Returns a description of the error if a quote is not closed or is in the wrong place.
 pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>, &'static str> {
     let parts = |sign: char| separator.map_or(sign.is_ascii_whitespace(), |separator| sign == separator);
     let blank = |sign: &char| *sign == ' ' || (*sign == '\t' && separator != Some('\t'));
@@ -59,9 +60,9 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
     }
 }
 
-/// Formats a text as a cell of a comma-separated table that spreadsheets can open. The cell is
-/// quoted if a reader would split it, and is not read as a formula. A line break becomes a blank,
-/// because many readers take a line for a row.
+/// Formats a text as a cell of a comma-separated table for spreadsheets. The cell is quoted if
+/// necessary, and a text that looks like a formula is marked as text. A line break becomes a blank,
+/// because many readers treat every line as a row.
 pub(crate) fn quoted(text: &str) -> String {
     let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
     if text.contains([',', '"', ';', '\t']) || text.trim() != text {
@@ -71,14 +72,15 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// Prefixes a text that begins like a formula with an apostrophe, which spreadsheets do not show.
+/// Prefixes a text that looks like a formula with an apostrophe, which spreadsheets do not display.
 /// Numbers are unchanged.
 fn no_formula(text: &str) -> Cow<'_, str> {
     let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }
 }
 
-/// Returns the index of the quote that closes a cell; a doubled quote is a part of the text.
+/// Returns the byte index of the quote that closes a quoted cell; a doubled quote belongs to the
+/// text.
 fn closing(quoted: &str) -> Option<usize> {
     let bytes = quoted.as_bytes();
     let mut at = 0;

@@ -62,7 +62,7 @@ impl Scale {
     }
 }
 
-/// Reason why a text is not a valid epoch.
+/// Reason why a text is not accepted as an epoch.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
     /// The time scale is missing.
@@ -77,23 +77,23 @@ pub enum EpochError {
     /// The text is not an ISO 8601 date with a time of day.
     #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
-    /// The calendar does not have this date or second.
+    /// The date or the second does not exist, such as 30 February.
     #[error("this date does not exist")]
     Calendar,
 }
 
-/// A date and time in a time scale.
+/// A date and time of day in a time scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
-    /// The whole second of the epoch's own scale that contains the instant, stored in TAI, or in
-    /// TDB if that is the scale.
+    /// The whole second that contains the epoch, in the scale of the epoch. It is stored in TAI, or
+    /// in TDB if this is the scale of the epoch.
     second: Instant,
-    /// Fraction of the second that has passed \[s\], at least 0 and less than 1.
+    /// Fraction of this second that has passed \[s\], at least 0 and less than 1.
     fraction: f64,
     scale: Scale,
 }
 
-/// Number of decimals of written seconds: picoseconds.
+/// Number of decimals with which seconds are written: a resolution of one picosecond.
 const DECIMALS: usize = 12;
 
 impl Epoch {
@@ -188,7 +188,7 @@ impl Epoch {
         Ok(Self { second: moment, fraction, scale })
     }
 
-    /// Creates the epoch in UTC at this number of Unix seconds, which are counted from 1970-01-01.
+    /// Creates the epoch, in UTC, that is `seconds` seconds after 1970-01-01T00:00:00 in Unix time.
     pub fn of_unix(seconds: u64) -> Self {
         let second = Instant::from_unix_seconds(seconds as f64).to_time_scale(TimeScale::TAI);
         Self { second, fraction: 0.0, scale: Scale::Utc }
@@ -198,16 +198,16 @@ impl Epoch {
     /// to a nanosecond.
     pub fn in_other_scale(&self, scale: Scale) -> Self {
         let moment = self.second.to_time_scale(Self::counted_in(scale));
-        // Whole seconds of two scales need not coincide (TT − TAI is 32.184 s), so the fraction of
-        // the second may change.
+        // The whole seconds of two scales need not coincide (TT − TAI is 32.184 s), so the fraction
+        // of the second may change.
         let past = moment.to_duration_in_time_scale(scale.of_hifitime()).total_nanoseconds();
         let past = past.rem_euclid(1_000_000_000) as i64;
         let whole = Self { second: moment - Unit::Nanosecond * past, fraction: 0.0, scale };
         whole.after(self.fraction + past as f64 * 1e-9)
     }
 
-    /// Returns the scale in which the whole second is stored. TDB has a varying rate relative to
-    /// the other scales, so its own seconds are counted; all other scales use TAI.
+    /// Returns the scale in which the whole second is stored. Epochs in TDB use TDB, because its
+    /// rate varies relative to the other scales; all other epochs use TAI.
     fn counted_in(scale: Scale) -> TimeScale {
         if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
     }
@@ -217,12 +217,12 @@ impl Epoch {
         self.scale
     }
 
-    /// Returns the fraction of the second that has passed \[s\].
+    /// Returns the fraction of the current second that has passed \[s\].
     pub(crate) fn fraction(&self) -> f64 {
         self.fraction
     }
 
-    /// Returns the epoch that is later by `seconds`.
+    /// Returns the epoch that is `seconds` seconds later.
     pub fn after(&self, seconds: f64) -> Self {
         let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);
         if fraction >= 1.0 {
@@ -231,27 +231,27 @@ impl Epoch {
         Self { second: self.second + Unit::Second * whole, fraction, scale: self.scale }
     }
 
-    /// Returns the time from `other` to this epoch \[s\].
+    /// Returns the elapsed time from `other` to this epoch \[s\].
     pub fn since(&self, other: &Self) -> f64 {
         let whole: Duration = self.second.to_time_scale(other.second.time_scale) - other.second;
         whole.to_seconds() + (self.fraction - other.fraction)
     }
 
-    /// Returns a clock whose time zero is this epoch, with which positions of celestial bodies are
-    /// computed.
+    /// Returns a clock with this epoch as time zero, for computing positions of celestial bodies.
     pub(crate) fn clock(&self) -> slewkit_sky::Clock {
         let nanoseconds = self.second.to_tai_duration().total_nanoseconds();
         let (whole, rest) = (nanoseconds.div_euclid(1_000_000_000), nanoseconds.rem_euclid(1_000_000_000));
         slewkit_sky::Clock::of_tai(i64::try_from(whole).unwrap_or(0), rest as f64 * 1e-9 + self.fraction)
     }
 
-    /// Returns the seconds of terrestrial time since J2000.0, as clock kernels of SPICE use them.
+    /// Returns the seconds of terrestrial time since J2000.0, the count used by SPICE clock
+    /// kernels.
     pub fn terrestrial_past_j2000(&self) -> f64 {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction
     }
 
     /// Returns the date and time of day in the scale of the epoch, in the notation of CCSDS
-    /// messages, to the picosecond.
+    /// messages, with a resolution of one picosecond.
     pub fn calendar_text(&self) -> String {
         let mut digits = format!("{:.*}", DECIMALS, self.fraction);
         let mut second = self.second;
@@ -261,14 +261,14 @@ impl Epoch {
             digits = format!("{:.*}", DECIMALS, 0.0);
         }
         let (year, month, day, hour, minute, second) = self.calendar(second);
-        // At least three decimals are written, as many readers expect.
+        // At least three decimals are written, because many readers expect them.
         let digits = digits[1..].trim_end_matches('0');
         let digits = format!("{digits:0<4}");
         let digits = if digits.starts_with('.') { digits } else { ".000".into() };
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{digits}")
     }
 
-    /// Returns year, month, day, hour, minute and second of a whole second.
+    /// Returns the year, month, day, hour, minute and second of the whole second `second`.
     fn calendar(&self, second: Instant) -> (i32, u8, u8, u8, u8, u8) {
         let scale = self.scale.of_hifitime();
         let of = |moment: Instant| {
@@ -297,14 +297,15 @@ impl Epoch {
     }
 }
 
-/// Displays the epoch in the notation of specs.
+/// Writes the epoch in the notation of specs.
 impl fmt::Display for Epoch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{} {}", self.calendar_text(), self.scale.name())
     }
 }
 
-/// Parses whole numbers of fixed numbers of digits, separated by the character `sign`.
+/// Parses `N` whole numbers separated by the character `sign`. The numbers must have the numbers of
+/// digits given in `digits`.
 fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option<[u32; N]> {
     let parts: Vec<&str> = text.split(sign).collect();
     if parts.len() != N {
@@ -320,13 +321,13 @@ fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option
     Some(values)
 }
 
-/// Parses the decimals of a second, the digits after the decimal point.
+/// Parses the digits after the decimal point of a second.
 fn fraction(digits: &str) -> Option<f64> {
     if digits.is_empty() || digits.len() > 30 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
     let value: f64 = format!("0.{digits}").parse().ok()?;
-    // Thirty nines round to 1, which is not a fraction of a second.
+    // Thirty digits 9 round to 1, which is not a fraction of a second.
     (value < 1.0).then_some(value)
 }
 

@@ -1,9 +1,9 @@
-//! Hash of all data that determine the results of a batch. It identifies the batch, and detects
-//! changes of a plan file.
+//! Hash that identifies a batch, computed from all data that determine its results. The same hash
+//! detects changes of a plan file.
 //!
 //! The hash is the 64-bit FNV-1a (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>).
-//! The hash of the standard library may change between releases. It protects against mistakes, not
-//! against malice.
+//! The hash of the standard library is not used, because it may change between releases. FNV-1a
+//! detects mistakes, but does not protect against malicious changes.
 
 use std::io::{self, Write};
 
@@ -18,21 +18,23 @@ impl Fingerprint {
         Self(0xcbf2_9ce4_8422_2325).and(env!("CARGO_PKG_VERSION").as_bytes())
     }
 
-    /// Adds a piece of data and its length, so that the division into pieces changes the hash.
+    /// Adds a piece of data and its length. The length ensures that another division of the same
+    /// bytes into pieces gives another hash.
     pub fn and(mut self, piece: &[u8]) -> Self {
         self.add(piece);
         self.add(&(piece.len() as u64).to_le_bytes());
         self
     }
 
-    /// Adds bytes to the current piece; their division into calls does not change the hash.
+    /// Appends bytes to the current piece. The hash does not depend on how the bytes are divided
+    /// into calls.
     pub fn add(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
     }
 
-    /// Returns the hash as hexadecimal text, as files hold it.
+    /// Returns the hash as a hexadecimal text, the form in which files contain it.
     pub fn text(self) -> String {
         format!("{:016x}", self.0)
     }
@@ -54,7 +56,7 @@ impl Write for Fingerprint {
 mod tests {
     use super::*;
 
-    /// Compares with test vectors of `test_fnv.c` by the authors of the hash.
+    /// Reference values: the test vectors in `test_fnv.c` by the authors of the hash.
     #[test]
     fn hash_is_that_of_its_authors() {
         for (text, hash) in

@@ -28,7 +28,7 @@ pub enum Format {
 
 impl Format {
     /// All formats. If several formats share a file name extension, the extension selects the first
-    /// of them.
+    /// of these formats.
     pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [
@@ -76,7 +76,7 @@ impl Format {
         }
     }
 
-    /// Returns the name of the format as on the command line.
+    /// Returns the name of the format on the command line.
     pub fn name(self) -> &'static str {
         self.terms().0
     }
@@ -86,12 +86,13 @@ impl Format {
         self.terms().1
     }
 
-    /// Returns the format with this name, as on the command line.
+    /// Returns the format with the command-line name `name`; `None` if no format has this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// Returns the format that a file name extension such as `json` selects.
+    /// Returns the format that a file name extension such as `json` selects; `None` if it selects
+    /// none.
     pub fn of_ending(ending: &str) -> Option<Self> {
         let ending = ending.to_ascii_lowercase();
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))
@@ -100,7 +101,7 @@ impl Format {
     /// Checks that the maneuver has all data that the format requires.
     ///
     /// # Errors
-    /// Returns the first missing item.
+    /// Returns the first requirement of the format that is not met.
     pub fn check(self, problem: &Problem, identity: &Identity) -> Result<(), Lacking> {
         let Self::Exchange(format) = self else { return Ok(()) };
         format.check(&record(
@@ -151,7 +152,7 @@ impl Format {
 
 impl Format {
     /// Writes the plan of a sequence on one time axis, with one segment for each leg and each hold.
-    /// `craft` supplies the names and limits, which are common to all legs.
+    /// `craft` supplies the names and limits of the spacecraft, which all legs share.
     ///
     /// # Errors
     /// Returns an error if data that the format requires are missing, if a number is not finite, or
@@ -187,18 +188,18 @@ impl Format {
     }
 }
 
-/// Returns the comment on whether the witnesses verified every leg.
+/// Returns a comment that states whether the witnesses verified every leg of the sequence.
 fn verified_legs(file: &SequenceFile<'_>) -> String {
     let passed = |leg: &PlanFile<'_>| leg.verified.as_ref().is_some_and(Verification::passed);
     if file.legs.iter().all(passed) { "verified: every leg" } else { "not verified" }.into()
 }
 
-/// Returns the comment that names the program and its version.
+/// Returns a comment that names this program and its version.
 fn generated() -> String {
     format!("planned by slewkit {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Builds the record from which the formats of other programs are written.
+/// Builds the record from which files for other programs are written.
 fn record<'a>(
     problem: &'a Problem,
     identity: &'a Identity,
@@ -220,25 +221,26 @@ fn record<'a>(
     }
 }
 
-/// Returns the indices of the nodes at which inputs switch, if the plan consists of arcs.
+/// Returns the indices of the nodes at which inputs switch; empty if the plan does not consist of
+/// arcs.
 fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     let trajectory = &*file.trajectory.0;
     let arcs = file.switching.as_ref().map_or(&[][..], |switching| &switching.arcs);
-    // A torque limited in its norm may change direction in every step. It then counts as switching
-    // only where it is turned on or off.
+    // The direction of a torque with a norm limit may change in every step. Such a torque counts as
+    // switching only where it is turned on or off.
     let turns = arcs.iter().any(|arc| arc.input.is_empty());
     let is_off = |k: usize| trajectory.inputs(k).iter().all(|input| *input == 0.0);
     let switches = |k: &usize| {
         if turns { is_off(k - 1) != is_off(*k) } else { trajectory.inputs(k - 1) != trajectory.inputs(*k) }
     };
-    // If the inputs are given at the nodes, as for Lie–Verlet, an input passes from one limit to
-    // the other within a step, so no node is a switching time.
+    // If the inputs are given at the nodes, as for Lie–Verlet, an input changes from one limit to
+    // the other within a step, and no node is a switching time.
     let held = trajectory.torque.len() < trajectory.time.len();
     let nodes = if arcs.is_empty() || !held { 0 } else { trajectory.torque.len() };
     (1..nodes).filter(switches).collect()
 }
 
-/// Returns the comments on a plan: its program, and whether it is verified.
+/// Returns the comments for a plan: the program that wrote it, and whether it is verified.
 fn notes(verification: Option<&Verification>) -> Vec<String> {
     let mut notes = vec![generated()];
     notes.push(match verification {
@@ -251,8 +253,8 @@ fn notes(verification: Option<&Verification>) -> Vec<String> {
     notes
 }
 
-/// Returns the creation date of messages: the current time, or the value of `SOURCE_DATE_EPOCH`,
-/// with which equal inputs give equal files.
+/// Returns the creation date for messages: the current time or, for reproducible files, the time in
+/// the environment variable `SOURCE_DATE_EPOCH`.
 pub fn now() -> Epoch {
     let said = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

@@ -19,7 +19,7 @@ pub mod scenery;
 pub mod spec;
 pub mod table;
 
-/// The Parquet crate, with which tests read the files that [`exchange`] writes.
+/// The Parquet crate. Tests use it to read the files that [`exchange`] writes.
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
 pub use ::parquet;

@@ -1,32 +1,33 @@
-//! Surroundings of a spacecraft during a maneuver: the Earth, the Sun, the Moon and the target at
-//! the end.
+//! Surroundings of a spacecraft during a maneuver: the Earth, the Sun, the Moon, and the target at
+//! the end of the maneuver.
 //!
-//! The scenery does not change a plan; pictures and summaries show it. A plan file stores it as
-//! polynomial coefficients, so that a report needs neither an orbit nor an ephemeris.
+//! The scenery does not affect the plan; it is shown in pictures and summaries. A plan file stores
+//! it as polynomial coefficients, so that a report needs neither an orbit nor an ephemeris.
 
 use slewkit::mechanics::direction::Track;
 use slewkit::{Matrix3, Vector3};
 use slewkit_sky::{EARTH_RADIUS_M, EARTH_RATE_RAD_S, geodetic, meets_ground, station};
 
-/// Radii of the Sun and the Moon \[m\].
+/// Radius of the Sun \[m\].
 const SUN_RADIUS_M: f64 = 6.957e8;
+/// Radius of the Moon \[m\].
 const MOON_RADIUS_M: f64 = 1.7374e6;
 
-/// Vectors from the spacecraft to the celestial bodies over time, the Earth's rotation and the
-/// target.
+/// Directions and distances of the Earth, the Sun and the Moon over time, the rotation of the
+/// Earth, and the target of the maneuver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenery {
-    /// Vector from the centre of the Earth to the spacecraft, in the axes of the GCRS \[m\]; `None`
-    /// without an orbit.
+    /// Position of the spacecraft relative to the centre of the Earth over time, in GCRS axes
+    /// \[m\]; `None` if the spec has no orbit.
     pub spacecraft: Option<Track>,
-    /// Vector to the centre of the Sun, in the axes of the GCRS \[m\]. It begins at the spacecraft
-    /// or, without an orbit, at the centre of the Earth.
+    /// Position of the centre of the Sun over time, in GCRS axes \[m\]. It is relative to the
+    /// spacecraft or, if the spec has no orbit, to the centre of the Earth.
     pub sun: Track,
-    /// Vector to the centre of the Moon \[m\], with the same origin and axes as `sun`.
+    /// Position of the centre of the Moon over time \[m\], with the origin and axes of `sun`.
     pub moon: Track,
-    /// Rotation from the GCRS to Earth-fixed axes at time zero.
+    /// Rotation from GCRS axes to Earth-fixed axes at time zero.
     pub earth: Matrix3,
-    /// Target at the end of the maneuver, if it has a name.
+    /// Target at the end of the maneuver; `None` if the target has no name.
     pub target: Option<TargetShown>,
 }
 
@@ -38,24 +39,25 @@ pub struct TargetShown {
     /// Geodetic latitude \[deg\], east longitude \[deg\] and height \[m\], if the target is a
     /// ground station.
     pub station: Option<[f64; 3]>,
-    /// Length in metres of one unit of the vector to the target; `None` for a direction without a
-    /// distance.
+    /// Length of one unit of the vector to the target \[m\]; `None` if the target is a direction
+    /// without a distance.
     pub unit_m: Option<f64>,
 }
 
-/// A celestial body seen as a disc.
+/// A celestial body as seen from the spacecraft, which is a disc on the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
     /// Name of the body, such as "Sun".
     pub name: &'static str,
-    /// Direction to the centre of the disc, as a unit vector in the axes of the GCRS.
+    /// Direction to the centre of the disc, as a unit vector in GCRS axes.
     pub direction: Vector3,
     /// Angular radius of the disc \[rad\].
     pub angular_radius: f64,
 }
 
 impl Scenery {
-    /// Returns the discs of the Earth, the Moon and the Sun at `time` \[s\], the nearest first.
+    /// Returns the discs of the Earth, the Moon and the Sun at `time` \[s\], in this order. The
+    /// Earth is omitted if the spec has no orbit.
     pub fn discs(&self, time: f64) -> Vec<Disc> {
         let disc = |name, to: Vector3, radius: f64| Disc {
             name,
@@ -68,32 +70,32 @@ impl Scenery {
         earth.into_iter().chain([moon, sun]).collect()
     }
 
-    /// Returns the Earth-fixed components of a vector given in the axes of the GCRS, at
-    /// `time` \[s\].
+    /// Converts the components of `vector` from GCRS axes to Earth-fixed axes at `time` \[s\].
     fn earth_fixed(&self, vector: &Vector3, time: f64) -> Vector3 {
         let (sin, cos) = (EARTH_RATE_RAD_S * time).sin_cos();
         let v = self.earth * vector;
         Vector3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
     }
 
-    /// Returns the geodetic latitude and east longitude \[deg\] of the point below the spacecraft
-    /// at `time` \[s\]; `None` without an orbit.
+    /// Returns the geodetic latitude and east longitude \[deg\] of the point on the ground below
+    /// the spacecraft at `time` \[s\]; `None` if the spec has no orbit.
     pub fn below(&self, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         Some(geodetic(&self.earth_fixed(&place, time)))
     }
 
-    /// Returns the geodetic latitude and east longitude \[deg\] at which a line of sight in
-    /// `direction` (GCRS) meets the ground; `None` without an orbit, or if the line misses the
-    /// Earth.
+    /// Returns the geodetic latitude and east longitude \[deg\] of the point at which a line of
+    /// sight from the spacecraft in `direction` (GCRS axes) meets the ground at `time` \[s\].
+    /// Returns `None` if the spec has no orbit, or if the line misses the Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);
         Some(geodetic(&meets_ground(&self.earth_fixed(&place, time), &along)?))
     }
 
-    /// Returns the distance to the targeted station \[m\] and the elevation of the spacecraft above
-    /// its horizon \[rad\]; `None` if the target is not a station, or without an orbit.
+    /// Returns the distance from the spacecraft to the ground station \[m\], and the elevation of
+    /// the spacecraft above the horizon of the station \[rad\]. Returns `None` if the target is not
+    /// a ground station, or if the spec has no orbit.
     pub fn station_at(&self, time: f64) -> Option<[f64; 2]> {
         let [latitude, longitude, height] = self.target.as_ref()?.station?;
         let place = self.earth_fixed(&self.spacecraft.as_ref()?.at(time)[0], time);

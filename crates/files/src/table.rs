@@ -1,4 +1,5 @@
-//! Files of slew-time tables: `.npz`, which this program reads, and Parquet for other programs.
+//! Files of slew-time tables: `.npz` archives, which this program reads, and Parquet tables for
+//! other programs.
 //!
 //! The archive contains these arrays of doubles. L is the number of angles, D the number of
 //! directions and N = L·D the number of nodes, which are ordered by angle:
@@ -7,15 +8,16 @@
 //! |---|---|---|
 //! | `directions` | D × 3 | unit axes of the turns, body axes |
 //! | `angles_rad` | L | angles of the turns |
-//! | `values` | L × D | least times \[s\], or efforts |
-//! | `gradients` | N × 3 | gradients of the values by the rotation vector, body axes |
+//! | `values` | L × D | minimum times \[s\], or efforts |
+//! | `gradients` | N × 3 | gradients of the values with respect to the rotation vector, body axes |
 //! | `bounds` | L × D | rigorous lower bounds of the values |
+//! | `fixed_axis` | L × D | durations of turns about their fixed axes \[s\]; absent if they are not known |
 //! | `axes` | 3 × 3 | columns: the axes of the octahedron, body axes |
 //! | `symmetry` | k × 9 | signed permutations of these axes, row after row |
 //! | `reference_torque`, `reference_rate` | 3 × 3 | the closed form that the interpolation divides by |
-//! | `bound_numbers` | 20 | the constants of the lower bound |
-//! | `errors` | 6 | turns, median, 99 %, lowest and highest relative error, median bound over plan |
-//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | facts |
+//! | `bound_numbers` | 20 | constants of the lower bound |
+//! | `errors` | 6 | number of test turns; median, 99 % quantile, minimum and maximum of the relative error; median ratio of bound to plan |
+//! | `version`, `is_effort`, `divisions`, `duration_s`, `scales`, `settling_s`, `planned` | 1 | properties of the table |
 //! | `spec_checksum` | 2 | the hash of the spec, upper and lower 32 bits |
 
 use crate::exchange::{Array, Arrays, read_arrays};
@@ -29,8 +31,11 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use thiserror::Error;
 
-/// Version of the set of arrays in a file.
+/// Version of the file format, which defines the arrays of an archive.
 const VERSION: f64 = 1.0;
+
+/// Name of the array of turns about fixed axes, which a table may lack.
+const FIXED_AXIS: &str = "fixed_axis";
 
 /// Reason why a file is not a valid slew-time table.
 #[derive(Debug, Error)]
@@ -38,18 +43,18 @@ pub enum TableFileError {
     /// The `.npz` archive cannot be read.
     #[error("{0}")]
     Archive(#[from] io::Error),
-    /// An array is missing or has a wrong shape.
+    /// The archive lacks this array, or the array has a wrong shape.
     #[error("the array `{0}` is missing or has another shape")]
     Array(&'static str),
-    /// The file was written with another version of the arrays.
+    /// The file has another version of the file format, which is given.
     #[error("the file has version {0} of the arrays, and this program reads version 1")]
     Version(f64),
-    /// The numbers do not form a valid table.
+    /// The numbers in the file do not form a valid slew-time table.
     #[error(transparent)]
     Table(#[from] TableError),
 }
 
-/// Returns the hash of a spec together with the version of the program.
+/// Returns a hash of a spec and of the version of the program.
 ///
 /// # Errors
 /// Returns an error if the spec cannot be serialised.
@@ -58,7 +63,7 @@ pub fn checksum(spec: &SpecDocument) -> Result<u64, ExportError> {
     Ok(u64::from_str_radix(&Fingerprint::of_program().and(&text).text(), 16).unwrap_or_default())
 }
 
-/// Writes a table as `.npz`; `checksum` is the hash of its spec.
+/// Writes a slew-time table as `.npz`; `checksum` is the hash of its spec.
 ///
 /// # Errors
 /// Returns the errors of the output stream.
@@ -79,6 +84,9 @@ pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Re
     arrays.add("values", angles, width, &nodes.values)?;
     arrays.add("gradients", rows, 3, &gradients)?;
     arrays.add("bounds", angles, width, &nodes.bounds)?;
+    if !nodes.fixed_axis.is_empty() {
+        arrays.add(FIXED_AXIS, angles, width, &nodes.fixed_axis)?;
+    }
     arrays.add("axes", 3, 3, &by_rows(&nodes.axes))?;
     let maps: Vec<f64> = nodes.maps.iter().flat_map(by_rows).collect();
     arrays.add("symmetry", nodes.maps.len(), 9, &maps)?;
@@ -103,7 +111,7 @@ pub fn write_npz(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Re
     Ok(arrays.close()?)
 }
 
-/// Reads a table that [`write_npz`] has written.
+/// Reads a slew-time table that [`write_npz`] has written.
 ///
 /// # Errors
 /// Returns a [`TableFileError`] if the input is not such an archive, or if its numbers do not form
@@ -136,6 +144,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
         values: arrays.get("values")?.numbers.clone(),
         gradients: gradients.chunks_exact(3).map(Vector3::from_column_slice).collect(),
         bounds: arrays.get("bounds")?.numbers.clone(),
+        fixed_axis: arrays.0.get(FIXED_AXIS).map(|found| found.numbers.clone()).unwrap_or_default(),
         duration_s: arrays.fact("duration_s")?,
         scales: flag(arrays.fact("scales")?),
         reference: [arrays.matrix("reference_torque")?, arrays.matrix("reference_rate")?],
@@ -153,7 +162,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
     })?)
 }
 
-/// The arrays that were found in a file.
+/// Arrays of an archive, by name.
 struct Found(BTreeMap<String, Array>);
 
 impl Found {
@@ -161,7 +170,8 @@ impl Found {
         self.0.get(name).ok_or(TableFileError::Array(name))
     }
 
-    /// Returns the numbers of the array `name`, which must have `size` elements.
+    /// Returns the numbers of the array `name`. Returns an error if it is missing or does not have
+    /// `size` elements.
     fn of(&self, name: &'static str, size: usize) -> Result<&[f64], TableFileError> {
         let numbers = &self.get(name)?.numbers[..];
         if numbers.len() == size { Ok(numbers) } else { Err(TableFileError::Array(name)) }
@@ -176,11 +186,12 @@ impl Found {
     }
 }
 
-/// Writes a table as Parquet, with one row for each node: rotation vector, value, gradient, lower
-/// bound. The facts about the table are written as metadata of the file.
+/// Writes a slew-time table as Parquet. Each node is a row with the rotation vector, the value, its
+/// gradient, the lower bound and, if it is known, the duration of the turn about the fixed axis. The
+/// other data of the table are metadata of the file.
 ///
 /// # Errors
-/// Returns the errors of the output stream. Always fails in a program built without the feature
+/// Returns the errors of the output stream. Always returns an error in a build without the feature
 /// `parquet`.
 pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -> Result<(), ExportError> {
     #[cfg(feature = "parquet")]
@@ -190,7 +201,8 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
         let value = if nodes.quantity == Quantity::Time { "time_s" } else { "effort" };
         let names = ["rotation_x_rad", "rotation_y_rad", "rotation_z_rad", value, "lower_bound"]
             .into_iter()
-            .chain(["gradient_x", "gradient_y", "gradient_z"]);
+            .chain(["gradient_x", "gradient_y", "gradient_z"])
+            .chain((!nodes.fixed_axis.is_empty()).then_some("fixed_axis_s"));
         let columns: Vec<_> = names.map(|name| (name.to_string(), Kind::Number)).collect();
         let notes = [
             ("spec_checksum", format!("{checksum:016x}")),
@@ -206,7 +218,7 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
         let numbers = |of: &dyn Fn(usize) -> f64| {
             Cells::Numbers((0..nodes.values.len()).map(|row| Some(of(row))).collect())
         };
-        file.rows(&[
+        let mut rows = vec![
             numbers(&|row| vectors[row].x),
             numbers(&|row| vectors[row].y),
             numbers(&|row| vectors[row].z),
@@ -215,7 +227,11 @@ pub fn write_parquet(table: &SlewTable, checksum: u64, output: &mut dyn Write) -
             numbers(&|row| nodes.gradients[row].x),
             numbers(&|row| nodes.gradients[row].y),
             numbers(&|row| nodes.gradients[row].z),
-        ])?;
+        ];
+        if !nodes.fixed_axis.is_empty() {
+            rows.push(numbers(&|row| nodes.fixed_axis[row]));
+        }
+        file.rows(&rows)?;
         Ok(file.close()?)
     }
     #[cfg(not(feature = "parquet"))]

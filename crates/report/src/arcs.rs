@@ -5,8 +5,8 @@ use crate::draw::Span;
 use slewkit::maneuver::Objective;
 use slewkit::maneuver::switching::{Switching, SwitchingArc};
 
-/// The distance from a limit, or from zero, below which an input counts as at its limit or as off,
-/// relative to the limit.
+/// Largest distance of an input from its limit, or from zero, at which it counts as being at the
+/// limit or off, as a fraction of the limit.
 const AT_LIMIT: f64 = 0.01;
 
 /// Returns the arcs of a bang-bang plan: the arcs of the continuous extremal or, for a smoothed
@@ -39,9 +39,9 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     spans
 }
 
-/// Classifies the inputs on an arc: "coast" if all inputs are off; "singular" if an input that can
-/// be singular lies strictly between its limits; "bang" otherwise. Under a norm limit, a torque of
-/// full norm whose direction changes counts as "bang".
+/// Classifies the inputs on an arc. Returns "coast" if all inputs are off, "singular" if a singular
+/// input lies strictly between its limits, and "bang" in all other cases. A torque at its norm
+/// limit counts as "bang", even if its direction changes.
 fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
     let set = &subject.problem.actuation.torque;
     let limits = set.limits();

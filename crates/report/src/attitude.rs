@@ -40,8 +40,8 @@ pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str
     shown("euler", chart, format!("intrinsic: R = {rotations}; continued over full turns"))
 }
 
-/// Removes jumps by full turns between successive angles \[deg\]. Near gimbal lock the angles still
-/// vary fast.
+/// Removes the jumps by full turns between consecutive angles \[deg\]. Near gimbal lock, the angles
+/// still change fast.
 fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     for row in 1..angles.len() {
         let before = angles[row - 1];

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use slewkit::Vector3;
 use slewkit::maneuver::Motion;
 
-/// The length of the thinnest drawn edge of the box, relative to its longest edge.
+/// Smallest drawn length of an edge of the box, as a fraction of its longest edge.
 const THINNEST: f64 = 0.04;
 
 /// Returns the body and its motion as data for the script of the page; `null` if the plan has no
@@ -32,8 +32,9 @@ fn named(boresight: &Boresight) -> Value {
     json!({ "name": boresight.name, "vector": vector(&boresight.vector) })
 }
 
-/// Returns the motion of a box as data for the script of the page. `corners` are in body axes. The
-/// boresights are the body axes. `positions` is empty for a body that only rotates.
+/// Returns the motion of a box as data for the script of the page. `corners` are its vertices in
+/// body axes; the body axes are shown as boresights. `positions` is empty for a body that does not
+/// translate.
 pub(super) fn motion(
     time: &[f64],
     quaternions: &[[f64; 4]],

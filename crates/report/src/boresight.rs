@@ -13,8 +13,9 @@ pub(super) struct Boresight {
     pub vector: Vector3,
 }
 
-/// Returns the boresights that point at a target at the end, and the boresights of all constraints,
-/// without repetition. If the maneuver has no boresight, returns the body axes.
+/// Returns the boresights that the maneuver constrains: those that point at a target at the end,
+/// and those of all constraints, without repetition. If it has none, the three body axes are
+/// returned.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
     let aim = subject.problem.aim().map(|aim| aim.boresight);
@@ -30,17 +31,17 @@ pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     found
 }
 
-/// Returns the name of a boresight in the spec, or its direction if the spec gives it no name.
+/// Returns the name of a boresight in the spec or, if it has no name, its direction in body axes.
 pub(crate) fn name(identity: &Identity, boresight: &Vector3) -> String {
     identity.boresight(boresight).unwrap_or_else(|| format!("boresight {}", direction(boresight)))
 }
 
-/// Returns the name that the spec gives to the boresight of a margin; `None` if the boresight has
-/// no name.
+/// Returns the name of the boresight to which a margin belongs; `None` if it has no name in the
+/// spec.
 pub(crate) fn of_margin(problem: &Problem, identity: &Identity, margin: &Margin) -> Option<String> {
     let constraint = problem.constraints.iter().find(|constraint| constraint.name == margin.name)?;
     let Rule::Pointing(pointing) = &constraint.rule else { return None };
-    // If the constraint has several boresights, the margin states which one it belongs to.
+    // If the constraint has several boresights, the margin states the number of the boresight.
     let number = margin.at.strip_prefix("boresight ").and_then(|at| at.split(',').next()?.parse().ok());
     identity.boresight(pointing.boresights.get(number.unwrap_or(1_usize) - 1)?)
 }
@@ -56,13 +57,13 @@ fn direction(vector: &Vector3) -> String {
     format!("({})", parts.join(", "))
 }
 
-/// Returns the axes of the body, for a maneuver without boresights.
+/// Returns the three body axes, which are shown for a maneuver without boresights.
 pub(super) fn body_axes() -> [Boresight; 3] {
     let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })
 }
 
-/// Returns the pointing constraints (cones) with their names.
+/// Returns the pointing constraints (cones) of the maneuver with their names.
 pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
     subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
         Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),

@@ -1,4 +1,4 @@
-//! The summary of the results of many cases.
+//! Summary of the results of a batch.
 
 use super::summary::Lines;
 use slewkit::maneuver::Proved;
@@ -6,11 +6,13 @@ use slewkit::numerics::figures::{error, rounded, short, significant};
 use slewkit_files::batch::{Tally, Worst};
 use slewkit_files::spec::escape;
 
-/// Returns the lines of a summary of a batch: quantiles of the cost, the largest error of the true
-/// motion, the numbers of proofs and failures, and the cheapest and costliest cases.
+/// Returns the lines of the summary of a batch: quantiles of the cost, the largest terminal error
+/// of the continuous motion, the numbers of proofs and failures, and the cheapest and costliest
+/// cases.
 pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     let mut lines = Vec::new();
-    // Costs of effort, time and fuel have different units, so each objective has its own lines.
+    // Effort, time and fuel have different units, so the costs of each objective have separate
+    // lines.
     let several = tally.objectives.len() > 1;
     for (objective, costs) in &tally.objectives {
         let Some(found) = costs.quantiles() else { continue };
@@ -67,7 +69,7 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     lines
 }
 
-/// Returns the words for a grade of proof, in the plural unless `count` is 1.
+/// Returns the name of a degree of proof, in the plural unless `count` is 1.
 fn plural(proof: Proved, count: u64) -> &'static str {
     match proof {
         _ if count == 1 => proof.words(),
@@ -95,7 +97,7 @@ fn named(worst: &Worst) -> String {
     text
 }
 
-/// Returns an override `key=value` with its numbers rounded to a few digits.
+/// Returns the text `key=value` of an override, with its numbers rounded to a few digits.
 fn brief(set: &str) -> String {
     let (key, value) = set.split_once('=').unwrap_or(("", set));
     let part = |part: &str| {

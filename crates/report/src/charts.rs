@@ -10,8 +10,9 @@ use slewkit::maneuver::{Motion, Rule};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::numerics::figures::short;
 
-/// If a limit exceeds the largest value of the curves by this factor, the subtitle states the limit
-/// instead of a line. The line would make the curves look flat.
+/// Largest ratio of a limit to the largest value of the curves for which the limit is drawn as a
+/// line. A higher limit is stated in the subtitle, because its line would make the curves look
+/// flat.
 const FAR: f64 = 3.0;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -55,8 +56,8 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
             let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]);
             let rows = trajectory.input.len() / count.max(1);
-            // If only the means of neighbouring rows act on the body, the norm is that of the
-            // means.
+            // If only the means of neighbouring rows act on the body, the norm of these means is
+            // drawn.
             let means = problem.objective.switches() && rows == trajectory.time.len();
             let size =
                 |row: usize| if means { 0.5 * (output(row) + output(row + 1)) } else { output(row) }.norm();
@@ -101,7 +102,8 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
 }
 
-/// Returns the chart of the on-times of all thrusters, one row for each.
+/// Returns the chart of the on-times of all thrusters, with one row for each thruster; `None` if
+/// the maneuver has no thrusters.
 pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
     let found = firings(problem, solution);
@@ -123,7 +125,8 @@ pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     Some(Shown { key: "firings", picture: Picture::Gantt(gantt), remark })
 }
 
-/// Returns the curves of the three components of a vector and, if requested, of its norm.
+/// Returns the curves of the three components of a vector over time and, if `norm` is requested,
+/// the curve of its norm.
 pub(super) fn components(
     time: &[f64],
     vectors: &[Vector3],
@@ -162,7 +165,7 @@ fn wheels(subject: &Subject) -> Option<Shown> {
     let trajectory = subject.trajectory();
     let wheels = subject.problem.actuation.wheels.as_ref()?;
     let count = wheels.momentum.len();
-    // The inputs of the wheels come last in a row.
+    // In a row of inputs, the wheels are last.
     let first = trajectory.input_count.saturating_sub(count);
     let curve = |wheel: usize| {
         let values = trajectory.wheel_momentum.iter().skip(wheel).step_by(count).copied();
@@ -239,8 +242,8 @@ pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
     all
 }
 
-/// Draws a line at plus and minus each bound, with one label for equal bounds. Bounds far outside
-/// of the curves are stated in the subtitle instead.
+/// Draws a line at each bound and at its negative, with one label for equal bounds. Bounds that are
+/// far outside of the curves are stated in the subtitle instead.
 pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     let points = chart.curves.iter().flat_map(|curve| curve.shape.points());
     let finite = points.map(|point| point.1).filter(|value| value.is_finite());

@@ -1,7 +1,9 @@
-//! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
+//! Page of a comparison of methods or objectives for one maneuver, or of integrators for one
+//! motion.
 //!
-//! The page is made from the JSON document of `slew compare --format json`. This document contains
-//! no motions and no errors over time; the page shows them if the caller supplies them.
+//! The page is created from the JSON document of `slew compare --format json`. The document
+//! contains neither motions nor errors over time; the page shows them only if the caller supplies
+//! them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
@@ -23,34 +25,33 @@ use slewkit::propagate::integrator::{ErrorControl, Kind};
 use slewkit_files::export::ExportError;
 use std::io::{BufReader, Read};
 
-/// The part of the JSON document of a comparison that a page uses.
+/// Data of a comparison that its page uses: the JSON document, and data that only the caller has.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ComparisonFile {
     name: String,
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions of the compared methods, each with the name of its method. A method without a
-    /// plan has none.
+    /// Motion of each compared method that found a plan.
     #[serde(skip)]
     pub motions: Vec<Motion>,
-    /// The names of the inputs in the order of the rows of a motion. If empty, pictures number the
-    /// inputs.
+    /// Names of the inputs, in the order of the rows of a motion. If the list is empty, pictures
+    /// number the inputs.
     #[serde(skip)]
     pub inputs: Vec<String>,
-    /// The errors of each integrator over time, all at the same step size.
+    /// Errors of each integrator over time, all with the same step.
     #[serde(skip)]
     pub histories: Vec<History>,
 }
 
-/// The motion of one compared method.
+/// Motion that one of the compared methods planned.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// The name of the motion.
+    /// Name of the method.
     pub name: String,
-    /// The motion.
+    /// Trajectory of the plan.
     pub trajectory: Trajectory,
-    /// True if the inputs are constant over each step.
+    /// True if the inputs are held constant over each step.
     pub held: bool,
 }
 
@@ -205,7 +206,7 @@ fn turning(motions: &[Motion]) -> Shown {
 }
 
 /// Returns the chart of the angle between the attitude of each method and the attitude of the first
-/// method; `None` unless methods are compared.
+/// method; `None` if the comparison does not concern methods.
 fn difference(file: &ComparisonFile) -> Option<Shown> {
     let (first, others) = file.motions.split_first()?;
     if !matches!(file.compared, Compared::Methods { .. }) || others.is_empty() {
@@ -229,7 +230,8 @@ fn difference(file: &ComparisonFile) -> Option<Shown> {
     Some(shown("difference", chart, ""))
 }
 
-/// Rebuilds the study of integrators from the JSON document.
+/// Rebuilds the study of integrators from the JSON document; `None` if the comparison does not
+/// concern integrators.
 fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
     let Compared::Integrators { integrators, steps_s, horizons_s, energy_scale_j, levels, runs, equal_error } =
         &file.compared

@@ -1,12 +1,12 @@
-//! The chart of the convergence: the residuals of the solver runs that led to the plan or, without
-//! a plan, of the runs that came nearest to one.
+//! Chart of the convergence. It shows the residuals of the solver runs that led to the plan or, if
+//! no plan was found, of the runs with the smallest residuals.
 
 use super::charts::shown;
 use super::{Shown, Subject};
 use crate::draw::{Axis, Chart, Curve, Shape};
 use slewkit::maneuver::{Outcome, RungReport};
 
-/// The largest number of solver runs in the chart.
+/// Largest number of solver runs that the chart shows.
 const RUNS: usize = 6;
 
 /// Returns the chart of the residuals; `None` if no iteration ran.
@@ -34,8 +34,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let curves = drawn.iter().enumerate().map(|(style, rung)| {
         let points: Vec<(f64, f64)> =
             rung.residuals.iter().enumerate().map(|(k, residual)| (before + k as f64, *residual)).collect();
-        // The runs that led to the plan are drawn in sequence, and the runs of a failure side by
-        // side.
+        // The runs that led to the plan are drawn one after the other; the runs of a failed search
+        // start at the same abscissa.
         before += if solved { points.len().saturating_sub(1) as f64 } else { 0.0 };
         let from = if rung.start.is_empty() { String::new() } else { format!(", {}", rung.start) };
         let name = format!("{}\n{} steps{from}", rung.rung.name().replace('_', " "), rung.steps);

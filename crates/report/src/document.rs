@@ -1,5 +1,5 @@
-//! The pictures and the body of a page as one JSON document. Numbers have only as many digits as a
-//! screen can show.
+//! Pictures and animated body of a page as one JSON document. Numbers have only as many digits as a
+//! screen can resolve.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
@@ -14,7 +14,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
         .filter_map(|shown| match &shown.picture {
             Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
             Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
-            // The page contains pictures of these kinds as SVG.
+            // Pictures of these kinds are in the page as SVG.
             Picture::Map(_) | Picture::Ground(_) | Picture::Gantt(_) => None,
         })
         .collect();
@@ -37,8 +37,8 @@ pub(super) fn vector(vector: &Vector3) -> Value {
 fn chart_document(key: &str, chart: &Chart, grids: &mut Vec<Vec<f64>>) -> Value {
     let curve = |curve: &Curve| {
         let mut points = curve.shape.points();
-        // The script looks up values by increasing abscissa. The abscissas of a marked curve, such
-        // as work or step size, may decrease.
+        // The script searches for a value by abscissa and needs increasing abscissas. The abscissas
+        // of a curve with marks, such as work or step size, may decrease.
         if matches!(curve.shape, Shape::Marked(_)) {
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
         }

@@ -1,5 +1,5 @@
-//! Charts of the plan in flight: the deviations of a craft that differs from the model, in open
-//! loop and with gains, by linear theory.
+//! Charts of simulated and predicted flights of a plan: the deviations of a spacecraft that differs
+//! from the model, with and without feedback, according to linear theory.
 
 mod bands;
 
@@ -17,28 +17,28 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_6, TAU};
 
-/// The largest number of nodes at which the radius of the pointing error is computed. Covariances
-/// are smooth along a plan, so few nodes suffice.
+/// Largest number of nodes at which the pointing error is computed. Covariances vary smoothly along
+/// a plan, so few nodes suffice.
 const MOST_NODES: usize = 120;
 
-/// The number of covariance ellipses along a boresight track.
+/// Number of covariance ellipses that are drawn along a boresight track.
 const RINGS: usize = 12;
 
-/// The number of points on an ellipse.
+/// Number of points with which an ellipse is drawn.
 const AROUND: usize = 48;
 
-/// The probability of each radius in the chart, with its label.
+/// Probabilities for which the chart shows a pointing error, each with its label.
 const LEVELS: [(f64, &str); 3] = [(Radius::LEVEL, "99.73 %"), (0.9, "90 %"), (0.5, "50 %")];
 
-/// The size of the largest ellipse \[rad\] that can be seen on the map. Ellipses are enlarged by a
-/// power of ten until the largest one reaches it.
+/// Size at which an ellipse is visible on the map \[rad\]. All ellipses are enlarged by a power of
+/// ten until the largest ellipse has this size.
 const SEEN: f64 = 0.02;
 
-/// The largest exponent of the power of ten by which ellipses are enlarged.
+/// Largest power of ten, as an exponent, by which ellipses are enlarged.
 const MOST_ENLARGED: i32 = 3;
 
-/// Returns the covariances of the closed loop and of the open loop, as far as known, with the name
-/// of the loop.
+/// Returns the covariances of the closed loop and of the open loop, if they were computed, each
+/// with the name of its loop.
 fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     let Some(beside) = subject.beside() else { return Vec::new() };
     let closed = beside.closed.as_ref().map(|covariance| ("closed loop", covariance));
@@ -46,8 +46,8 @@ fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     closed.into_iter().chain(open).collect()
 }
 
-/// Returns the indices of at most `most + 1` of `count` nodes, evenly spread, with the first and
-/// the last node.
+/// Returns the indices of at most `most + 1` of `count` nodes. They are evenly spread and include
+/// the first and the last node.
 fn some_nodes(count: usize, most: usize) -> impl Iterator<Item = usize> {
     let last = count.saturating_sub(1);
     let parts = last.min(most).max(1);
@@ -65,12 +65,12 @@ pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     linear.chain(bands::charts(subject)).collect()
 }
 
-/// Returns the chart of the angle between each boresight and its planned direction, at fixed
-/// probabilities.
+/// Returns the chart of the pointing error of each boresight, relative to its planned direction,
+/// for fixed probabilities.
 fn pointing(subject: &Subject) -> Option<Shown> {
     let (beside, loops) = (subject.beside()?, loops(subject));
     let boresights = boresights(subject);
-    // One boresight shows all probabilities; several boresights show only the largest one.
+    // For one boresight all probabilities are shown, for several boresights only the largest one.
     let levels = if boresights.len() == 1 { &LEVELS[..] } else { &LEVELS[..1] };
     let nodes: Vec<usize> = some_nodes(beside.linear.count() + 1, MOST_NODES).collect();
     let times: Vec<f64> = nodes.iter().map(|node| beside.linear.times()[*node]).collect();
@@ -105,7 +105,7 @@ fn pointing(subject: &Subject) -> Option<Shown> {
 }
 
 /// Returns the chart of three standard deviations of the correction of each input, and of the
-/// difference between the limit of the input and its planned value.
+/// margin of the planned input to its limit.
 fn corrections(subject: &Subject) -> Option<Shown> {
     let beside = subject.beside()?;
     let closed = beside.closed.as_ref().filter(|closed| !closed.inputs.is_empty())?;
@@ -122,8 +122,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         })
         .collect();
     let all = curves.iter().flat_map(|curve| curve.shape.points()).map(|point| point.1);
-    // If the planned value is at its limit, the curve runs along the lower edge, because a
-    // logarithmic axis has no position for zero.
+    // Where the planned input is at its limit, the curve follows the lower edge, because a
+    // logarithmic axis does not contain zero.
     let least = 0.1 * all.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return None;
@@ -152,7 +152,7 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         };
         for (name, values) in found {
             at_the_bottom |= values.iter().any(|value| *value < least);
-            // The comparison keeps NaN, unlike `f64::max`.
+            // Unlike `f64::max`, the comparison preserves NaN.
             let values = values.into_iter().map(|value| if value < least { least } else { value });
             curves.push(line(name, curves.len(), times, values));
         }
@@ -168,8 +168,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
     Some(shown("corrections", chart, remark))
 }
 
-/// Returns the 99.73 % ellipses along the boresight tracks, and the factor by which the ellipses
-/// are enlarged.
+/// Returns the ellipses along the boresight tracks that contain the pointing error with a
+/// probability of 99.73 %, and the factor by which they are drawn enlarged.
 pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     let Some(beside) = subject.beside() else { return (Vec::new(), 1) };
     // The radius, in standard deviations, of the circle that contains a two-dimensional normal
@@ -182,7 +182,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
                 let axes =
                     axes(&boresight.vector, &of_attitude(&covariance.states[node])).map(|axis| axis * reach);
                 let size = axes[0].norm().max(axes[1].norm());
-                // Linear theory does not describe larger ellipses.
+                // Linear theory is not valid for larger ellipses.
                 if size > 0.0 && size <= FRAC_PI_6 {
                     let attitude = beside.linear.node(node).0;
                     found.push((style, name, attitude * boresight.vector, axes.map(|axis| attitude * axis)));
@@ -231,7 +231,7 @@ fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     [all[0], all[1]]
 }
 
-/// Returns the table that compares the errors of the open loop and the closed loop at the end.
+/// Returns the table that compares the terminal errors of the open loop and the closed loop.
 pub(super) fn table(subject: &Subject) -> Option<Table> {
     let beside = subject.beside()?;
     let uncertainty = subject.closed_loop()?.uncertainty.as_ref()?;
@@ -280,7 +280,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // The open loop has no corrections, so it has no chance that corrections exceed a limit.
+        // Without corrections, the open loop has no probability that corrections exceed a limit.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -299,7 +299,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
 }
 
 /// Returns the uncertain parameter that contributes most to the sum of three variances at the end.
-/// `first` is the row of the first of the three.
+/// The variances are in the rows `first` to `first + 2` of the covariance.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

@@ -29,7 +29,7 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::mechanics::environment::Pose;
 use slewkit::{Vector3, lie};
 
-/// Returns the chart of the Hamiltonian; `None` if [`missing`] gives a reason.
+/// Returns the chart of the Hamiltonian; `None` if [`missing`] returns a reason.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     if missing(subject).is_some() {
         return None;
@@ -71,7 +71,7 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     None
 }
 
-/// Returns the Hamiltonian at a row of costates.
+/// Returns the Hamiltonian for the costates in the row `row`.
 fn value(subject: &Subject, row: usize) -> f64 {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let node = row + problem.scheme.first_input();
@@ -83,7 +83,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     let relative = rate - attitude.tr_mul(&problem.environment.frame_rate());
     let inertia = problem.body.inertia.j();
     let (zeta, pi) = (part(dimension - 6), part(dimension - 3));
-    // Held inputs have no row at the last node; the row of the last step is used there.
+    // The last node has no row of inputs if inputs are held; the row of the last step is used.
     let row = row.min(trajectory.torque.len() - 1);
     let inputs = trajectory.inputs(row);
     if let Some(wheels) = &problem.actuation.wheels {
@@ -124,7 +124,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     value
 }
 
-/// Returns the running cost \[cost per second\] for a row of inputs.
+/// Returns the running cost for a row of inputs, in cost units per second.
 fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
     let actuation = &subject.problem.actuation;
     let weights = match &subject.problem.objective {

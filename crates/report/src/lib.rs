@@ -85,69 +85,69 @@ pub const KEYS: [&str; 25] = [
 /// The names of all pictures that only a sequence has.
 pub const SEQUENCE_KEYS: [&str; 1] = ["timeline"];
 
-/// The names of all pictures that a simulation may have, in their order.
+/// Names of all pictures that a simulation may have, in their order.
 pub const SIMULATION_KEYS: [&str; 8] =
     ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
 
-/// The names of the pictures of inputs, one for each compared plan.
+/// Names of the pictures of inputs, one for each of the compared plans.
 const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 
 /// The names of all pictures that a comparison of motions may have, in their order.
 pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
 
-/// The names of all pictures that a comparison of integrators may have: all its figures except the
-/// trajectories.
+/// Names of all pictures that a comparison of integrators may have. These are all its figures
+/// except for the trajectories.
 pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
 
-/// The names of all pictures that a file of results may have.
+/// Names of all pictures that the results of a batch may have.
 pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 
-/// The largest number of points of a curve.
+/// Largest number of points with which a curve is drawn.
 pub const MOST_POINTS: usize = 2000;
 
-/// A plan, with the data for its pictures.
+/// A plan with all data that its pictures and tables need.
 pub struct Subject<'a> {
     /// The maneuver on the grid of the plan.
     pub problem: &'a Problem,
-    /// The plan.
+    /// Plan that is shown.
     pub plan: &'a Plan,
-    /// The names of inputs and frames, and the start time of the maneuver.
+    /// Names of inputs and frames, and the epoch of the maneuver.
     pub identity: &'a Identity,
     /// The sequence of the Euler angles in charts, one of
     /// [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
-    /// The boresights, in body axes, that point at the stops of a sequence; empty for a single
-    /// maneuver.
+    /// Boresights that point at the stops of a sequence, as unit vectors in body axes; empty for a
+    /// single maneuver.
     aims: Vec<Vector3>,
     course: Option<Result<Course, WitnessError>>,
-    /// The gains and uncertainties of the plan, and the quantities that follow from them by linear
-    /// theory, or the reason why these are unknown.
+    /// Feedback gains and uncertainties of the plan, with the covariances along it or the reason
+    /// why they cannot be computed; `None` if the spec has neither gains nor uncertainties.
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
 /// A picture with its name in files, and a remark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// The name of the picture in file names and on the command line: "sky", "inputs", "rates" and
-    /// so on.
+    /// Name of the picture in file names and on the command line, such as "sky", "inputs" or
+    /// "rates".
     pub key: &'static str,
-    /// The picture.
+    /// Picture that can be drawn as SVG.
     pub picture: Picture,
-    /// A sentence that describes the picture, if the title does not.
+    /// Sentence that explains the picture; empty if its title suffices.
     pub remark: String,
 }
 
 impl<'a> Subject<'a> {
-    /// Builds the subject of a report. The witnesses propagate the plan once. If they cannot, their
-    /// results are not shown, and the page states the reason.
+    /// Creates the subject of a report. The witnesses propagate the plan once. If this fails, the
+    /// results of the witnesses are not shown, and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
         Self { problem, plan, identity, sequence, aims: Vec::new(), course, flight: None }
     }
 
-    /// Adds gains and uncertainties, and the quantities that follow from them, such as covariances.
-    /// Has no effect if `closed_loop` has neither gains nor uncertainties, or if no plan exists.
+    /// Adds the feedback gains and the uncertainties, and the covariances that follow from them.
+    /// Has no effect if `closed_loop` contains neither, or if the plan has no trajectory.
     pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
         if closed_loop.is_asked()
             && !PosedPlan::is_of(self.problem)
@@ -160,17 +160,18 @@ impl<'a> Subject<'a> {
         self
     }
 
-    /// Returns the quantities of linear theory near the plan, if known.
+    /// Returns the gains and covariances along the plan; `None` if they were not computed.
     fn beside(&self) -> Option<&Beside> {
         self.flight.as_ref()?.1.as_ref().ok()
     }
 
-    /// Returns the gains and uncertainties of the plan, if any.
+    /// Returns the feedback gains and uncertainties in the spec; `None` if it has neither.
     fn closed_loop(&self) -> Option<&'a ClosedLoop> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
-    /// Returns the motions of the witnesses, if these could propagate the plan.
+    /// Returns the motions that the witnesses computed; `None` if they could not propagate the
+    /// plan.
     fn course(&self) -> Option<&Course> {
         self.course.as_ref()?.as_ref().ok()
     }
@@ -179,8 +180,8 @@ impl<'a> Subject<'a> {
         &self.plan.solution.trajectory
     }
 
-    /// Returns the name of the input with this index (forces come first): its name in the spec or,
-    /// if it has none, its kind and number.
+    /// Returns the name of input `index`, counting forces before torques. It is the name in the
+    /// spec or, if the spec gives no name, the kind and number of the input.
     fn input_name(&self, index: usize) -> String {
         if let Some(name) = self.identity.input(index) {
             return name.into();
@@ -201,7 +202,7 @@ impl<'a> Subject<'a> {
         if several { format!("{kind} {}", number + 1) } else { kind.into() }
     }
 
-    /// Returns the words for the reference frame, such as "reference frame J2000".
+    /// Returns a phrase for the reference frame, such as "reference frame J2000".
     fn reference_frame(&self) -> String {
         let name = self.identity.reference_frame.as_ref();
         name.map_or("reference frame".into(), |name| format!("reference frame {name}"))
@@ -214,12 +215,12 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// Returns the curve of an input from its values, one for each row. For minimum-time and
-    /// minimum-fuel plans the curve is a step function, because the inputs are held over steps. If
-    /// such a plan has a uniform grid, the curve shows the means of neighbouring rows: only the
-    /// means act on the body, and the rows may alternate about the means.
+    /// Returns the curve of an input from its values, one for each row of inputs. For minimum-time
+    /// and minimum-fuel plans it is a step function, because the inputs are held over steps. If
+    /// such a plan has a uniform grid, the curve shows the means of neighbouring rows: only these
+    /// means act on the body, and the rows may alternate about them.
     fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
-        // The motion of a sequence has no costates, and its inputs are held over steps.
+        // The motion of a sequence has no costates, and its inputs are held over the steps.
         if !self.problem.objective.switches() && !self.trajectory().costates.is_empty() {
             return line(name, style, self.input_times(), values.into_iter());
         }
@@ -252,7 +253,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     shown
 }
 
-/// Returns the curve of values over time, thinned to [`MOST_POINTS`] points.
+/// Returns the curve `name` of values over time, reduced to at most [`MOST_POINTS`] points.
 fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
     let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
     Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }

@@ -8,7 +8,8 @@ use slewkit::maneuver::{Direction, Pointing, Side};
 use slewkit::numerics::figures::significant;
 use slewkit::{Vector3, lie};
 
-/// The number of samples of a moving disc or cone; pages interpolate between the samples.
+/// Number of samples with which the motion of a disc or cone is stored; pages interpolate between
+/// them.
 const TIMES: usize = 61;
 
 /// Returns times that are equally spaced over the trajectory \[s\].
@@ -42,7 +43,7 @@ pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     if let Some(aim) = subject.problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) {
         let name = target_name(subject).unwrap_or("target").to_string();
         let way = times.iter().map(|time| (aim.at.at(*time, &frame_rate), 0.0)).collect();
-        // A target that is already drawn as a disc, such as the Moon, needs no second mark.
+        // A target that is already shown as a disc, such as the Moon, gets no second mark.
         if !found.iter().any(|disc| name.eq_ignore_ascii_case(&disc.name)) {
             found.push(SkyDisc { name, kind: DiscKind::Target, way });
         }
@@ -50,7 +51,7 @@ pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     found
 }
 
-/// Returns the name of the target of the maneuver.
+/// Returns the name of the target of the maneuver; `None` if it has no named target.
 pub(super) fn target_name<'a>(subject: &Subject<'a>) -> Option<&'a str> {
     Some(subject.identity.scenery.as_ref()?.target.as_ref()?.name.as_str())
 }
@@ -101,8 +102,8 @@ pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     cones(subject).flat_map(each).collect()
 }
 
-/// Returns the map with the ground track of the spacecraft, and the tracks of the points at which
-/// its boresights meet the ground; `None` without an orbit.
+/// Returns the map with the ground track of the spacecraft and the tracks of the points at which
+/// its boresights meet the ground; `None` if the spec has no orbit.
 pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     let scenery = subject.identity.scenery.as_ref()?;
     scenery.spacecraft.as_ref()?;

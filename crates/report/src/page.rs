@@ -1,4 +1,4 @@
-//! One self-contained HTML file that shows a plan, without a network or other files.
+//! One self-contained HTML file that shows a plan and loads no other file.
 //!
 //! Text from a spec is escaped. Every `<` in the data of the script is escaped, so that no text can
 //! close the script element. A browser without scripts shows the text and the tables.
@@ -40,16 +40,16 @@ impl Tone {
     }
 }
 
-/// The text at the top of a page.
+/// Texts at the top of a page: the verdict, the summary and the details.
 pub(super) struct Words {
-    /// The verdict, as in "solved and verified".
+    /// Verdict on the plan, such as "solved and verified".
     pub verdict: String,
-    /// Whether the verdict is good or bad, shown as a colour.
+    /// Tone of the verdict, good or bad, which determines its colour.
     pub tone: Tone,
-    /// The lines of the summary, each a label and a text. A line with an empty label continues the
-    /// line before.
+    /// Lines of the summary, each with a label and a text. A line with an empty label continues the
+    /// previous line.
     pub summary: Vec<(String, String)>,
-    /// The lines of the details, which are collapsed at first: how the plan was found.
+    /// Lines of the details on how the plan was found; the page shows them on request.
     pub details: Vec<(String, String)>,
 }
 
@@ -58,7 +58,7 @@ const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew 
 
 const STYLE: &str = include_str!("page/style.css");
 
-/// The parts of the script, in the order in which they need each other.
+/// Parts of the script, each of which may use the parts before it.
 const SCRIPT: [&str; 6] = [
     include_str!("page/base.js"),
     include_str!("page/chart.js"),
@@ -101,29 +101,29 @@ const GROUPS: [(&str, &str, &[&str]); 11] = [
     ("convergence", "Convergence", &["convergence"]),
 ];
 
-/// The contents of a page.
+/// Contents of a page, from which its HTML text is written.
 pub(super) struct Content<'a> {
     pub name: &'a str,
     pub words: &'a Words,
-    /// The headline figures.
+    /// Headline figures of the page.
     pub tiles: Vec<Tile>,
-    /// Sentences about the proofs.
+    /// Sentences that state what is proved about the plan.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
-    /// The pictures that are missing: the identifier of the group, and the reason.
+    /// Missing pictures: the identifier of their group, and the reason why they are missing.
     pub missing: Vec<(&'static str, String)>,
-    /// A table above the pictures of a group, with the identifier of the group.
+    /// Table above the pictures of a group, with the identifier of this group.
     pub grouped: Option<(&'static str, Table)>,
     pub tables: Vec<Table>,
-    /// The animated body, as data for the script, or `null`.
+    /// Animated body as data for the script, or `null` if no body is shown.
     pub body: Value,
     /// The number of nodes of the trajectory.
     pub nodes: usize,
 }
 
-/// Returns the page of a plan, with the words of its summary. `sequence` is the sequence of the
-/// Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`]. `flown` has the gains and
-/// uncertainties of the plan, and the margins of its chance constraints.
+/// Returns the page of a plan; `words` are the texts at its top. `sequence` is the sequence of the
+/// Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`]. `flown` has the feedback gains
+/// and uncertainties of the plan, and the margins for its chance constraints.
 pub fn plan_page(
     problem: &Problem,
     settings: &Settings,
@@ -158,22 +158,23 @@ pub fn plan_page(
     })
 }
 
-/// Returns why the page has no chart of the Hamiltonian; `None` if it has one, or if the plan has
-/// no motion.
+/// Returns the reason why the page has no chart of the Hamiltonian. Returns `None` if it has the
+/// chart, or if the plan has no trajectory.
 fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
     Some(("costates", format!("No Hamiltonian: {reason}.")))
 }
 
-/// Returns why the page does not show flights with gains and uncertainties; `None` if it does, or
-/// if the spec does not request them.
+/// Returns the reason why the page shows no flights with gains and uncertainties. Returns `None` if
+/// it shows them, or if the spec does not request them.
 fn flight_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let (_, beside) = subject.flight.as_ref()?;
     let error = beside.as_ref().err()?;
     Some(("flight", format!("No gains and no covariance for this plan: {error}.")))
 }
 
-/// Returns lines with `label` at the first text and empty labels at the others.
+/// Returns the texts as lines. The first line has the label `label`; the labels of all other lines
+/// are empty.
 fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
     let told = texts.iter().enumerate();
     told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
@@ -251,7 +252,8 @@ pub(super) fn written(content: &Content) -> String {
         }
     }
     foot(&mut html, !shown.is_empty(), *nodes);
-    // In JSON, `\u003c` stands for `<`. No other character of JSON has a meaning in HTML here.
+    // In JSON, `\u003c` means `<`. No other character of the JSON text has a meaning in HTML at
+    // this place.
     let data = document(shown, body).to_string().replace('<', "\\u003c");
     let _ = writeln!(html, "<script type=\"application/json\" id=\"data\">{data}</script>");
     let _ = writeln!(html, "<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>", SCRIPT.concat());
@@ -285,7 +287,7 @@ fn verdict(html: &mut String, name: &str, words: &Words) {
     );
 }
 
-/// Writes the headline figures.
+/// Writes the headline figures of a page as HTML.
 fn write_tiles(html: &mut String, tiles: &[Tile]) {
     if tiles.is_empty() {
         return;
@@ -350,7 +352,7 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             remark.push_str("; ");
         }
         remark.push_str(&shown.remark);
-        // The caption below the picture has the title and the subtitle.
+        // The caption below the picture contains its title and subtitle.
         let (title_of, subtitle) = (String::new(), String::new());
         let bare = match &shown.picture {
             Picture::Map(map) => Some(Map { title: title_of, subtitle, ..map.clone() }.svg()),
@@ -381,7 +383,7 @@ fn figures(html: &mut String, shown: &[&Shown]) {
     html.push_str("</div>\n");
 }
 
-/// The number of characters above which a cell of a table is broken into lines.
+/// Largest number of characters of a table cell that is not broken into lines.
 const LONG_CELL: usize = 48;
 
 fn write_table(html: &mut String, table: &Table) {

@@ -1,5 +1,5 @@
-//! The pictures of a file of results: the cost over the keys of a sweep, and its distribution
-//! over random draws.
+//! Pictures of the results of a batch: the cost as a function of the keys of a sweep, or its
+//! distribution over random draws.
 
 use super::cases_told::told_of_cases;
 use super::page::{Content, Words, written};
@@ -11,31 +11,32 @@ use serde_json::Value;
 use slewkit::numerics::figures::{short, significant};
 use slewkit_files::batch::{CaseResult, Header, Shard, Tally};
 
-/// The largest number of cases that are drawn as single points. For more cases, only the
+/// Largest number of cases that are drawn as individual points. If a batch has more cases, only the
 /// distribution is shown.
 pub const MOST_PICTURED: usize = 100_000;
-/// The largest number of values of a key for which the map has one row or column for each value.
+/// Largest number of different values of a key for which the map has one row or column for each
+/// value.
 const MOST_CELLS: usize = 400;
-/// The number of bars of a histogram.
+/// Number of bars of a histogram.
 const BARS: usize = 60;
-/// The largest number of failed cases in the table.
+/// Largest number of failed cases that the table lists.
 const LISTED: usize = 50;
 
-/// The results of a batch in the form that pictures and tables use.
+/// Results of a batch, in the form that its pictures and tables use.
 #[derive(Clone, Debug)]
 pub struct Cases {
     header: Header,
     tally: Tally,
-    /// The first [`MOST_PICTURED`] cases: the values of the keys as text, and the cost of a solved
-    /// case.
+    /// Values of the keys, as text, and the cost of the first [`MOST_PICTURED`] cases. The cost of
+    /// a failed case is `None`.
     points: Vec<(Vec<String>, Option<f64>)>,
-    /// The attitude error of the true motion at the end, for each solved case \[deg\].
+    /// Terminal attitude error of the continuous motion for each solved case \[deg\].
     misses: Vec<f64>,
     failed: Vec<CaseResult>,
 }
 
 impl Cases {
-    /// Builds a record without results for a file with this header.
+    /// Creates an empty record for the results of a batch with the header `header`.
     pub fn new(header: &Header) -> Self {
         Self {
             header: header.clone(),
@@ -91,7 +92,8 @@ impl Cases {
         shown
     }
 
-    /// Returns the chart of the cost over the one key that varies, if its values are numbers.
+    /// Returns the chart of the cost as a function of the key that varies. Returns `None` unless
+    /// exactly one key varies and its values are numbers.
     fn over_one(&self) -> Option<Shown> {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.points.len());
         for (values, cost) in &self.points {
@@ -112,7 +114,7 @@ impl Cases {
         let (low, high) = costs().fold((f64::INFINITY, 0.0_f64), |(a, b), cost| (a.min(cost), b.max(cost)));
         let y = if low > 0.0 && high > 30.0 * low { Axis::logarithmic("cost") } else { Axis::linear("cost") };
         let mut chart = Chart::new(format!("Cost over {key}"), Axis::linear(key.as_str()), y, curves);
-        // The shaded span of a failed case extends half way to its neighbours.
+        // The shaded span of a failed case extends half of the way to the neighbouring cases.
         let middle = |a: usize, b: usize| 0.5 * (points[a].0 + points[b].0);
         let span = |index: usize| Span {
             from: middle(index.saturating_sub(1), index),
@@ -123,7 +125,7 @@ impl Cases {
         Some(Shown { key: "cost", picture: Picture::Chart(chart), remark: String::new() })
     }
 
-    /// Returns the map of the cost over the two keys that vary.
+    /// Returns the map of the cost as a function of two keys; `None` unless exactly two keys vary.
     fn over_two(&self) -> Option<Shown> {
         let values = |index: usize| {
             let mut seen: Vec<&str> = Vec::new();
@@ -205,13 +207,13 @@ impl Cases {
     }
 }
 
-/// Returns the chart of the distribution of the values: a histogram and the cumulative
+/// Returns the chart of the distribution of the values, which shows a histogram and the cumulative
 /// distribution.
 fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> Option<Shown> {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     let count = values.len();
-    // Values that differ only by round-off have no meaningful distribution.
+    // The distribution of values that differ only by round-off has no meaning.
     if count < 20 || high - low <= 1e-9 * high.abs() {
         return None;
     }

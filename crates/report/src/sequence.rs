@@ -55,7 +55,8 @@ pub fn sequence_pictures(file: &SequenceFile<'_>, loaded: &LoadedSequence, euler
     drawn(file, loaded, &subject(&craft, &plan, loaded, euler))
 }
 
-/// Returns the body and the motion of the whole sequence in the form of one maneuver and its plan.
+/// Returns the spacecraft and the motion of the whole sequence, in the form of one maneuver and its
+/// plan.
 fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
     let joined = file.joined();
     let mut craft = loaded.sequence.craft.clone().with_steps(joined.path.torque.len().max(1));
@@ -68,8 +69,8 @@ fn whole(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> (Problem, Plan) {
     (craft, Plan::new(solution, None, file.record.status))
 }
 
-/// Builds the subject of the pictures from the whole sequence. It has no results of witnesses,
-/// because they propagate each leg separately.
+/// Creates the subject of the pictures from the motion of the whole sequence. It has no results of
+/// the witnesses, because they propagate each leg separately.
 fn subject<'a>(
     craft: &'a Problem,
     plan: &'a Plan,
@@ -116,7 +117,7 @@ fn tiles(file: &SequenceFile<'_>) -> Vec<Tile> {
     all
 }
 
-/// Returns sentences on the evidence for the order and for the legs.
+/// Returns sentences that state what is proved about the order of the stops and about the legs.
 fn proved(file: &SequenceFile<'_>) -> Vec<String> {
     let mut told = vec![match (file.record.proof.name(), file.record.order_gap) {
         ("all_orders", _) => "No other order of the legs found is better: all orders were compared.".into(),
@@ -166,9 +167,9 @@ fn stops(file: &SequenceFile<'_>) -> Table {
     }
 }
 
-/// Draws the boresight tracks with the numbers of the stops. The number of a stop is at the
-/// direction of its boresight on arrival. A stop that is an attitude has a number only if the
-/// maneuver has one boresight.
+/// Draws the boresight tracks with the numbers of the stops. The number of a stop marks the
+/// direction of its boresight on arrival. A stop that is given by an attitude has a number only if
+/// the maneuver has a single boresight.
 fn sky(file: &SequenceFile<'_>, loaded: &LoadedSequence, subject: &Subject<'_>) -> Shown {
     let mut shown = sphere::sky(subject);
     if let Picture::Sky(sky) = &mut shown.picture {
@@ -234,7 +235,7 @@ fn timeline(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Shown {
     Shown { key: "timeline", picture: Picture::Gantt(gantt), remark: String::new() }
 }
 
-/// Returns the intervals of positive length, ordered by their start.
+/// Returns the time intervals of positive length, sorted by their start.
 fn stretches(all: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = all.filter(|[from, until]| until > from).collect();
     all.sort_by(|a, b| a[0].total_cmp(&b[0]));

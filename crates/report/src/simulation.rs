@@ -1,4 +1,4 @@
-//! The page of a simulation: its motion, and the conservation of energy and momentum.
+//! Page of a simulation: its motion, and the conservation of energy and momentum.
 
 use super::attitude::{euler_chart, quaternion_chart};
 use super::body::motion;
@@ -22,7 +22,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     let cube: [Vector3; 8] = std::array::from_fn(|index| {
         Vector3::from_fn(|axis, _| if index >> axis & 1 == 0 { -0.8 } else { 0.8 })
     });
-    // Only a single body can be animated.
+    // The motion is animated only if the simulation has a single body.
     let body = match &rows.bodies[..] {
         [one] if !rows.time_s.is_empty() => {
             motion(&rows.time_s, &one.quaternion_wxyz, &vectors(&one.position_m), &cube)
@@ -70,8 +70,9 @@ fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {
     rows.iter().map(|row| Vector3::from(*row)).collect()
 }
 
-/// Returns the pictures of a simulation: the motion of each body, then the conserved quantities
-/// of all. `sequence` is the sequence of the Euler angles of a single body.
+/// Returns the pictures of a simulation: the motion of each body, followed by the conserved
+/// quantities of all bodies. `sequence` is the sequence of the Euler angles, which are shown for a
+/// single body.
 pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
     let rows = &file.trajectory;
     let time = &rows.time_s;
@@ -111,7 +112,7 @@ pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> 
 }
 
 /// Returns the charts of the conserved quantities: the errors of energy and angular momentum
-/// relative to the start, and of `RᵀR = I`.
+/// relative to their initial values, and the orthogonality error of `RᵀR = I`.
 fn kept(file: &SimulationFile) -> [Shown; 3] {
     let rows = &file.trajectory;
     let time = &rows.time_s;

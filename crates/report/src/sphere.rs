@@ -5,8 +5,8 @@ use super::{MOST_POINTS, Shown, Subject, flight, moving};
 use crate::draw::{Picture, Sky, SkyMark, SkyTrack};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Returns the attitudes at evenly spread nodes, including the first and the last. They are at most
-/// about [`MOST_POINTS`].
+/// Returns the attitudes at evenly spread nodes, including the first and the last node. Their
+/// number is at most about [`MOST_POINTS`].
 fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
     let stride = quaternions.len().div_ceil(MOST_POINTS).max(1);
     let last = quaternions.last().filter(|_| !(quaternions.len() - 1).is_multiple_of(stride));
@@ -21,7 +21,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let mut marks: Vec<SkyMark> =
         all.iter().map(|cone| SkyMark { name: String::new(), at: cone.axis }).collect();
     let moving = all.iter().any(|cone| !cone.way.is_empty());
-    // The boresight track of a failed plan may not reach the target, which is therefore marked.
+    // In a failed plan the boresight may not reach its target, so the target is marked.
     for (track, boresight) in tracks.iter().zip(boresights(subject)) {
         let target = subject.problem.end.attitude * boresight.vector;
         let ends = track.points.last().map_or(f64::INFINITY, |end| (end - target).norm());
@@ -58,8 +58,8 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
 }
 
-/// Returns the map of the whole sphere with Earth, Moon, Sun and target around the spacecraft;
-/// `None` if their directions are unknown.
+/// Returns the map of the whole sphere around the spacecraft with the Earth, the Moon, the Sun and
+/// the target; `None` if their directions are unknown.
 pub(super) fn around(subject: &Subject) -> Option<Shown> {
     subject.identity.scenery.as_ref()?;
     let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };

@@ -41,7 +41,7 @@ pub fn plan(
     lines
 }
 
-/// Returns the verdict on a plan in a few words.
+/// Returns the verdict on a plan as a short phrase, with its tone.
 pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     let solution = &plan.solution;
     let solved = solution.outcome == Outcome::Converged;
@@ -77,7 +77,7 @@ pub fn details(
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
     let mut lines = Vec::new();
-    // For a maneuver that is proved infeasible, no search ran.
+    // No search ran for a maneuver that was proved infeasible.
     if plan.status != Status::Infeasible {
         lines.line("method", method(problem, solution));
     }
@@ -106,7 +106,7 @@ pub fn details(
     lines
 }
 
-/// Returns a remark if the steps are too long for the required accuracy of the true motion.
+/// Returns a remark if the steps are too long for the required accuracy of the continuous motion.
 fn accuracy(found: &Accuracy) -> Option<String> {
     let (missed, wanted) = (found.continuous_attitude_deg, short(found.wanted_deg));
     (missed > found.wanted_deg).then(|| {

@@ -25,7 +25,7 @@ use slewkit::Vector3;
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
-    // Along active constraints the inputs do not depend on the switching functions alone.
+    // Along active constraints, the switching functions alone do not determine the inputs.
     if trajectory.costates.is_empty() || problem.is_shaped() {
         return None;
     }
@@ -78,8 +78,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let remark =
         if pulses { "a pulse longer than the minimum width begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
-    // A pulse of minimum width is also on where the function is below the level, so the label "on"
-    // would be wrong.
+    // With a minimum pulse width, a pulse is also on where the function is below the level, so the
+    // label "on" would be wrong.
     let level = |(value, label): (f64, &str)| Level { value, label: if pulses { "" } else { label }.into() };
     chart.levels = levels.into_iter().map(level).collect();
     chart.spans = arcs(subject);

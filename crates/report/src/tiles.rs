@@ -7,18 +7,19 @@ use slewkit::maneuver::{Motion, Objective, Outcome, Rule};
 use slewkit::numerics::figures::{short, significant};
 use slewkit::verify::{Margin, Verification};
 
-/// A headline figure.
+/// A headline figure: a quantity with its value and a note.
 pub(super) struct Tile {
-    /// The name of the quantity.
+    /// Name of the quantity that the figure states.
     pub name: String,
-    /// The value with its unit.
+    /// Value of the quantity, as text with its unit.
     pub value: String,
-    /// A note below the value: the percentage of its limit, or the time at which the value occurs.
+    /// Note below the value: the value in percent of its limit, or the time at which it occurs.
     pub note: String,
 }
 
-/// Returns the headline figures of a plan: duration, angle, cost, the peaks of the angular rate and
-/// of the inputs, and the smallest clearance. The list is empty without a plan.
+/// Returns the headline figures of a plan: duration, angle turned, cost, the peaks of the angular
+/// rate and of the inputs, and the smallest clearance to a cone. The list is empty if no plan
+/// exists.
 pub(super) fn tiles(subject: &Subject) -> Vec<Tile> {
     let (problem, solution) = (subject.problem, &subject.plan.solution);
     if solution.outcome != Outcome::Converged {
@@ -69,8 +70,8 @@ fn quantity(kind: &str) -> &str {
     }
 }
 
-/// Returns the largest angular rate in percent of the rate limit that leaves the smallest margin;
-/// empty without a rate limit.
+/// Returns the largest angular rate in percent of its limit, for the rate limit with the smallest
+/// margin; an empty text if the maneuver has no rate limit.
 fn rate(subject: &Subject, found: &Verification) -> String {
     let limited = subject.problem.constraints.iter().filter_map(|constraint| {
         let bound = match &constraint.rule {
@@ -87,7 +88,8 @@ fn rate(subject: &Subject, found: &Verification) -> String {
     })
 }
 
-/// Returns the smallest clearance to a cone in the true motion; `None` without cones.
+/// Returns the smallest clearance to a cone in the continuous motion; `None` if the maneuver has no
+/// cones.
 fn clearance(subject: &Subject, found: &Verification) -> Option<Tile> {
     let is_cone = |margin: &&Margin| {
         let rule = subject.problem.constraints.iter().find(|constraint| constraint.name == margin.name);

@@ -11,7 +11,7 @@ use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
 use slewkit::verify::{Margin, Verification};
 
-/// A table of a page.
+/// A table of a page, with its heading and its rows.
 pub(super) struct Table {
     pub title: &'static str,
     pub head: Vec<&'static str>,
@@ -50,8 +50,8 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     told
 }
 
-/// Describes the first-order certificate of a plan that consists of arcs; `None` without a
-/// certificate.
+/// Describes the first-order optimality certificate of a plan that consists of arcs; `None` if it
+/// has no certificate.
 fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
@@ -88,8 +88,8 @@ fn extremal(switching: &Switching) -> Option<String> {
     }
 }
 
-/// Describes the gap of a plan on a uniform grid in continuous time, and whether its optimum is
-/// unique.
+/// Describes the optimality gap of a plan on a uniform grid with respect to the continuous problem,
+/// and states whether the optimum is unique.
 fn between_nodes(found: &ContinuousGap) -> String {
     let saved = format!(
         "The costates of the grid, taken between its nodes, show that a neighbouring plan whose inputs \
@@ -102,8 +102,8 @@ fn between_nodes(found: &ContinuousGap) -> String {
     format!("{saved} To first order the cost does not depend on some inputs: the optimum need not be unique.")
 }
 
-/// Returns the results of the witnesses, one line each. If the plan lands, the true motion comes
-/// first.
+/// Describes the results of the witnesses, one line each. The continuous motion is first if `lands`
+/// is true, otherwise the discrete motion.
 fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
     let mut told = Vec::new();
     if lands {
@@ -150,7 +150,7 @@ fn all_of(count: usize) -> String {
     }
 }
 
-/// Returns the sentence on the proof of optimality.
+/// Returns the sentence that states what is proved about the optimality of the plan.
 fn minimum(subject: &Subject) -> String {
     let solution = &subject.plan.solution;
     let Some(proved) = solution.proved(subject.problem) else { return String::new() };
@@ -177,7 +177,8 @@ fn minimum(subject: &Subject) -> String {
     }
 }
 
-/// Returns the tables of checks, margins, rivals, firings and arcs, as far as the plan has them.
+/// Returns the tables of checks, margins, rivals, thruster firings and arcs. A table that would be
+/// empty is omitted.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     let mut tables = vec![firings_told(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {
@@ -212,7 +213,7 @@ fn firings_told(subject: &Subject) -> Table {
     }
 }
 
-/// Returns the table of the arcs of the continuous extremal. The table has no rows if the plan has
+/// Returns the table of the arcs of the extremal in continuous time. It has no rows if the plan has
 /// no arcs.
 fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
@@ -320,8 +321,8 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Returns the name of a limited quantity. An input or boresight has its name in the spec, if the
-/// spec gives it one.
+/// Returns the name of a limited quantity, in which an input or boresight has its name in the spec,
+/// if it has one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     if let Some(input) = margin.input(subject.problem) {
         return subject.input_name(input);

@@ -9,8 +9,8 @@ const AU: f64 = 149_597_870_700.0;
 /// Obliquity of the ecliptic at J2000.0 \[″\].
 const OBLIQUITY: f64 = 84_381.406;
 
-/// Returns the geocentric position of the Sun \[m\] by a series of 30 terms, within 3.8″ of DE421
-/// from 2000 to 2050.
+/// Returns the geocentric position of the Sun \[m\] at `time` \[s\] after the epoch. It is computed
+/// from a series of 30 terms, which agrees with DE421 within 3.8″ from 2000 to 2050.
 pub(crate) fn sun(clock: &Clock, time: f64) -> Vector3 {
     let t = clock.centuries(time);
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
@@ -52,25 +52,27 @@ pub(crate) fn sun(clock: &Clock, time: f64) -> Vector3 {
     Vector3::new(x, cos * y - sin * z, sin * y + cos * z) * (distance * AU)
 }
 
-/// Returns the geocentric position of the Sun \[m\] by VSOP2000, within 0.01″; `None` outside of
-/// the years 1900 to 2100.
+/// Returns the geocentric position of the Sun \[m\] at `time` \[s\] after the epoch, computed by
+/// VSOP2000 with an error below 0.01″. Returns `None` outside of the years 1900 to 2100.
 pub(crate) fn sun_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     let (day, part) = clock.julian_tt(time);
     let (earth, _) = sofars::eph::epv00(day, part)?;
     Some(Vector3::from(earth[0]) * -AU)
 }
 
-/// Returns the velocity of the Earth relative to the barycentre of the solar system \[m/s\] by
-/// VSOP2000; `None` outside of the years 1900 to 2100. The Sun and the stars are taken to rest in
-/// the barycentric frame.
+/// Returns the velocity of the Earth relative to the barycentre of the solar system \[m/s\] at
+/// `time` \[s\] after the epoch, computed by VSOP2000. Returns `None` outside of the years 1900 to
+/// 2100. Aberration is computed with this velocity, as if the Sun and the stars were at rest
+/// relative to the barycentre.
 pub(crate) fn earth_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     let (day, part) = clock.julian_tt(time);
     let (_, barycentric) = sofars::eph::epv00(day, part)?;
     Some(Vector3::from(barycentric[1]) * (AU / 86_400.0))
 }
 
-/// Returns the geocentric position of the Moon \[m\] by an abridged ELP 2000-82, within 9.6″ of
-/// DE421 from 2024 to 2030 and 12″ from 2000 to 2050.
+/// Returns the geocentric position of the Moon \[m\] at `time` \[s\] after the epoch. It is
+/// computed by an abridged ELP 2000-82, which agrees with DE421 within 9.6″ from 2024 to 2030, and
+/// within 12″ from 2000 to 2050.
 pub(crate) fn moon(clock: &Clock, time: f64) -> Vector3 {
     let (day, part) = clock.julian_tt(time);
     Vector3::from(sofars::eph::moon98(day, part)[0]) * AU

@@ -1,4 +1,4 @@
-//! Rotations between the axes of an orbit, the Earth and the stars.
+//! Rotations between orbital axes, Earth-fixed axes and the axes of the GCRS.
 //!
 //! ```text
 //! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,
@@ -24,7 +24,7 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
 /// One arcsecond \[rad\].
 pub(crate) const ARCSECOND: f64 = PI / 648_000.0;
 
-/// Irregularities of the Earth's rotation, as published in IERS bulletins.
+/// Parameters of the Earth's rotation that IERS bulletins publish.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EarthRotation {
     /// UT1 − UTC \[s\].
@@ -33,24 +33,24 @@ pub struct EarthRotation {
     pub polar_motion_arcsec: [f64; 2],
 }
 
-/// Theory by which precession and nutation, and the vectors to Sun and Earth, are computed.
+/// Theory with which precession, nutation, and the positions of the Sun and the Earth are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Theory {
-    /// Truncated series with nutation terms of seven arguments; the pole is within 0.063″ from 1990
-    /// to 2050.
+    /// Truncated series, in which nutation has terms of seven arguments. The error of the pole is
+    /// below 0.063″ from 1990 to 2050.
     Series,
     /// The full theories: IAU 2006/2000A, and VSOP2000 for the Sun.
     Full,
 }
 
-/// Returns the rotation matrix `R₃(θ)` of the module header.
+/// Returns the matrix `R₃(θ)` of the module header for the angle θ \[rad\].
 fn about_z(angle: f64) -> Matrix3 {
     let (s, c) = angle.sin_cos();
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Returns the coordinates X and Y of the pole and the locator s \[rad\] by IAU 2006 and the
-/// largest terms of IAU 2000A. `t` is the time in Julian centuries of TT since J2000.0.
+/// Returns the coordinates X and Y of the pole and the locator s \[rad\], according to IAU 2006 and
+/// the largest terms of IAU 2000A. `t` is the time since J2000.0 in Julian centuries of TT.
 fn pole(t: f64) -> (f64, f64, f64) {
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
     let node = degrees(125.044_555_01, -1_934.136_261_9);
@@ -79,7 +79,8 @@ fn pole(t: f64) -> (f64, f64, f64) {
     (x, y, -0.5 * x * y)
 }
 
-/// Returns C, the rotation from the GCRS to the celestial intermediate frame of date.
+/// Returns the rotation C from the GCRS to the celestial intermediate frame of date, at `time`
+/// \[s\] after the epoch.
 pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let (x, y, s) = match theory {
         Theory::Series => pole(clock.centuries(time)),
@@ -97,7 +98,7 @@ pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 
 /// Returns the Earth rotation angle ERA \[rad\] at `time` \[s\] after the epoch.
 fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
     let (days, part) = clock.days_of_ut1(time, rotation.ut1_minus_utc_s);
-    // The angle is computed in turns. Whole turns are dropped before it is converted to radians.
+    // The angle is computed in turns, and whole turns are removed before the conversion to radians.
     let turns = 0.779_057_273_264 + part + 0.002_737_811_911_354_48 * (days + part);
     TAU * turns.rem_euclid(1.0)
 }
@@ -133,10 +134,11 @@ pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     from_teme(clock, time, Theory::Series)
 }
 
-/// Returns the rotation from TEME of date (true equator, mean equinox) to the GCRS.
+/// Returns the rotation from TEME of date (true equator, mean equinox) to the GCRS, at `time` \[s\]
+/// after the epoch.
 pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let t = clock.centuries(time);
-    // The difference GMST82 − ERA at equal UT1; the Earth's rotation cancels in it.
+    // Difference GMST82 − ERA at the same UT1. The rotation of the Earth cancels in the difference.
     let apart = (4612.432 * t + 1.3967 * t * t) * ARCSECOND;
     intermediate(clock, time, theory).transpose() * about_z(apart)
 }
@@ -168,8 +170,8 @@ pub fn geodetic(position: &Vector3) -> [f64; 2] {
     let longitude = position.y.atan2(position.x);
     let across = position.x.hypot(position.y);
     let mut latitude = position.z.atan2(across * (1.0 - squared));
-    // Each step reduces the error by a factor of the squared eccentricity; after twelve steps only
-    // round-off remains.
+    // Each iteration multiplies the error by the squared eccentricity. After twelve iterations,
+    // only round-off remains.
     for _ in 0..12 {
         let normal = EARTH_RADIUS_M / (1.0 - squared * latitude.sin().powi(2)).sqrt();
         latitude = (position.z + squared * normal * latitude.sin()).atan2(across);

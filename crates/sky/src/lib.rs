@@ -1,11 +1,12 @@
 //! Directions of targets: orbits, Sun and Moon, stations on the ground, frames and time scales.
 //!
-//! Axes are the axes of the GCRS, the origin is the centre of the Earth, time is elapsed seconds
-//! since the epoch of a [`Clock`], and lengths are metres. A [`Sky`] is a spacecraft on its orbit
-//! from an epoch on. It converts a [`Target`] to a [`Direction`](slewkit::Direction): the vector to
-//! it, fitted once by Chebyshev polynomials, so that its derivatives are consistent (the velocity
-//! of SGP4 differs from the derivative of its position by up to 2e-4). [`Sky::seen`] evaluates a
-//! target without a fit and, if available, by another theory, for witnesses.
+//! Vectors have the axes of the GCRS, with the centre of the Earth as the origin. Times are seconds
+//! since the epoch of a [`Clock`], and lengths are in metres. A [`Sky`] is a spacecraft on its
+//! orbit from this epoch on. It converts a [`Target`] to a [`Direction`](slewkit::Direction), which
+//! contains the vector to the target, fitted once by Chebyshev polynomials. The fit makes the
+//! derivatives consistent with the vector: the velocity of SGP4 differs from the derivative of its
+//! position by up to 2e-4. For the witnesses, [`Sky::seen`] evaluates a target without a fit and,
+//! if possible, by another theory.
 //!
 //! | | planner | witness |
 //! |---|---|---|
@@ -14,11 +15,11 @@
 //! | Moon | ELP abridged (`moon98`), 9.6″ from 2024 to 2030, 12″ from 2000 to 2050 | the same |
 //! | orbit | SGP4, two-body, J2, a table | the planner's theories, not fitted |
 //!
-//! Directions are geometric by default, because star trackers and payloads differ in their
-//! corrections. A [`Light`] changes this: aberration is 20.5″ for the Sun and stars, and 5″ for
-//! everything in a low orbit; light time is 1″ for stations and 0.7″ for the Moon. UT1 − UTC and
-//! the motion of the pole affect stations only, by at most 120 m and 15 m if they are assumed
-//! zero.
+//! Directions are geometric by default, because star trackers and payloads apply different
+//! corrections. [`Light`] includes the effects of light: aberration is 20.5″ for the Sun and stars,
+//! and 5″ for all targets seen from a low orbit; light time shifts ground stations by 1″ and the
+//! Moon by 0.7″. UT1 − UTC and polar motion affect only ground stations. If they are assumed to be
+//! zero, the errors are at most 120 m and 15 m.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -1,8 +1,7 @@
-//! Effects of light on a direction: light time, and aberration by the motion of the observer.
+//! Effects of light on a direction: light time, and aberration due to the motion of the observer.
 //!
 //! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
-//! For ground stations, the limb, the Moon and other satellites, both effects are computed in the
-//! frame that moves with the Earth. For the Sun and stars the series theory uses the frame of the
+//! frame that moves with the Earth. For the Sun and stars, the series theory uses the frame of the
 //! Sun, which hardly moves, and the witness uses the barycentric frame:
 //!
 //! ```text
@@ -19,29 +18,30 @@ use slewkit::Vector3;
 /// Speed of light \[m/s\].
 pub(crate) const C: f64 = 299_792_458.0;
 
-/// Light effects that directions include; the default includes none, which gives geometric
-/// directions.
+/// Effects of light that directions include. By default none is included, so that directions are
+/// geometric.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Light {
-    /// True if a target is seen at the position it had when it emitted the light.
+    /// True if a target is seen at the position that it had when it emitted the light.
     pub takes_time: bool,
     /// True if directions include the aberration due to the velocity of the spacecraft.
     pub aberrates: bool,
 }
 
 impl Light {
-    /// Includes light time and aberration.
+    /// Setting for apparent directions, which include light time and aberration.
     pub const APPARENT: Self = Self { takes_time: true, aberrates: true };
 }
 
-/// Returns the vector turned by aberration to first order in v/c; its length is unchanged.
+/// Rotates a vector by the aberration to first order in v/c for an observer with the velocity
+/// `velocity` \[m/s\]. The length of the vector is not changed.
 pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let length = vector.norm();
     (vector / length + velocity / C).normalize() * length
 }
 
-/// Returns the vector turned by aberration according to special relativity; its length is
-/// unchanged.
+/// Rotates a vector by the aberration according to special relativity for an observer with the
+/// velocity `velocity` \[m/s\]. The length of the vector is not changed.
 pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let (length, beta) = (vector.norm(), velocity / C);
     let (direction, inverse) = (vector / length, (1.0 - beta.norm_squared()).sqrt());
@@ -50,8 +50,8 @@ pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     seen.normalize() * length
 }
 
-/// Returns the light time τ \[s\] from an object, the root of `|x(t − τ) − r| = cτ`, by the secant
-/// method. `range_at` returns the distance \[m\] for a given light time.
+/// Returns the light time τ from an object \[s\]: the solution of `|x(t − τ) − r| = cτ` by the
+/// secant method. `range_at` returns the distance `|x(t − τ) − r|` \[m\] for a light time τ.
 pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
     let mut before = (0.0, range_at(0.0)? / C);
     let mut delay = before.1;
@@ -73,7 +73,7 @@ pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Resul
 mod tests {
     use super::*;
 
-    /// Compares both formulas of aberration with the routine `ab` of SOFA.
+    /// Compares both aberration formulas with the routine `ab` of SOFA.
     #[test]
     fn aberration_is_that_of_sofa() {
         let velocity = Vector3::new(-2.1e4, 1.7e4, 9.0e3);
@@ -83,7 +83,7 @@ mod tests {
             let wanted = sofars::astro::ab(
                 &natural,
                 &[beta.x, beta.y, beta.z],
-                // Distance from the Sun: so large that its gravity does not deflect the light.
+                // Distance from the Sun, chosen so large that gravity does not deflect the light.
                 1e30,
                 (1.0 - beta.norm_squared()).sqrt(),
             );
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn light_arrives_when_it_has_come_all_the_way() {
-        // An object moves straight away from the observer: |x − vτ| = cτ.
+        // An object moves away from the observer in the line of sight: |x − vτ| = cτ.
         let (x, v) = (3.0e8, 1.0e4);
         let found = delay(|delay| Ok::<_, ()>(x - v * delay)).unwrap();
         assert!((found - x / (C + v)).abs() < 1e-15, "{found}");

@@ -1,27 +1,27 @@
-//! The mean elements of an orbit, as catalogues publish them.
+//! Mean orbital elements, as published in catalogues.
 
-/// Mean elements of SGP4, as two-line elements and orbit mean-elements messages (OMM) have them:
-/// TEME, UTC.
+/// Mean elements for SGP4, as contained in two-line elements and in orbit mean-elements messages
+/// (OMM). The frame is TEME; the time scale is UTC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanElements {
-    /// The epoch: its year, the day of the year, from 1, and nanoseconds into the day.
+    /// Year of the epoch.
     pub year: i32,
-    /// The day of the year, from 1.
+    /// Day of the year of the epoch, counted from 1.
     pub day_of_year: u32,
-    /// The time of the day \[ns\], below the length of a day.
+    /// Time of day of the epoch \[ns\].
     pub nanoseconds_of_day: u64,
-    /// Revolutions a day, by Kozai.
+    /// Mean motion in the definition of Kozai \[revolutions per day\].
     pub mean_motion: f64,
-    /// The eccentricity, at least 0 and below 1.
+    /// Eccentricity, at least 0 and less than 1.
     pub eccentricity: f64,
-    /// The inclination \[deg\].
+    /// Inclination \[deg\].
     pub inclination_deg: f64,
     /// Right ascension of the ascending node \[deg\].
     pub raan_deg: f64,
-    /// The argument of perigee \[deg\].
+    /// Argument of perigee \[deg\].
     pub argument_of_perigee_deg: f64,
-    /// The mean anomaly \[deg\].
+    /// Mean anomaly \[deg\].
     pub mean_anomaly_deg: f64,
-    /// B*, per radius of the Earth.
+    /// Drag term B* \[1/Earth radius\].
     pub drag: f64,
 }

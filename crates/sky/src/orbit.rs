@@ -1,5 +1,6 @@
-//! Satellite positions. An orbit is given by two-line elements for SGP4, by a Keplerian state, with
-//! or without the Earth's oblateness (J2), or by a table.
+//! Orbits of satellites. An orbit is given by mean elements for SGP4 (such as two-line elements),
+//! by a state that is propagated with or without the Earth's oblateness (J2), or by a table of
+//! positions.
 
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
 use crate::mean_elements::MeanElements;
@@ -16,21 +17,22 @@ const MU: f64 = 3.986_004_418e14;
 /// Second zonal harmonic J₂ of the Earth's gravity field.
 const J2: f64 = 1.082_626_68e-3;
 
-/// Largest time between the epoch of a state and the epoch of the maneuver \[s\]. After a longer
-/// time the error of the J2 model is hundreds of kilometres.
+/// Largest time between the epoch of a state and the epoch of the maneuver \[s\]. After this time,
+/// the error of the J2 model is hundreds of kilometres.
 const OLDEST: f64 = 30.0 * 86_400.0;
 
-/// Force model by which an osculating state is propagated.
+/// Force model with which an osculating state is propagated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// The Earth is a point mass.
+    /// Gravity of a point mass.
     TwoBody,
-    /// The Earth is oblate (J₂); its pole is fixed in space, in the direction at the epoch of the
-    /// state.
+    /// Gravity of the oblate Earth (J₂). The pole of the Earth has a fixed direction, its direction
+    /// at the epoch of the state.
     J2,
 }
 
-/// Osculating Keplerian elements about the Earth; the angles are measured in the axes of the GCRS.
+/// Osculating Keplerian elements of an orbit about the Earth. The angles refer to the axes of the
+/// GCRS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
     /// Semi-major axis \[m\].
@@ -56,28 +58,28 @@ pub enum OrbitError {
     /// SGP4 rejects these mean elements.
     #[error("SGP4 refuses these elements: {0}")]
     MeanElements(String),
-    /// SGP4 yields no position at this time, given in seconds after the epoch of the maneuver. In
-    /// most cases the orbit has decayed.
+    /// SGP4 yields no position at this time \[s\], which is counted from the epoch of the maneuver.
+    /// The usual cause is that the orbit has decayed.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
-    /// The orbit is not an ellipse, for the stated reason.
+    /// The orbit is not an ellipse, for the reason given.
     #[error("the orbit is not an ellipse: {0}")]
     NoEllipse(&'static str),
-    /// The perigee lies below the Earth's surface, by this distance \[km\].
+    /// The perigee is below the surface of the Earth, at the given depth \[km\].
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
-    /// The epoch of the state is too far from the epoch of the maneuver; the number is the time
+    /// The epoch of the state is too far from the epoch of the maneuver. The number is the time
     /// between them \[days\].
     #[error("the epoch of the orbit is {0:.0} days from the epoch of the maneuver; at most 30 are allowed")]
     Old(f64),
-    /// The table of positions does not cover this time, given in seconds after the epoch of the
-    /// maneuver.
+    /// The table of positions does not cover this time \[s\], which is counted from the epoch of
+    /// the maneuver.
     #[error("the table of positions ends before {0:.1} s after the epoch")]
     Beyond(f64),
 }
 
-/// Orbit of a satellite: its position in the GCRS \[m\] as a function of the time after the epoch
-/// of the maneuver \[s\].
+/// Orbit of a satellite, which gives its position in GCRS axes \[m\] as a function of the time
+/// after the epoch of the maneuver \[s\].
 #[derive(Clone, Debug)]
 pub struct Orbit {
     path: Path,
@@ -93,31 +95,31 @@ enum Path {
     Table(Arc<Table>),
 }
 
-/// A table of positions with the rule of interpolation between its rows.
+/// A table of positions, with the interpolation method between its rows.
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Times of the rows in seconds after the epoch of the maneuver, in increasing order.
     pub time: Vec<f64>,
-    /// Position at each time, in the axes of the GCRS \[m\].
+    /// Position in each row, in the axes of the GCRS \[m\].
     pub position: Vec<Vector3>,
-    /// Velocity at each time \[m/s\]; used by Hermite interpolation only.
+    /// Velocity in each row, in the axes of the GCRS \[m/s\]. Only Hermite interpolation uses it.
     pub velocity: Vec<Vector3>,
-    /// Interpolation between the rows.
+    /// Interpolation method between the rows.
     pub between: Between,
 }
 
-/// Kind and degree of the interpolation between the rows of a table.
+/// Interpolation method between the rows of a table, with the degree of the polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
     /// Lagrange interpolation of the positions by a polynomial of this degree.
     Lagrange(usize),
-    /// Hermite interpolation of positions and velocities. Each row gives two conditions, so the
-    /// polynomial has this degree if it is odd, and one degree more if it is even.
+    /// Hermite interpolation of positions and velocities by a polynomial of this degree. Each row
+    /// gives two conditions, so an even degree is increased by one.
     Hermite(usize),
 }
 
 impl Between {
-    /// Returns the number of rows through which each interpolating polynomial passes.
+    /// Returns the number of rows through which a polynomial passes.
     pub fn rows(self) -> usize {
         match self {
             Self::Lagrange(degree) => degree + 1,
@@ -127,10 +129,11 @@ impl Between {
 }
 
 impl Table {
-    /// Returns the interpolated position at `time`, GCRS \[m\]; `None` outside of the table.
+    /// Returns the interpolated position at `time` in GCRS axes \[m\]; `None` if the table does not
+    /// cover this time.
     pub fn position(&self, time: f64) -> Option<Vector3> {
-        // A time outside of the table by no more than the rounding error of sums of seconds counts
-        // as inside.
+        // A time counts as inside of the table if it is outside by no more than the round-off of
+        // sums of seconds.
         const ROUNDED: f64 = 1e-6;
         let (first, last) = (*self.time.first()?, *self.time.last()?);
         if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
@@ -139,7 +142,7 @@ impl Table {
         let count = self.between.rows().min(self.time.len());
         let from = polynomial::about(&self.time, count, time);
         let rows = from..from + count;
-        // Times are taken relative to the first row used, so that no digits are lost far from zero.
+        // Times are counted from the first row that is used, to preserve their digits.
         let nodes: Vec<f64> = self.time[rows.clone()].iter().map(|at| at - self.time[from]).collect();
         let of = |vectors: &[Vector3]| -> Vec<[f64; 3]> {
             vectors[rows.clone()].iter().map(|vector| (*vector).into()).collect()
@@ -175,7 +178,7 @@ impl Orbit {
         let [hour, minute, second] = [seconds / 3600, seconds / 60 % 60, seconds % 60];
         let date = sgp4::chrono::NaiveDate::from_yo_opt(mean.year, mean.day_of_year);
         let moment = date.and_then(|date| {
-            // A time of day that rounds up to 24 h belongs to the next day.
+            // A time of day that is rounded up to 24 h belongs to the next day.
             let (date, hour) = if hour > 23 { (date.succ_opt()?, 0) } else { (date, hour) };
             date.and_hms_nano_opt(hour, minute, second, nanoseconds)
         });
@@ -242,8 +245,8 @@ impl Orbit {
             return Err(OrbitError::Old(ahead / 86_400.0));
         }
         let pole = frames::intermediate(&epoch, 0.0, Theory::Series).row(2).transpose();
-        // The state is propagated once to the epoch of the maneuver, so that later calls propagate
-        // over the maneuver only.
+        // The state is propagated once to the epoch of the maneuver. Later calls then only
+        // propagate over the time since this epoch.
         let (position, velocity) = match model {
             Model::TwoBody => kepler(&position, &velocity, ahead),
             Model::J2 => extrapolated(&position, &velocity, ahead, &pole),
@@ -295,13 +298,13 @@ impl Orbit {
         Ok(Self { path: Path::Table(table.into()), ahead: 0.0, clock })
     }
 
-    /// Returns whether the orbit is a table of positions, which has no orbital elements.
+    /// Returns whether the orbit is given by a table of positions, and so has no orbital elements.
     pub fn is_table(&self) -> bool {
         matches!(self.path, Path::Table(_))
     }
 
-    /// Returns the time from the epoch of the elements to the epoch of the maneuver \[s\]; 0 for a
-    /// table.
+    /// Returns the time from the epoch of the elements or the state to the epoch of the maneuver
+    /// \[s\]; 0 for a table.
     pub fn age(&self) -> f64 {
         self.ahead
     }
@@ -353,9 +356,9 @@ impl Orbit {
     }
 }
 
-/// Propagates a position \[m\] and a velocity \[m/s\] by `time` \[s\] about a point mass, in the
-/// axes of the GCRS. Returns the propagated state and an estimate of the distance \[m\] by which
-/// the Earth's oblateness shifts the position. Returns `None` if the orbit is not an ellipse.
+/// Propagates a position \[m\] and a velocity \[m/s\] by `time` \[s\] under the gravity of a point
+/// mass, in GCRS axes. Returns the propagated state, and an estimate of the change of position that
+/// the Earth's oblateness causes \[m\]. Returns `None` if the orbit is not an ellipse.
 pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((Vector3, Vector3), f64)> {
     let r = position.norm();
     let energy = 0.5 * velocity.norm_squared() - MU / r;
@@ -366,8 +369,8 @@ pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((V
     Some((kepler(position, velocity, time), flattening * time * time))
 }
 
-/// Propagates a state along a Keplerian ellipse. The unknown is the change x of the eccentric
-/// anomaly.
+/// Propagates a state by `time` \[s\] along a Keplerian ellipse. The unknown x of Kepler's equation
+/// is the change of the eccentric anomaly.
 fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector3) {
     let r = position.norm();
     let axis = 1.0 / (2.0 / r - velocity.norm_squared() / MU);
@@ -395,8 +398,8 @@ fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector
     (there, position * f_rate + velocity * g_rate)
 }
 
-/// Propagates a state about the oblate Earth, in steps of a minute, by the midpoint rule with
-/// Richardson extrapolation to order sixteen.
+/// Propagates a state by `time` \[s\] about the oblate Earth, in steps of a minute. Each step uses
+/// the midpoint rule with Richardson extrapolation to order sixteen.
 fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> (Vector3, Vector3) {
     const STEP: f64 = 60.0;
     const STAGES: usize = 8;
@@ -422,7 +425,7 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
             }
             let last = acceleration(&here.0);
             let mut value = ((before.0 + here.0 + here.1 * h) * 0.5, (before.1 + here.1 + last * h) * 0.5);
-            // Neville's scheme: extrapolation in the square of the step.
+            // Neville's algorithm extrapolates in the square of the step.
             for column in 1..stage {
                 let ratio = (stage as f64 / (stage - column) as f64).powi(2);
                 let left = table[column - 1];
@@ -446,11 +449,11 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
 mod tests {
     use super::*;
 
-    /// Propagates a state by some seconds.
+    /// Function that propagates a state, given as position and velocity, by a time in seconds.
     type Onward<'a> = dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3) + 'a;
 
-    /// Propagation by two successive intervals agrees with propagation by their sum, and is
-    /// reversible.
+    /// Propagation over two successive intervals agrees with propagation over their sum. Backward
+    /// propagation returns to the initial state.
     #[test]
     fn an_orbit_goes_on_from_each_of_its_states() {
         let (r, v) = (Vector3::new(7.1e6, 1e5, -3e5), Vector3::new(-100.0, 5.2e3, 5.6e3));
@@ -466,11 +469,11 @@ mod tests {
             let (before, after) = (along((r, v), 8999.5).0, along((r, v), 9000.5).0);
             assert!((after - before - direct.1).norm() < 1e-3);
         }
-        // The oblateness moves the satellite by kilometres in that time.
+        // The oblateness changes the position by kilometres in this time.
         assert!((onward[0]((r, v), 9000.0).0 - onward[1]((r, v), 9000.0).0).norm() > 1e3);
     }
 
-    /// Tests interpolation of degree 7 between rows one minute apart.
+    /// Tests the interpolation of degree 7 between rows that are one minute apart.
     #[test]
     fn a_table_is_met_between_its_rows() {
         let (r, v) = (Vector3::new(7e6, 0.0, 0.0), Vector3::new(0.0, 7.5e3, 1e3));

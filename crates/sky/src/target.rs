@@ -1,4 +1,4 @@
-//! Targets to which a body axis can point, seen from a satellite on its orbit.
+//! Targets to which a body axis can point, as seen from a satellite on its orbit.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, EarthRotation, Theory};
@@ -9,8 +9,8 @@ use slewkit::mechanics::direction::{Track, TrackError};
 use slewkit::{Direction, Matrix3, Vector3};
 use thiserror::Error;
 
-/// A target to which a body axis can point. Without an orbit, Sun and Moon are seen from the centre
-/// of the Earth.
+/// A target to which a body axis can point. If no orbit is given, the Sun and the Moon are seen
+/// from the centre of the Earth.
 #[derive(Clone, Debug)]
 pub enum Target {
     /// The centre of the Sun.
@@ -40,37 +40,38 @@ pub enum Target {
     },
     /// A ground station.
     Ground {
-        /// Geodetic latitude \[deg\].
+        /// Geodetic latitude of the station \[deg\].
         latitude_deg: f64,
-        /// East longitude \[deg\].
+        /// East longitude of the station \[deg\].
         longitude_deg: f64,
-        /// Height above the WGS 84 ellipsoid \[m\].
+        /// Height of the station above the WGS 84 ellipsoid \[m\].
         height_m: f64,
     },
-    /// A point on the limb of a spherical Earth, at which a line of sight touches the sphere.
+    /// A point on the limb of a spherical Earth, where a line of sight from the satellite touches
+    /// the sphere.
     Limb {
-        /// Azimuth about nadir \[deg\], measured right-handed from the along-track direction; 90 is
-        /// opposite to the orbit normal.
+        /// Azimuth about the nadir direction \[deg\], right-handed from the along-track direction.
+        /// At 90°, the point lies opposite to the orbit normal.
         azimuth_deg: f64,
-        /// Height of the sphere above the Earth's equatorial radius \[m\].
+        /// Height of the sphere above the equatorial radius of the Earth \[m\].
         height_m: f64,
     },
     /// A fixed inertial direction, as a unit vector in the axes of the GCRS.
     Fixed(Vector3),
-    /// A direction fixed in the orbital frame; its components are along-track, orbit normal,
-    /// outward.
+    /// A direction that is fixed in the orbital frame. Its components are along-track, along the
+    /// orbit normal, and outward.
     InOrbit(Vector3),
-    /// The satellite on this other orbit.
+    /// Another satellite, whose orbit is given.
     Satellite(Box<Orbit>),
 }
 
 /// Reason why a direction cannot be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
-    /// The target depends on the position of the satellite, and no orbit is given.
+    /// The target depends on the position of the satellite, but no orbit is given.
     #[error("it depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
-    /// The satellite is inside the sphere of the limb, which no line of sight then touches. The
+    /// The satellite is inside the sphere of the limb, so no line of sight touches the sphere. The
     /// numbers are the time after the epoch \[s\] and the height of the satellite \[km\].
     #[error("{0:.1} s after the epoch the satellite is below that limb, at a height of {1:.0} km")]
     BelowLimb(f64, f64),
@@ -82,7 +83,7 @@ pub enum SkyError {
     Track(#[from] TrackError),
 }
 
-/// A spacecraft on its orbit, from an epoch on.
+/// A spacecraft on its orbit, and the positions of celestial bodies, from an epoch on.
 #[derive(Clone, Debug)]
 pub struct Sky {
     clock: Clock,
@@ -91,14 +92,13 @@ pub struct Sky {
     light: Light,
 }
 
-/// Length of the pieces of a track \[s\]; with polynomials of this length and degree, a low orbit
-/// by SGP4 is fitted to 3e-8 m.
+/// Duration of a piece of a track \[s\]. With polynomials over such pieces, the fit error for a low
+/// orbit by SGP4 is 3e-8 m.
 const PIECE: f64 = 600.0;
 const DEGREE: usize = 14;
 
 impl Target {
-    /// Returns whether the target is at a finite distance, so that it has a position and not only a
-    /// direction.
+    /// Returns true if the target is at a finite distance, and false if it is only a direction.
     pub fn is_place(&self) -> bool {
         matches!(
             self,
@@ -113,19 +113,19 @@ impl Target {
 }
 
 impl Sky {
-    /// Creates a sky from the epoch of `clock` on. Without an orbit, only the Sun, the Moon and
-    /// fixed directions can be targets.
+    /// Creates a sky that begins at the epoch of `clock`. If `orbit` is `None`, only the Sun, the
+    /// Moon and fixed directions can be targets.
     pub fn new(clock: Clock, orbit: Option<Orbit>, rotation: EarthRotation) -> Self {
         Self { clock, orbit, rotation, light: Light::default() }
     }
 
-    /// Returns the sky with these light effects included in its directions.
+    /// Returns the sky with the effects of light `light` included in its directions.
     #[must_use]
     pub fn with_light(self, light: Light) -> Self {
         Self { light, ..self }
     }
 
-    /// Returns the light effects that directions include.
+    /// Returns the effects of light that directions include.
     pub fn light(&self) -> Light {
         self.light
     }
@@ -135,7 +135,7 @@ impl Sky {
         &self.clock
     }
 
-    /// Returns the orbit of the spacecraft, if one was given.
+    /// Returns the orbit of the spacecraft; `None` if no orbit is given.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.orbit.as_ref()
     }
@@ -145,19 +145,20 @@ impl Sky {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
-    /// Returns the velocity of the spacecraft relative to the centre of the Earth, GCRS \[m/s\].
+    /// Returns the velocity of the spacecraft relative to the centre of the Earth at `time` \[s\],
+    /// in GCRS axes \[m/s\].
     fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         self.rate_of(time, &|time| self.place(time, theory))
     }
 
-    /// Returns the time derivative of a position by finite differences: by central differences, or
-    /// by one-sided differences at the ends of a table.
+    /// Returns the time derivative of a position by finite differences. They are central
+    /// differences, except at the ends of a table, where they are one-sided.
     fn rate_of(
         &self,
         time: f64,
         place: &dyn Fn(f64) -> Result<Vector3, SkyError>,
     ) -> Result<Vector3, SkyError> {
-        // The differences are of fourth order; their error in a low orbit is 1e-7 m/s.
+        // The differences are of fourth order. For a low orbit their error is 1e-7 m/s.
         const H: f64 = 0.5;
         let at = |steps: f64| place(time + steps * H);
         let centred = || {
@@ -176,7 +177,8 @@ impl Sky {
         }
     }
 
-    /// Returns the axes of the orbital frame as columns: along-track, orbit normal, outward.
+    /// Returns the axes of the orbital frame at `time` \[s\] as columns: along-track, orbit normal,
+    /// outward.
     fn orbit_axes(&self, time: f64, theory: Theory) -> Result<Matrix3, SkyError> {
         let (r, v) = (self.place(time, theory)?, self.velocity(time, theory)?);
         let outward = r.normalize();
@@ -184,8 +186,8 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// Returns the apparent vector to a target \[m\]; for a mere direction, a vector of arbitrary
-    /// length along it.
+    /// Returns the apparent vector from the spacecraft to a target at `time` \[s\], in metres. If
+    /// the target is only a direction, the vector has an arbitrary length.
     pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
             // The antisolar direction is opposite to the apparent Sun.
@@ -208,8 +210,8 @@ impl Sky {
         })
     }
 
-    /// Returns the position of the Moon, a ground station or a satellite, GCRS \[m\]; `None` for
-    /// all other targets.
+    /// Returns the position of the Moon, a ground station or a satellite at `time` \[s\] in GCRS
+    /// axes \[m\]; `None` for all other targets.
     fn of_earth(&self, target: &Target, time: f64, theory: Theory) -> Result<Option<Vector3>, SkyError> {
         Ok(match target {
             Target::Moon => Some(bodies::moon(&self.clock, time)),
@@ -222,9 +224,9 @@ impl Sky {
         })
     }
 
-    /// Returns the vector to the position that an object, now at `there`, had when it emitted the
-    /// light now seen. The series theory extrapolates this position from the velocity; the full
-    /// theory evaluates the position at the earlier time.
+    /// Returns the vector to the position that an object had when it emitted the light that is seen
+    /// now; `there` is its present position. The series theory extrapolates the earlier position
+    /// from the velocity of the object. The full theory evaluates the position at the earlier time.
     fn by_old_light(
         &self,
         target: &Target,
@@ -241,8 +243,8 @@ impl Sky {
             let direct = light::delay(|delay| Ok::<_, SkyError>((was(time - delay)? - here).norm()))
                 .and_then(|delay| was(time - delay));
             match direct {
-                // The table of positions begins after the earlier time; the velocity is used
-                // instead.
+                // If the table of positions begins after the earlier time, the earlier position is
+                // extrapolated from the velocity.
                 Err(SkyError::Orbit(OrbitError::Beyond(_))) => {}
                 found => return Ok(found? - here),
             }
@@ -255,9 +257,9 @@ impl Sky {
         Ok(there - velocity * delay - here)
     }
 
-    /// Returns the velocity of the spacecraft relative to the frame in which the aberration of the
-    /// target is computed: the frame of the Sun for the Sun and fixed directions, the frame of the
-    /// Earth for all other targets.
+    /// Returns the velocity of the spacecraft with which the aberration of a target is computed. It
+    /// is relative to the frame of the Sun for the Sun and fixed directions, and relative to the
+    /// frame of the Earth for all other targets.
     fn velocity_against(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let about = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.velocity(time, theory))?;
         if !matches!(target, Target::Sun | Target::Fixed(_)) {
@@ -275,7 +277,8 @@ impl Sky {
         Ok(earth + about)
     }
 
-    /// Returns the angle between the apparent and the geometric direction to a target \[rad\].
+    /// Returns the angle between the apparent and the geometric direction to a target at `time`
+    /// \[s\] after the epoch, in radians.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -285,8 +288,8 @@ impl Sky {
         Ok(plain.cross(&seen).norm().atan2(plain.dot(&seen)))
     }
 
-    /// Returns the geometric vector to a target \[m\]; for a mere direction, a vector of arbitrary
-    /// length along it.
+    /// Returns the geometric vector from the spacecraft to a target at `time` \[s\], in metres. If
+    /// the target is only a direction, the vector has an arbitrary length.
     pub(crate) fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let from = |far: Vector3| match &self.orbit {
             Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
@@ -328,8 +331,8 @@ impl Sky {
             }
             Target::Fixed(vector) => *vector,
             Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,
-            // A ground station or satellite is seen from the spacecraft, so the orbit is required;
-            // the Moon is not.
+            // A ground station or a satellite is seen from the spacecraft, so an orbit is required.
+            // The Moon can also be seen from the centre of the Earth.
             Target::Moon | Target::Ground { .. } | Target::Satellite(_) => {
                 let there = self.of_earth(target, time, theory)?.unwrap_or_default();
                 if matches!(target, Target::Moon) {
@@ -341,12 +344,12 @@ impl Sky {
         })
     }
 
-    /// Returns the direction to a target as a function of time, fitted between `from` and
-    /// `to` \[s\] after the epoch; planners use it.
+    /// Returns the direction to a target as a function of time, for use in planners. It is fitted
+    /// between `from` and `to` \[s\] after the epoch.
     ///
     /// # Errors
-    /// Returns a [`SkyError`] if the target needs an orbit and none is given, or if the orbit does
-    /// not cover the interval.
+    /// Returns a [`SkyError`] if the target requires an orbit but none is given, or if the orbit
+    /// does not cover the interval.
     pub fn direction(&self, target: &Target, from: f64, to: f64) -> Result<Direction, SkyError> {
         if let (Target::Fixed(vector), false) = (target, self.light.aberrates) {
             return Ok(Direction::Fixed(*vector));
@@ -354,8 +357,8 @@ impl Sky {
         Ok(Direction::Moving(self.track(target, from, to)?))
     }
 
-    /// Returns the disc of the Earth between `from` and `to` \[s\] after the epoch. The angle of a
-    /// cone about the disc is measured from the Earth's limb.
+    /// Returns the disc of the Earth as a direction, fitted between `from` and `to` \[s\] after the
+    /// epoch. The angle of a cone about it is measured from the limb of the Earth.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -363,8 +366,8 @@ impl Sky {
         Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
     }
 
-    /// Returns the geometric vector to a target \[m\], fitted between `from` and `to` \[s\] after
-    /// the epoch.
+    /// Returns the geometric vector from the spacecraft to a target \[m\] as a function of time. It
+    /// is fitted between `from` and `to` \[s\] after the epoch.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -380,14 +383,14 @@ impl Sky {
 
     fn track(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
         let scale = self.vector(target, from, Theory::Series)?.norm();
-        // Vectors are scaled by a power of two, so that no digits are lost.
+        // The scale is a power of two, so that scaling causes no rounding errors.
         let scale = 2f64.powi(scale.log2().floor() as i32);
         Track::fitted(from, to, PIECE, DEGREE, |time| Ok(self.vector(target, time, Theory::Series)? / scale))
             .map(|track| if matches!(target, Target::Nadir) { track.scaled(scale) } else { track })
     }
 
-    /// Returns the unit vector to a target at `time` \[s\], for a witness: computed without a fit
-    /// and by the full theories.
+    /// Returns the unit vector from the spacecraft to a target at `time` \[s\] after the epoch, for
+    /// use in witnesses. It is computed without a fit and by the full theories.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -395,7 +398,8 @@ impl Sky {
         Ok(self.vector(target, time, Theory::Full)?.normalize())
     }
 
-    /// Returns the geometric distance to a target at `time` \[s\] after the epoch \[m\].
+    /// Returns the geometric distance from the spacecraft to a target at `time` \[s\] after the
+    /// epoch, in metres.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].

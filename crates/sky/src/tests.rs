@@ -45,9 +45,9 @@ fn apart(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Compares frames, Sun and Moon with ERFA and DE421. The tolerance is 0.063″ = 3.1e-7 for the
-/// truncated series of nutation, that of the constants for the full theory, 4″ for the Sun and 10″
-/// for the Moon.
+/// Compares frames, Sun and Moon with ERFA and DE421. The tolerance for frames is 0.063″ = 3.1e-7
+/// with the truncated nutation series, and the accuracy of the constants with the full theory. It
+/// is 4″ for the Sun and 10″ for the Moon.
 #[test]
 fn frames_sun_and_moon_are_those_of_the_standards() {
     for epoch in reference()["epochs"].as_array().unwrap() {
@@ -78,8 +78,8 @@ fn frames_sun_and_moon_are_those_of_the_standards() {
     }
 }
 
-/// Compares positions with the verification vectors of SGP4, and directions and their rates with
-/// the reference values for 48 satellites.
+/// Compares satellite positions with the verification vectors of SGP4, and target directions and
+/// their rates with reference values for 48 satellites.
 #[test]
 fn satellites_and_what_they_see_are_where_they_were_computed() {
     let reference = reference();
@@ -107,8 +107,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let kepler = of(Model::TwoBody).position(0.0).unwrap();
             let wanted = vector(&case["two_body_r_gcrs_km"]) * 1e3;
             assert!((kepler - wanted).norm() < 1e-3, "{}", (kepler - wanted).norm());
-            // The pole of the truncated series is off by 0.06″, which changes the effect of the
-            // oblateness by some centimetres per hour.
+            // The error of the pole in the truncated series is 0.06″, which changes the effect of
+            // the oblateness by some centimetres per hour.
             (of(Model::J2), 1e-8)
         };
         let full = orbit.position_by(0.0, Theory::Full).unwrap();
@@ -148,8 +148,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let off = apart(&planned.direction, &wanted);
             assert!(off < within, "{name}: {off:.1e}");
             let rate = vector(&case[format!("{name}_rate")]);
-            // The tolerance covers the error of the series of Sun and Moon, and the nutation terms
-            // that the truncated series omits.
+            // The tolerance allows for the error of the series for Sun and Moon, and for the
+            // nutation terms that the truncated series omits.
             let rates = if name == "moon" || name == "sun" { 1e-4 } else { 2e-6 };
             let rate_off = (planned.rate - rate).norm();
             assert!(rate_off < rates * rate.norm() + 1e-11, "{name}: {rate_off:.1e} of {}", rate.norm());
@@ -159,8 +159,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
     }
 }
 
-/// The effects of light have the size that the velocities imply, and both theories give equal
-/// effects: the difference between their directions does not change.
+/// The effects of light have the size that follows from the velocities. Both theories give equal
+/// effects, so that the difference between their directions does not change.
 #[test]
 fn light_moves_what_is_seen() {
     let clock = Clock::of_utc([2026, 11, 21], 7, 0, 0, 0).unwrap();
@@ -176,19 +176,19 @@ fn light_moves_what_is_seen() {
     for target in [&Target::Sun, &Target::Moon, &station, &zenith] {
         let planned = |sky: &Sky| sky.direction(target, 0.0, 60.0).unwrap().at(30.0, &zero);
         let full = |sky: &Sky| sky.seen(target, 30.0).unwrap();
-        // Compares the changes of the direction that the two theories compute for the light.
+        // The two theories are compared by the changes of direction that light causes.
         let [by_series, by_full] =
             [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
         let off = (by_series - by_full).norm();
-        // The series theory takes the Sun to be at rest, but it moves about the barycentre at up to
-        // 16 m/s. The resulting error is 5e-8 rad for the Sun and stars.
+        // The series theory assumes that the Sun is at rest, although it moves about the barycentre
+        // with up to 16 m/s. The resulting error is 5e-8 rad for the Sun and stars.
         let within = if matches!(target, Target::Sun | Target::Fixed(_)) { 6e-8 } else { 2e-8 };
         assert!(off < within, "{target:?} {off:.1e}");
         let told = geometric.moved_by_light(target, 30.0).unwrap();
         assert!((told - by_full.norm()).abs() < within, "{target:?} {told} {}", by_full.norm());
     }
-    // A star at the zenith is shifted by the transverse component of the velocities of the Earth,
-    // 30 km/s, and of the satellite, 7.5 km/s.
+    // A star at the zenith is shifted by the transverse component of the sum of the velocities of
+    // the Earth, 30 km/s, and of the satellite, 7.5 km/s.
     let shift = aberrated.seen(&zenith, 0.0).unwrap() - Vector3::x();
     let earth = bodies::earth_by_vsop(&clock, 0.0).unwrap() + v;
     let across = (earth - Vector3::x() * earth.x) / crate::light::C;
@@ -203,8 +203,8 @@ fn light_moves_what_is_seen() {
     let moved = -turning.cross(&place) / crate::light::C;
     let wanted = moved - d * d.dot(&moved);
     assert!((shift - wanted).norm() < 1e-10, "{:e}", (shift - wanted).norm());
-    // The Moon moves at 1 km/s, and its light takes 1.3 s. Directions that are not seen by light do
-    // not change.
+    // The Moon moves with 1 km/s, and its light takes 1.3 s. Directions that are not observed by
+    // light do not change.
     let shift = old.seen(&Target::Moon, 0.0).unwrap() - geometric.seen(&Target::Moon, 0.0).unwrap();
     assert!((2.5e-6..4e-6).contains(&shift.norm()), "{:e}", shift.norm());
     for target in [Target::Nadir, Target::Velocity { reversed: false }] {
@@ -214,8 +214,8 @@ fn light_moves_what_is_seen() {
     assert!(opposite.norm() < 1e-15);
 }
 
-/// A line of sight to a point of the ellipsoid meets the ellipsoid there; a line that passes the
-/// ellipsoid does not meet it.
+/// A line of sight to a point of the ellipsoid meets the ellipsoid at this point. A line that
+/// misses the ellipsoid has no such point.
 #[test]
 fn a_line_of_sight_meets_the_ground() {
     let place = frames::station(47.0, 11.0, 6e5);
@@ -230,8 +230,8 @@ fn a_line_of_sight_meets_the_ground() {
     assert_eq!(frames::meets_ground(&place, &place.cross(&Vector3::z())), None);
 }
 
-/// Checks the documented accuracy of the pole with seven arguments, every ten days from 1990 to
-/// 2050.
+/// Checks the documented accuracy of the pole for the nutation series with seven arguments, every
+/// ten days from 1990 to 2050.
 #[test]
 fn the_pole_of_seven_arguments_is_that_of_iau_2006_within_63_milliarcseconds() {
     let start = Clock::of_utc([1990, 1, 1], 0, 0, 0, 0).unwrap();

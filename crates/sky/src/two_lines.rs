@@ -1,65 +1,66 @@
-//! Two-line elements: 69 columns a line, each number in its columns, a blank for a zero, letters
-//! for the first digit of numbers of satellites from 100 000 on (Alpha-5).
+//! Two-line elements. Each line has 69 columns, in which every number has fixed columns; a blank
+//! stands for zero. In satellite numbers from 100 000 on, a letter replaces the leading digits
+//! (Alpha-5).
 
 use crate::mean_elements::MeanElements;
 use thiserror::Error;
 
-/// Columns of a line.
+/// Number of columns of a line.
 const COLUMNS: usize = 69;
-/// Columns that are blank, from 1.
+/// Columns of each line that must be blank, counted from 1.
 const BLANK: [&[usize]; 2] = [&[2, 9, 18, 33, 44, 53, 62, 64], &[2, 8, 17, 26, 34, 43, 52]];
-/// Years below are of this century.
+/// Two-digit years below this number belong to the 21st century, all others to the 20th.
 const CENTURY: u32 = 57;
-/// Extrapolated perturbations, an extension of SGP4 whose formulas are not public.
+/// Ephemeris type of elements for SGP4-XP, an extension of SGP4 whose formulas are not public.
 const EXTENDED: u8 = b'4';
 
-/// A fault of two-line elements.
+/// Error in two-line elements.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TwoLinesError {
     /// The line does not have 69 columns.
     #[error("line {line} has {found} characters instead of 69")]
     Length {
-        /// The number of the line, 1 or 2.
+        /// Number of the line, 1 or 2.
         line: usize,
-        /// The number of its characters.
+        /// Number of characters of the line.
         found: usize,
     },
-    /// The line begins with another number.
+    /// The first character of the line is not the number of the line.
     #[error("line {line} begins with `{found}`, not with {line}")]
     Number {
-        /// 1 or 2.
+        /// Number of the line, 1 or 2.
         line: usize,
-        /// The first character of the line.
+        /// First character of the line.
         found: char,
     },
-    /// The last digit of a line is not its checksum.
+    /// The last digit of the line is not the checksum of the line.
     #[error("line {line}, column 69: the checksum is {found}, but its digits give {sum}")]
     Checksum {
-        /// 1 or 2.
+        /// Number of the line, 1 or 2.
         line: usize,
-        /// The digit that was found.
+        /// Last character of the line.
         found: char,
-        /// The digit that was expected.
+        /// Checksum of the line.
         sum: u32,
     },
-    /// The two lines are of two satellites.
+    /// The two lines have the numbers of different satellites, which are given.
     #[error("columns 3 to 7: line 1 names satellite {0}, but line 2 names {1}")]
     Satellites(String, String),
-    /// Something else stands in these columns.
+    /// The contents of some columns of a line are invalid.
     #[error("line {line}, column{}: expected {what}, found `{found}`", columns(*.from, *.to))]
     Field {
-        /// 1 or 2.
+        /// Number of the line, 1 or 2.
         line: usize,
-        /// The first column, from 1.
+        /// First of these columns, counted from 1.
         from: usize,
-        /// The last one.
+        /// Last of these columns, counted from 1.
         to: usize,
-        /// The expected content.
+        /// Description of the valid contents.
         what: &'static str,
-        /// The content that was found.
+        /// Contents of the columns in the line.
         found: String,
     },
-    /// Elements of SGP4-XP.
+    /// The elements are for SGP4-XP, which is not supported.
     #[error("line 1, column 63: elements of type 4 are of SGP4-XP, whose formulas are not public")]
     Extended,
 }
@@ -68,7 +69,7 @@ fn columns(from: usize, to: usize) -> String {
     if from == to { format!(" {from}") } else { format!("s {from} to {to}") }
 }
 
-/// A line of 69 ASCII signs.
+/// A line of 69 ASCII characters with a valid checksum.
 struct Line<'t> {
     number: usize,
     text: &'t str,
@@ -97,7 +98,7 @@ impl<'t> Line<'t> {
                 return line.wrong(*column, *column, "a blank");
             }
         }
-        // A minus counts as one, all other signs count as zero.
+        // In the checksum, a minus sign counts as 1, and all other characters except digits as 0.
         let digit = |sign: char| if sign == '-' { 1 } else { sign.to_digit(10).unwrap_or(0) };
         let sum = text[..COLUMNS - 1].chars().map(digit).sum::<u32>() % 10;
         let found = char::from(text.as_bytes()[COLUMNS - 1]);
@@ -108,7 +109,7 @@ impl<'t> Line<'t> {
         }
     }
 
-    /// Returns the content of these columns, which count from 1, including the last one.
+    /// Returns the contents of the columns `from` to `to`, both included and counted from 1.
     fn columns(&self, from: usize, to: usize) -> &'t str {
         &self.text[from - 1..to]
     }
@@ -118,8 +119,8 @@ impl<'t> Line<'t> {
         Err(TwoLinesError::Field { line: self.number, from, to, what, found })
     }
 
-    /// Returns a number with its decimal point. Blanks within and after it are zeros, and a blank
-    /// field is zero.
+    /// Parses a number with a decimal point. Blanks within the number and after it stand for zeros,
+    /// and a blank field is zero.
     fn number(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let text = self.columns(from, to).trim_start().replace(' ', "0");
         let numeric = text.bytes().all(|sign| sign.is_ascii_digit() || b"+-.".contains(&sign));
@@ -130,7 +131,7 @@ impl<'t> Line<'t> {
         }
     }
 
-    /// Digits behind a point that is not written.
+    /// Parses the decimals of a number whose decimal point is not written.
     fn fraction(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let digits = self.columns(from, to).replace(' ', "0");
         if !digits.bytes().all(|digit| digit.is_ascii_digit()) {
@@ -139,17 +140,17 @@ impl<'t> Line<'t> {
         Ok(format!("0.{digits}").parse().unwrap_or(0.0))
     }
 
-    /// Returns a sign, digits behind a point that is not written, and an exponent of ten with its
-    /// sign.
+    /// Parses a number that consists of a sign, decimals whose decimal point is not written, and a
+    /// signed exponent of ten.
     fn power(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let sign = |column: usize| match self.columns(column, column) {
             "-" => Ok(-1),
             "+" | " " => Ok(1),
-            // Some write a zero there.
+            // Some programs write a zero instead of the sign.
             "0" => Ok(1),
             _ => self.wrong(column, column, "a sign"),
         };
-        // Some write the point.
+        // Some programs write the decimal point.
         let whole = self.columns(from, to).trim();
         if whole.contains('.') {
             return self.number(from, to);
@@ -165,7 +166,7 @@ impl<'t> Line<'t> {
         Ok(f64::from(sign(from)?) * size * 10_f64.powi(sign(to - 1)? * exponent))
     }
 
-    /// Returns the number of the satellite, its first digit perhaps a letter.
+    /// Returns the number of the satellite, in which the first character may be a letter.
     fn satellite(&self) -> Result<String, TwoLinesError> {
         let text = self.columns(3, 7).trim();
         let (first, rest) = text.split_at(text.len().min(1));
@@ -182,7 +183,7 @@ impl<'t> Line<'t> {
     }
 }
 
-/// Reads two lines.
+/// Parses two-line elements.
 pub(crate) fn read(lines: [&str; 2]) -> Result<MeanElements, TwoLinesError> {
     let [first, second] = [Line::of(1, lines[0])?, Line::of(2, lines[1])?];
     let [one, two] = [first.satellite()?, second.satellite()?];
@@ -240,8 +241,8 @@ mod tests {
         "2 99991  97.8000 200.1000 0011999  90.2000 270.1000 14.90000000    11",
     ];
 
-    /// Returns a line with a piece of another one in its columns, and the checksum that it then
-    /// has.
+    /// Returns the line with the text `piece` at the column `column`, and with the checksum that
+    /// belongs to the changed line.
     fn with(line: &str, column: usize, piece: &str) -> String {
         let mut text = format!("{}{piece}{}", &line[..column - 1], &line[column - 1 + piece.len()..]);
         let digit = |sign: char| if sign == '-' { 1 } else { sign.to_digit(10).unwrap_or(0) };

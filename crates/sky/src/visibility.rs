@@ -1,17 +1,18 @@
-//! Visibility of targets over time: whether a ground station sees the satellite above its horizon,
-//! and whether the Earth hides the Sun or another target.
+//! Visibility over time: when a ground station sees the satellite above its horizon, and when the
+//! Earth hides the Sun or another target from the satellite.
 //!
-//! The Earth is a sphere with its equatorial radius R. Let r be the distance of the satellite from
-//! the centre of the Earth, d the distance of the satellite from the Sun and R_S the radius of the
-//! Sun. φ is the angle at the satellite between the centres of the Earth and the Sun. α and σ are
-//! the apparent angular radii of the Earth and the Sun, `sin α = R/r` and `sin σ = R_S/d`:
+//! The Earth is a sphere with its equatorial radius R. r is the distance of the satellite from the
+//! centre of the Earth, d its distance from the Sun, and R_S the radius of the Sun. φ is the angle
+//! at the satellite between the centres of the Earth and the Sun. α and σ are the apparent angular
+//! radii of the Earth and the Sun, `sin α = R/r` and `sin σ = R_S/d`:
 //!
 //! ```text
 //! φ < α − σ : umbra, the Sun is hidden        φ < α + σ : penumbra or umbra, a part is hidden
 //! ```
 //!
-//! In a low orbit the times of entry and exit are accurate to some ten seconds. The error is larger
-//! if the Sun grazes the limb, because the atmosphere bends and dims light and the Earth is oblate.
+//! In a low orbit, the times of entry and exit have errors of some ten seconds. The errors are
+//! larger if the Sun grazes the limb, because the atmosphere refracts and absorbs light, and
+//! because the Earth is oblate.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
@@ -22,28 +23,28 @@ use std::f64::consts::FRAC_PI_2;
 /// Radius of the Sun \[m\] (nominal value of IAU 2015 Resolution B3).
 const SUN_RADIUS_M: f64 = 6.957e8;
 
-/// Sampling interval of the search for windows and shadows \[s\]; it may miss a shorter window, but
-/// a pass above the horizon or through the shadow lasts minutes.
+/// Sampling interval of the search for time intervals of visibility and shadow \[s\]. Shorter
+/// intervals may be missed, but a pass above the horizon or through the shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
-/// A time interval in seconds after the epoch, in which a condition holds.
+/// A time interval in which a condition holds, in seconds after the epoch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Start of the interval \[s\], when the condition begins to hold, or the start of the search.
+    /// Time at which the condition begins to hold, or the start of the search \[s\].
     pub from: f64,
-    /// End of the interval \[s\], when the condition ceases to hold, or the end of the search.
+    /// Time at which the condition ceases to hold, or the end of the search \[s\].
     pub to: f64,
 }
 
-/// A condition of illumination or visibility that holds at some times.
+/// A condition of illumination or visibility, which holds during some time intervals.
 #[derive(Clone, Debug)]
 pub enum Condition {
     /// At least a part of the Sun is visible: the satellite is not in the umbra.
     Sunlit,
     /// The Earth hides at least a part of the Sun: the satellite is in the penumbra or the umbra.
     Eclipsed,
-    /// The Earth does not hide the target. For a ground station: the satellite is above its
-    /// horizon.
+    /// The Earth does not hide the target from the satellite. If the target is a ground station,
+    /// the satellite is above its horizon.
     Visible(Target),
 }
 
@@ -91,9 +92,9 @@ impl Condition {
     }
 }
 
-/// Returns the elevation of the satellite above the horizon of a ground station \[rad\] at
-/// `time` \[s\] after the epoch. Latitude is geodetic, longitude is east, height is above the WGS
-/// 84 ellipsoid.
+/// Returns the elevation of the satellite above the horizon of a ground station \[rad\] at `time`
+/// \[s\] after the epoch. The latitude is geodetic, the longitude is measured to the east, and the
+/// height is relative to the WGS 84 ellipsoid.
 ///
 /// # Errors
 /// Returns the errors of [`Sky::direction`].
@@ -114,7 +115,8 @@ fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Returns the time intervals in which a condition holds; their ends are accurate to a millisecond.
+/// Returns the time intervals in which a condition holds. The error of their ends is at most a
+/// millisecond.
 fn intervals(
     from: f64,
     to: f64,

@@ -6,11 +6,12 @@ use slewkit::numerics::figures::{about, rounded_up, short};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Accuracy;
 
-/// A terminal error counts as nearly converged up to this multiple of the tolerance.
+/// Largest ratio of the terminal error to its tolerance at which a search counts as nearly
+/// converged.
 const NEARLY: f64 = 1e4;
 
-/// Formats a suggested command: `slew plan` with the spec and the overrides of this run, an
-/// additional override that sets `key`, and the reason as a shell comment.
+/// Formats a suggested command: `slew plan` with the spec and the overrides of this run, and with a
+/// further override that sets `key` to `value`. The reason `why` follows as a shell comment.
 fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -> String {
     let (path, other) = (args.spec.to_string_lossy(), |set: &&String| !set.starts_with(&format!("{key}=")));
     let mut words = vec!["slew".into(), "plan".into(), word(&path)];
@@ -22,7 +23,7 @@ fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -
     format!("{}   # {why}", words.join(" "))
 }
 
-/// Returns a word for a command line, in quotes if it contains characters that the shell would
+/// Returns a word for a command line. It is quoted if it contains characters that a shell would
 /// interpret.
 pub fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
@@ -34,8 +35,8 @@ pub fn word(text: &str) -> String {
     }
 }
 
-/// Returns the suggested next commands, according to the status of the plan and the outcome of the
-/// search.
+/// Returns suggestions for the next command, according to the status of the plan and the outcome of
+/// the search, the most promising one first.
 pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
     let solution = &plan.solution;
     let more_steps =
@@ -56,13 +57,13 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     let convex = solution.method.is_on_equal_steps();
     let witnessed = plan.verification.as_ref();
     let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_limit()));
-    // If the true motion misses the target although the discrete problem is solved, shorter steps
-    // help.
+    // Shorter steps help if the discrete problem is solved but the continuous motion misses the
+    // target.
     let finer = accuracy.and_then(|found| {
         let why = format!("ends within {} deg", short(found.wanted_deg));
         found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
     });
-    // The terminal error is so small that only round-off can prevent convergence.
+    // The terminal error is so small that only round-off can have prevented convergence.
     let reached = solution.terminal.largest();
     let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
     match (plan.status, solution.outcome) {

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 /// The options that determine how a failure of any command is reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Common {
-    /// Suppresses all text except errors.
+    /// True if all text except errors is suppressed.
     pub quiet: bool,
     /// A failure is also written to stdout as a JSON document.
     pub json: bool,
 }
 
-/// The spec of a command.
+/// Path of the spec of a command, with the options for reading it.
 #[derive(Debug, clap::Args)]
 pub struct SpecArgs {
     /// Spec file; `-` reads stdin

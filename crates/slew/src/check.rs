@@ -37,18 +37,18 @@ fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
 #[derive(Serialize)]
 struct BodyReport<'a> {
     name: &'a str,
-    /// The mass; `None` for a body that only rotates.
+    /// Mass of the body \[kg\]; `None` if the body only rotates.
     #[serde(skip_serializing_if = "Option::is_none")]
     mass_kg: Option<f64>,
     principal_moments_kg_m2: [f64; 3],
-    /// The rows of the inertia matrix in body axes, about the mass center; under uniform gravity,
-    /// about the pivot.
+    /// Rows of the inertia matrix in body axes \[kg·m²\]. It refers to the center of mass or, under
+    /// uniform gravity, to the pivot.
     inertia_kg_m2: [[f64; 3]; 3],
     #[serde(flatten)]
     solid: Option<SolidReport>,
 }
 
-/// The report on a shape with faces, whose vertices are relative to its mass center.
+/// Properties of a shape with faces; its vertices are relative to its center of mass.
 #[derive(Serialize)]
 struct SolidReport {
     faces: usize,
@@ -115,7 +115,7 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
     Ok(Exit::Solved)
 }
 
-/// Describes a shape with faces in two lines of the summary.
+/// Returns two lines of the summary that describe a shape with faces.
 fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
     let list =
         |values: &[f64]| values.iter().map(|value| significant(*value, 6)).collect::<Vec<_>>().join(", ");
@@ -204,8 +204,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     Ok(Exit::Solved)
 }
 
-/// Describes which sections for flights the spec has, and how many chances of limits; `None`
-/// without such sections.
+/// Describes the sections for simulated flights that the spec has, and the number of its chance
+/// constraints. Returns `None` if the spec has neither.
 fn flight(closed_loop: &ClosedLoop) -> Option<String> {
     let sections: Vec<String> = closed_loop.sections().map(|name| format!("[{name}]")).collect();
     let chances = match closed_loop.chances.len() {
@@ -256,7 +256,7 @@ fn sequence(loaded: &LoadedSequence, args: &Args, console: &mut Console) -> Resu
     Ok(Exit::Solved)
 }
 
-/// The largest number of names in a line.
+/// Largest number of names that a line of the summary lists.
 const SHOWN: usize = 6;
 
 fn listed(names: &[&str]) -> String {

@@ -1,5 +1,5 @@
-//! The two output streams: text for people on stderr, data on stdout. A stream that the reader
-//! closes is not an error.
+//! The output streams of a command: text for people on stderr, and data on stdout. If the program
+//! that reads a stream closes it, this is not an error.
 
 use slewkit_files::export::ExportError;
 pub use slewkit_report::summary::Tone;
@@ -11,19 +11,19 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 pub struct Console {
     quiet: bool,
-    /// True to write colours: stderr is a terminal, and `NO_COLOR` is empty or absent.
+    /// True if colours are written: stderr is a terminal, and `NO_COLOR` is empty or absent.
     pub colour: bool,
     terminal: bool,
-    /// True while a progress line is on the screen.
+    /// True while a progress line is visible on the screen.
     progress: bool,
-    /// The time at which the progress line was last shown.
+    /// Time at which the progress line was last updated.
     shown: Instant,
-    /// True if a text has been written.
+    /// True if the console has printed any text.
     told: bool,
 }
 
 impl Console {
-    /// Builds a console on stderr. `quiet` suppresses everything except errors.
+    /// Creates a console on stderr. If `quiet` is true, it prints errors only.
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -31,7 +31,7 @@ impl Console {
         Self { quiet, colour, terminal, progress: false, shown: Instant::now(), told: false }
     }
 
-    /// Returns `text` in the colour of its tone, if the console has colours.
+    /// Returns `text` in the colour of the tone, or unchanged if the console has no colours.
     pub fn paint(&self, tone: Tone, text: &str) -> String {
         paint(self.colour, tone, text)
     }
@@ -43,7 +43,7 @@ impl Console {
         }
     }
 
-    /// Prints an error with its code, also if the console is quiet.
+    /// Prints an error with its code, reason and remedy, even if the console is quiet.
     pub fn error(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Bad, &format!("error[{code}]"));
         let mut text = format!("{label}: {reason}");
@@ -53,13 +53,13 @@ impl Console {
         self.plain_error(&text);
     }
 
-    /// Prints a warning with its code, unless the console is quiet.
+    /// Prints a warning with its code, reason and remedy, unless the console is quiet.
     pub fn warn(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Note, &format!("warning[{code}]"));
         self.say(&format!("{label}: {reason}\n  help: {remedy}"));
     }
 
-    /// Prints the text of an error, which is already formatted, also if the console is quiet.
+    /// Prints the formatted text of an error, even if the console is quiet.
     pub fn plain_error(&mut self, text: &str) {
         self.clear_progress();
         self.told = true;
@@ -67,23 +67,23 @@ impl Console {
         let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
     }
 
-    /// Returns whether the console is quiet and has printed nothing.
+    /// Returns true if the console is quiet and has printed nothing.
     pub fn is_silent(&self) -> bool {
         self.quiet && !self.told
     }
 
-    /// Returns whether the progress is visible to the user.
+    /// Returns whether the console shows progress lines.
     pub fn shows_progress(&self) -> bool {
         self.terminal && !self.quiet
     }
 
-    /// Returns whether a new progress line is due. It is renewed ten times per second, for the
-    /// first time after a tenth of a second.
+    /// Returns whether the progress line is due for an update. It is updated ten times per second;
+    /// the first update follows after a tenth of a second.
     pub fn is_due(&self) -> bool {
         self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
     }
 
-    /// Replaces the progress line if a new one is due.
+    /// Replaces the progress line by `text` if an update is due.
     pub fn progress(&mut self, text: impl FnOnce() -> String) {
         if self.is_due() {
             let mut stderr = io::stderr().lock();
@@ -101,15 +101,16 @@ impl Console {
     }
 }
 
-/// Writes data to stdout. If the reader closes the stream, as `head` does, writing ends without
-/// an error.
+/// Writes data to stdout with the function `content`. If the program that reads the stream closes
+/// it, as `head` does, writing ends without an error.
 pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
-    // The buffer avoids a write for every line, because stdout flushes at each newline.
+    // Stdout is flushed at each newline; the buffer avoids a write operation for every line.
     let mut output = BufWriter::new(io::stdout().lock());
     let written = content(&mut output).and_then(|()| Ok(output.flush()?));
     match written {
         Err(error) if error.is_broken_pipe() => {
-            // The writer is taken apart, because dropping it would write the buffered data again.
+            // The writer is taken apart instead of dropped, because dropping it would write the
+            // data that remain in its buffer.
             drop(output.into_parts());
             Ok(())
         }

@@ -42,7 +42,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         if args.report.json() {
             return write_document(&notations, output);
         }
-        // Each line can be pasted into a spec.
+        // Each printed line can be pasted into a spec.
         let tree: Map<String, Value> = serde_json::to_value(&notations)
             .and_then(serde_json::from_value)
             .map_err(|error| ExportError::Io(error.into()))?;
@@ -56,7 +56,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// The keys that complete a spec whose only content is an attitude.
+/// Keys that complete a spec with a given start attitude to a valid spec.
 const REST: [&str; 4] = [
     "format=1",
     "body.inertia_kg_m2=[1, 1, 1]",
@@ -64,11 +64,11 @@ const REST: [&str; 4] = [
     "maneuver.duration_s=1",
 ];
 
-/// The line number of the attitude in the spec that `read` builds.
+/// Number of the line that contains the attitude in the spec that `read` builds.
 const LINE: usize = 2;
 
-/// Reads an attitude by building a spec that starts at it. Notations, checks and messages are
-/// therefore the same as in specs.
+/// Reads an attitude by means of a spec in which it is the start attitude. The notations, checks
+/// and messages are therefore those of specs.
 fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> {
     let text = text.trim();
     let text = text.strip_prefix("attitude").map_or(text, |rest| rest.trim_start().trim_start_matches('='));
@@ -84,7 +84,8 @@ fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> 
     };
     let loaded = spec::from_str(&spec, "attitude", Format::Toml, &rest).map_err(shift)?;
     for warning in shift(Diagnostics(loaded.warnings)).0 {
-        // W0059 warns that start and end are equal, which has no meaning without a maneuver.
+        // W0059 warns that the start and the end are equal, which is meaningless without a
+        // maneuver.
         if warning.code != "W0059" {
             console.say(&warning.render(console.colour));
         }

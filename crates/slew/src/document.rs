@@ -1,7 +1,7 @@
 //! The macro that writes reports as JSON documents, with the keys in the order of the source text.
 
-/// Builds a JSON document from keys and values. If a key is followed by `if some`, its value is an
-/// [`Option`], and [`None`] omits the key.
+/// Builds a JSON document from keys and values. If `if some` follows a key, its value is an
+/// [`Option`], and the key is omitted if the value is [`None`].
 macro_rules! document {
     (@type $key:ident) => { $key };
     (@type $key:ident $some:ident) => { Option<$key> };

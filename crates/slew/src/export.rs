@@ -49,7 +49,8 @@ pub struct TableArgs {
 }
 
 impl TableArgs {
-    /// Returns the requested contents of a table. Refuses options that the format cannot hold.
+    /// Returns the requested contents of a table, or an error if an option is given that the format
+    /// does not support.
     pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
         let format = destination.format().and_then(Format::of_data);
         if self.margins && !format.is_some_and(formats::Format::tells_margins) {
@@ -100,7 +101,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Parses a positive number of seconds from the command line.
+/// Parses a positive number of seconds that is given on the command line.
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -108,7 +109,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Refuses a format that needs data which the maneuver does not have, such as a name or an epoch.
+/// Checks that the maneuver has all data that the format requires, such as names or an epoch.
 pub fn check(destination: &Destination, problem: &Problem, identity: &Identity) -> Result<(), Failure> {
     let Some(format) = destination.format().and_then(Format::of_data) else { return Ok(()) };
     format.check(problem, identity).map_err(|lacking| Failure::from(ExportError::from(lacking)))

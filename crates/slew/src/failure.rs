@@ -1,4 +1,4 @@
-//! The exit codes of the program, and the failures that lead to them.
+//! Exit codes of the program, and the failures that cause them.
 
 use super::Console;
 use super::console;
@@ -10,16 +10,16 @@ use slewkit_files::export::{ExportError, FileError, write_document};
 use slewkit_files::spec::{Diagnostics, escape};
 use std::path::Path;
 
-/// The exit codes of the program. A plan has the code of its [`Status`].
+/// Exit codes of the program. For a plan, its [`Status`] determines the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// The command succeeded.
     Solved,
-    /// The program has a bug.
+    /// The program failed because of a bug.
     Internal,
-    /// The command line is wrong.
+    /// The arguments on the command line are invalid.
     Usage,
-    /// The spec is wrong.
+    /// The spec has errors.
     SpecInvalid,
     /// The search ended without a solved plan.
     Plan(Status),
@@ -27,7 +27,7 @@ pub enum Exit {
     File,
     /// A simulation produced a number that is not finite.
     NotFinite,
-    /// The batch is finished, and some of its cases failed.
+    /// The batch is complete, but some of its cases failed.
     CasesFailed,
 }
 
@@ -45,7 +45,7 @@ impl Exit {
         }
     }
 
-    /// Returns the name of the status that belongs to the code.
+    /// Returns the status, as a word, that corresponds to the exit code.
     pub fn status(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -60,33 +60,33 @@ impl Exit {
     }
 }
 
-/// The reason why a command failed.
+/// Reason why a command failed.
 #[derive(Debug)]
 pub enum Failure {
-    /// The spec is wrong.
+    /// The spec has errors.
     Spec(Diagnostics),
-    /// A file, stdin or stdout could not be read or written, or has wrong contents.
+    /// A file, stdin or stdout could not be read or written, or its contents are invalid.
     File(Message),
     /// The problem or the settings contradict each other, although each value of the spec is valid.
     Problem(Message),
     /// The arguments contradict each other.
     Usage(String),
-    /// The arguments request an output that does not exist.
+    /// The arguments request an output that the program cannot produce.
     Output(Message),
-    /// The command ended without a plan. The status determines the exit code.
+    /// The command ended without a plan. The status of the search determines the exit code.
     Plan(Status, Message),
-    /// The program has a bug; the user made no mistake.
+    /// The program has a bug; the input of the user is not the cause.
     Internal(String),
 }
 
-/// A message with a code that does not refer to a line of a spec.
+/// A message with a stable code. It does not refer to a line of a spec.
 #[derive(Clone, Debug, Serialize)]
 pub struct Message {
-    /// The code, which never changes its meaning.
+    /// Stable code of the message.
     pub code: &'static str,
-    /// The reason.
+    /// Reason of the failure.
     pub reason: String,
-    /// The remedy.
+    /// Remedy for the failure.
     pub remedy: String,
 }
 
@@ -97,14 +97,14 @@ impl Message {
 }
 
 impl Failure {
-    /// Builds the failure of an input that cannot be opened or read.
+    /// Creates the failure that an input file cannot be opened or read.
     pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
         let path = path.to_string_lossy();
         let reason = format!("cannot read {}: {error}", escape(&path));
         Self::File(Message::new("E0090", reason, "check the path"))
     }
 
-    /// Builds the failure of an input with the wrong contents.
+    /// Creates the failure that the contents of an input file are invalid.
     pub fn unusable(path: &Path, error: &ExportError) -> Self {
         if let ExportError::Io(error) = error {
             return Self::unreadable(path, error);
@@ -130,8 +130,8 @@ impl Failure {
         }
     }
 
-    /// Reports the failure of the command `name` to the user, as text and, if `json` is true, as a
-    /// JSON document. Returns the exit code.
+    /// Reports the failure of the command `name` to the user as text and, if `json` is true, also
+    /// as a JSON document on stdout. Returns the exit code.
     pub fn report(&self, console: &mut Console, json: bool, name: &str) -> Exit {
         let exit = self.exit();
         match self {
@@ -145,7 +145,7 @@ impl Failure {
             }
         }
         if json {
-            // If the pipe itself failed, the document cannot be written.
+            // If stdout itself caused the failure, the document cannot be written.
             let _ = console::to_stdout(|output| write_document(&self.document(exit), output));
         }
         exit
@@ -181,7 +181,7 @@ impl From<ExportError> for Failure {
             }
             ExportError::Lacking(lacking) => {
                 let message = Message::new(lacking.code(), lacking.to_string(), lacking.remedy());
-                // A missing feature of the program is not a fault of the spec.
+                // If the program was built without a feature, this is not an error of the spec.
                 if lacking == Lacking::Parquet { Self::Output(message) } else { Self::Problem(message) }
             }
             other => Self::Internal(other.to_string()),

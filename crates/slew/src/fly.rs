@@ -91,14 +91,14 @@ pub enum Which {
     Both,
 }
 
-/// Formats that can hold cases.
+/// Formats in which the results of the cases can be written.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Csv, Format::Npz];
 
 /// Number of cases that run between two checks for Ctrl-C. This many cases take a few tenths of a
 /// second.
 const CHUNK: usize = 4096;
 
-/// Runs the command.
+/// Runs `slew fly` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let destination = args.output.destination(&FORMATS, &[&args.plan])?;
     keep_plan(&args.reading)?;
@@ -126,7 +126,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
 }
 
-/// Reads the plan of a maneuver, and computes the quantities near it.
+/// Reads the plan of a maneuver, and computes the gains and covariances along it.
 fn maneuver(
     args: &Args,
     input: Box<dyn Read>,
@@ -143,7 +143,7 @@ fn maneuver(
     Ok((loaded.closed_loop, flight))
 }
 
-/// Reads the plan of a sequence, and computes the quantities near the motion over the whole.
+/// Reads the plan of a sequence, and computes the gains and covariances along its whole motion.
 fn sequence(
     args: &Args,
     input: Box<dyn Read>,
@@ -172,10 +172,11 @@ fn not_flown(args: &Args, error: NotFlown) -> Failure {
     }
 }
 
-/// The keys that state the maneuver: with other values the recorded plan is no plan of it.
+/// Keys that define the maneuver. If their values were changed, the recorded plan would not belong
+/// to the maneuver.
 const PLANNED: [&str; 8] = ["body", "start", "end", "stop", "maneuver", "environment", "orbit", "epoch"];
 
-/// Refuses overrides that change the maneuver.
+/// Returns an error if an override changes a key that defines the maneuver.
 fn keep_plan(reading: &Reading) -> Result<(), Failure> {
     let key = |text: &String| text.split('=').next().unwrap_or_default().trim().to_string();
     let table = |key: &str| key.split('.').next().unwrap_or_default().to_string();
@@ -189,7 +190,7 @@ fn keep_plan(reading: &Reading) -> Result<(), Failure> {
     }
 }
 
-/// Returns the requested loops: closed, open.
+/// Returns the requested loops: true for the closed loop, false for the open loop.
 fn loops(args: &Args, runs: &Runs<'_>) -> Result<Vec<bool>, Failure> {
     let has = runs.beside.gains.is_some();
     match args.which {
@@ -287,7 +288,7 @@ fn all(
     Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
 }
 
-/// Opens the file of `--keep`, and passes its cases to their flights.
+/// Opens the file of `--keep`, and adds the cases in it to the flights of their loops.
 fn kept(
     args: &Args,
     path: &Path,

@@ -1,6 +1,6 @@
-//! The handling of Ctrl-C. The first Ctrl-C stops the work and keeps its best result. The second
-//! one ends the program at once, and so does the first one while results are written. The signals
-//! SIGTERM and SIGHUP have the same effect as Ctrl-C.
+//! Handling of Ctrl-C. The first Ctrl-C stops the computation, and the best result so far is kept.
+//! The second Ctrl-C ends the program at once. While results are being written, the first Ctrl-C
+//! also ends the program at once. The signals SIGTERM and SIGHUP have the same effect as Ctrl-C.
 
 use super::Exit;
 use slewkit::plan::Status;
@@ -12,24 +12,25 @@ use std::thread;
 use std::time::Duration;
 
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-/// True while results are appended to their final file, one by one.
+/// True while the command appends results to their file one by one.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// The time after Ctrl-C before a message asks for patience. The work may poll rarely: a step of
-/// large polyhedra, or a subproblem, is slow.
+/// Time from Ctrl-C to a message that asks the user to wait. It appears if the computation rarely
+/// polls for Ctrl-C: a step with large polyhedra or a convex subproblem may take long.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Installs the handler of Ctrl-C.
 pub fn watch() {
     let installed = ctrlc::set_handler(asked);
-    // If no handler can be installed, Ctrl-C ends the program, which is its default.
+    // Without a handler, Ctrl-C ends the program, as it does by default.
     drop(installed);
     #[cfg(unix)]
     unix::watch();
 }
 
-/// Prepares the process for limits on file sizes and memory. Call it before any other work.
+/// Prepares the process for limits on file sizes and on memory. It must be called before any other
+/// work.
 pub fn prepare() {
     #[cfg(unix)]
     {
@@ -38,7 +39,8 @@ pub fn prepare() {
     }
 }
 
-/// Installs the handler as [`watch`] does, for work whose results are kept one by one.
+/// Installs the handler of Ctrl-C, as [`watch`] does, for a command that appends results to their
+/// file one by one.
 pub fn watch_kept() {
     KEEPING.store(true, Ordering::SeqCst);
     watch();
@@ -49,18 +51,18 @@ pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
 }
 
-/// Returns the flag that Ctrl-C sets.
+/// Returns the flag that becomes true on Ctrl-C.
 pub fn flag() -> Arc<AtomicBool> {
     Arc::clone(&REQUESTED)
 }
 
-/// Marks the start of writing. From then on, Ctrl-C ends the program at once.
+/// Marks the start of writing, after which Ctrl-C ends the program at once.
 pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
 
-/// Installs the handler for a command that only writes files: Ctrl-C ends the program at once and
-/// leaves no incomplete file.
+/// Installs the handler for a command that only writes files. Ctrl-C ends the program at once and
+/// leaves no incomplete file behind.
 pub fn end_at_once() {
     writing();
     watch();
@@ -71,7 +73,7 @@ fn asked() {
         remove_temporaries();
         std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
     }
-    // If the system cannot start a thread, the message does not appear, but the work stops.
+    // If the system cannot start a thread, the message is not printed, but the computation stops.
     let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
         let text = if KEEPING.load(Ordering::SeqCst) {
@@ -96,8 +98,8 @@ mod unix {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// The number of SIGXFSZ (file size limit exceeded) on Linux and most other systems. The
-    /// library has no constant for it.
+    /// Number of the signal SIGXFSZ (file size limit exceeded) on Linux and most other systems; the
+    /// library defines no constant for it.
     const SIGXFSZ: i32 = 25;
 
     /// Installs the handler of the signals SIGTERM and SIGHUP.
@@ -105,20 +107,21 @@ mod unix {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
             let listen = move || signals.forever().for_each(|_| super::asked());
-            // If the system cannot start a thread, the signals end the program, as they do by
-            // default.
+            // Without this thread, the signals end the program, as they do by default.
             let _ = std::thread::Builder::new().spawn(listen);
         }
     }
 
-    /// Makes writing beyond the file size limit an error, which would otherwise kill the program.
+    /// Turns writing beyond the file size limit into an error, because the signal would kill the
+    /// program.
     pub fn survive_file_limit() {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }
 
-    /// Makes a failed allocation end the program with the exit code `limit_reached`. On a failed
-    /// allocation, the standard library prints a message and aborts. A panic within a panic also
-    /// aborts, but counts as a bug.
+    /// Makes the program end with the exit code `limit_reached` if an allocation fails. In this
+    /// case the standard library prints a message and aborts, and a handler of the signal SIGABRT
+    /// sets the exit code. The handler ignores an abort due to a panic during a panic, which is a
+    /// bug.
     pub fn end_without_memory() {
         let no_panic = Arc::new(AtomicBool::new(true));
         let code = i32::from(Exit::Plan(Status::LimitReached).code());
@@ -130,8 +133,8 @@ mod unix {
         }));
     }
 
-    /// Returns whether the process ignores SIGHUP, as under `nohup`. Returns true if the system
-    /// does not report this.
+    /// Returns whether the process ignores SIGHUP, as under `nohup`. Returns true also if the
+    /// system does not report this.
     fn ignores_hangup() -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -7,12 +7,12 @@
 #[macro_use]
 mod document;
 
-/// The code of the README, which the tests compile and run.
+/// Code examples of the README, which the tests compile and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
-/// The code of the page on the library, which the tests compile and run.
+/// Code examples of the page on the library, which the tests compile and run.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/library.md")]
 struct Library;
@@ -199,8 +199,8 @@ impl Command {
             Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
             Self::Init(args) => texts::run(&args.output, &texts::template(&args), console),
             Self::Completions { shell } => {
-                // The script is first written to memory, because the generator panics if the pipe
-                // is closed.
+                // The script is first written to memory, because the generator panics if the
+                // program that reads stdout closes the stream.
                 let mut script = Vec::new();
                 clap_complete::generate(shell, &mut Cli::command(), "slew", &mut script);
                 print(&script)
@@ -215,11 +215,11 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Runs the program and returns its exit code. `arguments` are as a shell passes them: the first
-/// one is the name of the program.
+/// Runs the program and returns its exit code. `arguments` are the words of the command line, of
+/// which the first is the name of the program.
 ///
-/// It writes to the streams of the process and handles its signals. A process should call it once
-/// and do nothing else.
+/// The program writes to the streams of the process and handles its signals. A process should
+/// therefore call this function only once, and do nothing else.
 ///
 /// ```
 /// assert_eq!(slewkit_cli::run(["slew", "explain", "E0123"]), 0);
@@ -237,8 +237,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     };
     let common = command.common();
     let mut console = Console::new(common.quiet);
-    // A panic has its own exit code, so that a bug does not look like another status. The message
-    // of the panic has already been printed.
+    // A panic has a separate exit code, so that a bug is not mistaken for another status. The
+    // message of the panic has already been printed.
     let outcome = catch_unwind(AssertUnwindSafe(|| command.run(&mut console)));
     let exit = match outcome {
         Ok(Ok(exit)) => exit,
@@ -248,8 +248,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
             failure.report(&mut console, common.json, &name)
         }
     };
-    // `--quiet` hides only success. Every failure prints a text, because not every shell shows exit
-    // codes.
+    // `--quiet` suppresses the text of a success only. Every failure prints a text, because not
+    // every shell shows exit codes.
     if exit != Exit::Solved && console.is_silent() && !common.json {
         let (status, code) = (exit.status(), exit.code());
         console.plain_error(&format!("{status} (exit code {code}); run it without --quiet for the reason"));
@@ -257,19 +257,19 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     exit.code()
 }
 
-/// Writes help and version to stdout with exit code 0, and usage errors to stderr with 2.
+/// Prints help and version on stdout and returns exit code 0, or prints usage errors on stderr and
+/// returns exit code 2.
 fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);
-    // The message quotes the input of the user; escape sequences in it must not reach the
-    // terminal.
+    // The message quotes input of the user, whose escape sequences must not reach the terminal.
     let told = if said.use_stderr() && shown != words {
         write!(io::stderr().lock(), "{shown}")
     } else {
         said.print().and_then(|()| io::stdout().flush())
     };
     match told {
-        // A reader that closed the stream is not an error.
+        // If the program that reads the stream has closed it, this is not an error.
         Err(error) if !said.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => Exit::File,
         _ if said.use_stderr() => Exit::Usage,
         _ => Exit::Solved,

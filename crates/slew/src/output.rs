@@ -1,4 +1,4 @@
-//! The destination and the format of the data that a command writes.
+//! Destination and format of the data that a command writes.
 
 use super::{Common, Console, Failure, Message, console, summary};
 use clap::ValueEnum;
@@ -70,25 +70,25 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the format of the data; `None` for text, which is no data format.
+    /// Returns the data format; `None` for `text`, which is not a data format.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
 
-    /// Returns the endings of file names for the format. If several formats share an ending, it
-    /// selects the first.
+    /// Returns the file name extensions of the format. If several formats share an extension, it
+    /// selects the first of them.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)
     }
 
-    /// Returns the name of the format on the command line.
+    /// Returns the name of the format as on the command line.
     fn name(self) -> String {
         self.to_possible_value().map_or(String::new(), |value| value.get_name().into())
     }
 }
 
 impl Destination {
-    /// Refuses to overwrite one of `files`, which the spec names as inputs.
+    /// Returns an error if the output would overwrite one of `files`, to which the spec refers.
     pub fn distinct_from(&self, files: &[PathBuf]) -> Result<(), Failure> {
         if let Self::File(target, _) = self {
             files.iter().try_for_each(|file| target.distinct_from(file))?;
@@ -96,8 +96,8 @@ impl Destination {
         Ok(())
     }
 
-    /// Returns the path of the plan file, if the destination is a JSON file. Other formats do not
-    /// hold a whole plan.
+    /// Returns the path of the output if it is a JSON file, which holds the whole plan; otherwise
+    /// `None`.
     pub fn plan_file(&self) -> Option<&Path> {
         match self {
             Self::File(target, Format::Json) => Some(target.path()),
@@ -105,7 +105,7 @@ impl Destination {
         }
     }
 
-    /// Returns the format of the data; `None` if no data are written.
+    /// Returns the data format; `None` if no data are written.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,
@@ -131,10 +131,10 @@ impl Destination {
     }
 }
 
-/// The destination of the data of a command, with their format.
+/// Destination of the data of a command, with the data format.
 #[derive(Debug)]
 pub enum Destination {
-    /// No data are written, only text.
+    /// No data are written; the command only prints text.
     None,
     /// The data are written to stdout.
     Stdout(Format),
@@ -149,8 +149,8 @@ impl OutputArgs {
         Common { quiet: self.quiet, json }
     }
 
-    /// Returns the destination of the data. Checks before any work that the format is one of
-    /// `formats`, and that the output does not replace one of `inputs`.
+    /// Returns the destination of the data. Before any other work, checks that the format is one of
+    /// `formats`, and that the output does not overwrite one of `inputs`.
     pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
         if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
             let reason = format!("this command does not write {}", format.name());
@@ -163,7 +163,7 @@ impl OutputArgs {
                 None => Destination::None,
             });
         };
-        // These names all mean stdout.
+        // All these names mean stdout.
         if ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path.as_os_str() == *name) {
             return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
         }
@@ -180,15 +180,15 @@ impl OutputArgs {
     }
 }
 
-/// Returns the format of the output file `path`: the requested format, or the one of the file's
-/// ending. Returns an error if the two contradict each other.
+/// Returns the format of the output file `path`: the requested format or, if none is requested, the
+/// format that the file name extension selects. Returns an error if the two contradict each other.
 fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<Format, Failure> {
     let shown = escape(&path.to_string_lossy());
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let has = |format: &Format| ending.as_deref().is_some_and(|ending| format.endings().contains(&ending));
     let meant = formats.iter().copied().find(has);
     match (asked, meant) {
-        // A file without a known ending may have any format.
+        // A file name without a known extension is allowed for every format.
         (Some(asked), None) => Ok(asked),
         (Some(asked), Some(_)) if has(&asked) => Ok(asked),
         (Some(asked), Some(meant)) => {
@@ -211,7 +211,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
     }
 }
 
-/// Lists all formats with their file name endings, for messages.
+/// Returns a text that lists all formats with their file name extensions, for messages.
 fn known(formats: &[Format]) -> String {
     let mut text = "the endings are".to_string();
     for format in formats.iter().filter(|format| !format.endings().is_empty()) {

@@ -1,4 +1,4 @@
-//! Reading the file that a report or a picture shows, and finding out its kind.
+//! Reading of a file for a report or a picture, including the recognition of its kind.
 
 use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
@@ -11,10 +11,10 @@ use slewkit_report::Cases;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-/// The default sequence of the Euler angles.
+/// Default sequence of the Euler angles in charts.
 pub const EULER: &str = "zyx";
 
-/// The options of pictures.
+/// Options of commands that draw pictures.
 #[derive(Debug, clap::Args)]
 pub struct Drawing {
     /// Sequence of the Euler angles, intrinsic: zyx is R = Rz Ry Rx
@@ -28,7 +28,7 @@ pub struct Drawing {
     pub euler: String,
 }
 
-/// The contents of a file that slewkit wrote.
+/// Kind of the contents of a file that slewkit wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A plan of one maneuver, or a file of unknown kind.
@@ -43,19 +43,19 @@ pub enum Kind {
     Comparison,
 }
 
-/// The number of bytes that are read to identify a file. The identifying keys come before all
-/// lists.
+/// Number of bytes that are read to recognise the kind of a file. The identifying keys precede all
+/// long lists.
 const HEAD: u64 = 4096;
 
-/// Opens the file at `path`, or stdin for `-`, from its beginning, and returns the kind of its
-/// contents.
+/// Opens the file at `path`, or stdin for `-`. Returns the kind of its contents and a reader that
+/// begins at the start of the file.
 pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     let mut input = spec_file::open_plan(path)?;
     let mut head = Vec::new();
     let read = input.by_ref().take(HEAD).read_to_end(&mut head);
     read.map_err(|error| Failure::unreadable(path, &error))?;
     let text = String::from_utf8_lossy(&head);
-    // Within JSON strings quotes are escaped, so these matches are keys.
+    // Quotes within JSON strings are escaped, so the texts found are keys.
     let kind = if text.starts_with("{\"slew_results\":") {
         Kind::Results
     } else if SequenceFile::begins(text.as_bytes()) {
@@ -70,7 +70,7 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     Ok((kind, Box::new(Cursor::new(head).chain(input))))
 }
 
-/// Reads the results of a batch from the file at `path`, which may be incomplete.
+/// Reads the results of a batch from the file at `path`, which may be an incomplete file.
 pub fn results(path: &Path) -> Result<Cases, Failure> {
     if path.as_os_str() == "-" {
         return Err(Failure::Usage("results are read from a file, not from stdin".into()));
@@ -83,18 +83,18 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// A plan that was read from its file and judged by the witnesses.
+/// A plan that was read from its file and verified by the witnesses.
 pub struct Pictured {
-    /// The spec that the file contains, with its maneuver on the grid of the plan.
+    /// Spec in the file, with its maneuver on the grid of the plan.
     pub loaded: Loaded,
     pub plan: Plan,
-    /// The margins that the plan holds for its chance constraints.
+    /// Margins that the plan keeps for its chance constraints; `None` if it has none.
     pub margins: Option<MarginsRecord>,
-    /// The exit code: solved, or verification failed if the witnesses refute the file.
+    /// Exit code: solved, or verification failed if the witnesses refute the plan.
     pub exit: Exit,
 }
 
-/// Reads the plan file `input` from `path` and lets the witnesses judge its claims.
+/// Reads the plan file `input`, whose path is `path`, and verifies it with the witnesses.
 pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pictured, Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
@@ -102,7 +102,7 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     let reading = Reading { set: Vec::new(), input: None };
     let mut loaded = spec_file::read_held(held, path, &reading, console)?;
     let (file, exit) = settled(file, &loaded, path, console);
-    // A plan that is proved infeasible has no trajectory.
+    // A plan file without a trajectory states that the maneuver is infeasible.
     let has_rows = !file.trajectory.0.time.is_empty();
     if has_rows {
         loaded.problem = file.on_grid(&loaded.problem).map_err(unusable)?;
@@ -111,7 +111,7 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
 }
 
-/// Reads the plan of a sequence from `path` and lets the witnesses judge its claims.
+/// Reads the plan of a sequence, whose path is `path`, and verifies it with the witnesses.
 pub fn sequence(
     path: &Path,
     input: impl Read,
@@ -136,8 +136,8 @@ pub fn sequence(
     Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
 
-/// Returns the plan file of `path` with the verdict of the witnesses. If they refute the claims of
-/// the file, the returned file states this.
+/// Returns the plan file with the verdict of the witnesses. If they refute the status in the file,
+/// the status of the returned file states this, and an error is printed.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,

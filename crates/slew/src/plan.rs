@@ -68,11 +68,11 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
-/// The name of the start from which a plan was found, if this start is the guess.
+/// Name of the initial guess in a plan file if it is the plan given by `--guess`.
 const GUESS: &str = "guess";
-/// The note in the summary if the plan was found from the guess.
+/// Note in the summary if the plan was found from the plan given by `--guess`.
 const FROM_GUESS: &str = "found from the guess: the search without it found only plans with a higher cost";
-/// The note in the summary if the plan was found with `--guess-alone`.
+/// Note in the summary if the plan was found with `--guess-alone`.
 const FROM_GUESS_ALONE: &str =
     "found only from the guess, without a search: a plan without --guess-alone may cost less";
 
@@ -90,7 +90,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Spec::Sequence(loaded) => {
             return sequence::run(args, &loaded, (&destination, tables, page.as_ref()), console);
         }
-        // `read_planned` refuses a simulation, so this case does not occur.
+        // `read_planned` returns an error for a simulation, so this case does not occur.
         Spec::Simulation(_) => return Err(Failure::Internal("a simulation has no plan".into())),
     };
     let Loaded { problem, settings, mut identity, closed_loop, files, .. } = loaded;
@@ -98,8 +98,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(page) = &page {
         files.iter().try_for_each(|file| page.distinct_from(file))?;
     }
-    // The format is checked before the search, so that no plan is lost because data for its output
-    // are missing.
+    // The format is checked before the search, so that a plan is not lost because data for its
+    // output are missing.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
@@ -165,8 +165,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Plans a maneuver. If it has chance constraints, also returns the margins that the plan holds for
-/// them.
+/// Plans a maneuver. If the spec has chance constraints, also returns the margins that the plan
+/// keeps for them.
 fn planned(
     problem: &Problem,
     settings: &Settings,
@@ -196,8 +196,9 @@ fn planned(
     Ok((with, plan, Some(margins)))
 }
 
-/// Computes gains, covariances and chances along a plan; `None` if the spec does not request them,
-/// or if no plan exists.
+/// Computes the gains, covariances and probabilities of violation along a plan. Returns `None` if
+/// the spec does not request them, if no plan exists, or after a warning that they cannot be
+/// computed.
 fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
     if !closed_loop.is_asked() || is_posed(problem) || plan.solution.outcome != Outcome::Converged {
         return None;
@@ -209,15 +210,16 @@ fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mu
     }
 }
 
-/// Designs the gains along a plan, for a spec that states no uncertainty or a plan for which
-/// covariances cannot be computed.
+/// Computes the gains along a plan without covariances, either because the spec states no
+/// uncertainty, or because covariances cannot be computed for this plan.
 fn gains(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Gains> {
     let converged = Some(&plan.solution).filter(|solution| solution.outcome == Outcome::Converged)?;
     gains_alone(problem, &converged.trajectory, closed_loop)?
         .map_or_else(|error| unknown(&error, console), Some)
 }
 
-/// Prints a warning that states why gains or covariances cannot be computed, and returns `None`.
+/// Prints a warning with the reason why gains or covariances cannot be computed, and returns
+/// `None`.
 fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
     let reason = format!("no gains and no covariance for this plan: {error}");
     console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
@@ -253,7 +255,7 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
     Ok(guess)
 }
 
-/// Builds the failure of a plan that the planner refused.
+/// Creates the failure for a maneuver that the planner rejects.
 pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),
@@ -264,7 +266,7 @@ pub fn refusal(error: PlanError) -> Failure {
     }
 }
 
-/// Builds the failure for a spec whose keys are valid but contradict each other.
+/// Creates the failure for a spec whose keys are valid but contradict each other.
 pub fn invalid(error: ProblemError) -> Failure {
     let (code, remedy) = match &error {
         ProblemError::StepTooLong { steps, .. } => {
@@ -278,7 +280,7 @@ pub fn invalid(error: ProblemError) -> Failure {
     Failure::Problem(Message::new(code, error.to_string(), remedy))
 }
 
-/// The observer of a search: shows its progress, and stops it on Ctrl-C.
+/// Observer of a search. It shows the progress, and stops the search on Ctrl-C.
 pub struct Watcher<'a>(pub &'a mut Console);
 
 impl Observer for Watcher<'_> {

@@ -61,7 +61,7 @@ pub struct Args {
     pub quiet: bool,
 }
 
-/// The format of a file that holds pictures.
+/// Format of an output file with pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Svg,
@@ -70,11 +70,11 @@ enum Format {
 }
 
 impl Format {
-    /// Converts SVG to the bytes of a file in this format.
+    /// Converts an SVG picture to the contents of a file in this format.
     #[cfg(feature = "paper")]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         use slewkit_report::draw::paper::{PaperError, pdf, png};
-        /// The number of PNG pixels per SVG pixel. 2 gives 192 pixels per inch.
+        /// Number of PNG pixels per SVG pixel; the value 2 gives 192 pixels per inch.
         const SCALE: f32 = 2.0;
         let made = match self {
             Self::Svg => Ok(svg.into_bytes()),
@@ -92,15 +92,15 @@ impl Format {
         })
     }
 
-    /// Returns the bytes of an SVG file. Without the feature `paper`, other formats have been
-    /// refused before.
+    /// Returns the contents of an SVG file. Without the feature `paper`, an earlier check rejects
+    /// all other formats.
     #[cfg(not(feature = "paper"))]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         Ok(svg.into_bytes())
     }
 }
 
-/// Returns the names of all pictures, without repetition.
+/// Returns the names of all pictures, each of them once.
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
     let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
@@ -112,7 +112,7 @@ fn keys() -> Vec<&'static str> {
     keys
 }
 
-/// The number of pictures in one file if `--charts` is absent.
+/// Default number of pictures in a single output file.
 const PANEL: usize = 4;
 
 impl Args {
@@ -121,7 +121,7 @@ impl Args {
         Common { quiet: self.quiet, json: false }
     }
 
-    /// Returns the format of the output if it is one file; `None` if it is a folder.
+    /// Returns the format of the output if it is a single file; `None` if it is a folder.
     fn one_file(&self) -> Result<Option<Format>, Failure> {
         let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let format = match ending.as_deref() {
@@ -155,7 +155,7 @@ impl Args {
         Ok(target)
     }
 
-    /// Returns the requested pictures of `shown`, in the requested order.
+    /// Returns the requested pictures in the requested order; `shown` are all pictures that exist.
     fn chosen<'a>(&self, shown: &'a [Shown]) -> Result<Vec<&'a Shown>, Failure> {
         let find = |key: &String| {
             shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
@@ -228,7 +228,7 @@ fn draw(
         let chosen = if chosen.is_empty() { shown.iter().collect() } else { chosen };
         folder(&args.output)?;
         let file = |shown: &&Shown| args.target(args.output.join(format!("{}.svg", shown.key)));
-        // All target files are checked before the first one is written.
+        // All output paths are checked before the first file is written.
         let targets = chosen.iter().map(file).collect::<Result<Vec<_>, _>>()?;
         for (shown, target) in chosen.iter().zip(&targets) {
             write(target, shown.picture.svg().as_bytes(), console)?;

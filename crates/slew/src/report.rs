@@ -96,8 +96,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Returns the target file of a page. Checks before any work that its name has an ending of HTML
-/// files, and that it is not one of `inputs`.
+/// Returns the output file of a page. Before any other work, checks that its name has an HTML
+/// extension, and that it is not one of `inputs`.
 pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
@@ -110,7 +110,7 @@ pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Fail
     Ok(target)
 }
 
-/// Writes the HTML text of a page, and prints the name of the file.
+/// Writes the HTML text of a page, and prints the name of the written file.
 pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
     target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
     summary::wrote(console, target);

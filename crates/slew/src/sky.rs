@@ -27,50 +27,52 @@ pub struct Args {
     pub report: ReportArgs,
 }
 
-/// A target at the start and at the end of a maneuver.
+/// A target with its directions at the start and at the end of a maneuver.
 #[derive(Debug, Serialize)]
 struct Line {
     target: String,
     used_by: String,
-    /// The times of the start and the end of the maneuver \[s\].
+    /// Times of the start and of the end of the maneuver \[s\].
     time_s: [f64; 2],
-    /// Right ascension and declination \[deg\].
+    /// Right ascension and declination of the target at these two times \[deg\].
     ra_dec_deg: [[f64; 2]; 2],
-    /// The rate of the direction \[deg/s\].
+    /// Angular rate of the direction at these two times \[deg/s\].
     rate_deg_s: [f64; 2],
-    /// The distance at both times; `None` for a direction without a distance.
+    /// Distance of the target at these two times \[km\]; `None` if the target is only a direction.
     #[serde(skip_serializing_if = "Option::is_none")]
     range_km: Option<[f64; 2]>,
-    /// The elevation of the spacecraft above the horizon of a station \[deg\].
+    /// Elevation of the spacecraft above the horizon of the ground station at these two times
+    /// \[deg\]; `None` if the target is not a ground station.
     #[serde(skip_serializing_if = "Option::is_none")]
     elevation_deg: Option<[f64; 2]>,
-    /// The angle between the direction that the planner uses and the direction by the full
-    /// astronomical theories \[arcsec\].
+    /// Angle between the direction that the planner uses and the direction according to the full
+    /// astronomical theories, at these two times \[arcsec\].
     apart_arcsec: [f64; 2],
-    /// The displacement by light time and aberration \[arcsec\]. The spec determines whether
-    /// directions include it.
+    /// Displacement of the direction by light time and aberration at these two times \[arcsec\].
+    /// The spec determines whether directions include this displacement.
     by_light_arcsec: [f64; 2],
 }
 
-/// The report on the sky of a spec.
+/// Report on the orbit and the targets of a spec.
 #[derive(Debug, Serialize)]
 struct Told {
-    /// The period of the orbit \[s\]; `None` without an orbit.
+    /// Period of the orbit \[s\]; `None` if the spec has no orbit.
     #[serde(skip_serializing_if = "Option::is_none")]
     period_s: Option<f64>,
-    /// The age of the orbital elements at the epoch \[s\]; `None` for a table of positions.
+    /// Age of the orbital elements at the epoch \[s\]; `None` if the spec gives a table of
+    /// positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
-    /// The intervals in which the spacecraft is in the penumbra or umbra of the Earth \[s from the
-    /// start\].
+    /// Time intervals, counted from the start, in which the spacecraft is in the penumbra or umbra
+    /// of the Earth \[s\].
     eclipses_s: Vec<[f64; 2]>,
-    /// True if directions include light time.
+    /// True if directions are corrected for light time.
     light_time: bool,
     aberration: bool,
     targets: Vec<Line>,
 }
 
-/// The duration for which targets are computed if the duration of the maneuver is free \[s\].
+/// Time for which targets are computed if the duration of the maneuver is free \[s\].
 const AHEAD: f64 = 600.0;
 
 /// Runs `slew sky` and returns its exit code.
@@ -153,8 +155,8 @@ fn table(told: &Told) -> String {
         let elements = told.age_s.map_or_else(
             || "a table of positions".into(),
             |age| {
-                // An age below one second counts as zero, because the difference of two epochs has
-                // round-off.
+                // An age of less than a second counts as zero, because the difference between two
+                // epochs has round-off errors.
                 let days = if age.abs() < 1.0 { 0.0 } else { age.abs() / 86_400.0 };
                 let than = if age <= -1.0 { "newer than the epoch" } else { "old" };
                 format!("elements {} days {than}", significant(days, 2))
@@ -185,7 +187,7 @@ fn table(told: &Told) -> String {
         "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″", "light, ″"
     ));
     for (number, line) in told.targets.iter().enumerate() {
-        // Several constraints may refer to the same target.
+        // Several constraints may use the same target, which is printed once.
         let same = |other: &Line| other.target == line.target && other.ra_dec_deg == line.ra_dec_deg;
         if told.targets[..number].iter().any(same) {
             continue;

@@ -1,4 +1,4 @@
-//! Functions that read the spec or plan file that a command names.
+//! Reading of the spec or plan file that a command line names.
 
 use super::{Console, Failure, Message, Notation, Reading};
 use slewkit_files::export::{PlanFile, SequenceFile};
@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-/// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and prints its
+/// Reads the maneuver at `path`, or from stdin for `-`, applies the overrides, and prints the
 /// warnings.
 pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loaded, Failure> {
     let (overrides, format) = arguments(path, reading)?;
@@ -20,8 +20,8 @@ pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loa
     Ok(loaded)
 }
 
-/// Reads the maneuver or the sequence at `path`, or from stdin for `-`, with the overrides, and
-/// prints its warnings.
+/// Reads the maneuver or the sequence at `path`, or from stdin for `-`, applies the overrides, and
+/// prints the warnings.
 pub fn read_planned(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
     let (overrides, format) = arguments(path, reading)?;
     let spec = if is_stdin(path) {
@@ -33,8 +33,8 @@ pub fn read_planned(path: &Path, reading: &Reading, console: &mut Console) -> Re
     Ok(spec)
 }
 
-/// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and prints
-/// its warnings.
+/// Reads a spec of any kind at `path`, or from stdin for `-`, applies the overrides, and prints the
+/// warnings.
 pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
     let (overrides, format) = arguments(path, reading)?;
     let spec = if is_stdin(path) {
@@ -46,7 +46,7 @@ pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spe
     Ok(spec)
 }
 
-/// Reads the spec in the plan file `plan`, with the overrides, and prints its warnings.
+/// Reads the spec in the plan file `plan`, applies the overrides, and prints the warnings.
 pub fn read_held(
     held: &SpecDocument,
     plan: &Path,
@@ -59,13 +59,13 @@ pub fn read_held(
     Ok(loaded)
 }
 
-/// Builds the failure of a command that accepts a single maneuver and was given a sequence.
+/// Creates the failure of a command that supports single maneuvers only but was given a sequence.
 pub fn refuse_stops() -> Failure {
     let reason = "the spec has stops, and this command supports only a single maneuver";
     Failure::Problem(Message::new("E0018", reason, "run `slew plan` on it; or remove the stops"))
 }
 
-/// Reads the spec in the plan of a sequence, with the overrides, and prints its warnings.
+/// Reads the spec in the plan file of a sequence, applies the overrides, and prints the warnings.
 pub fn read_held_sequence(
     held: &SpecDocument,
     plan: &Path,
@@ -79,7 +79,7 @@ pub fn read_held_sequence(
     Ok(loaded)
 }
 
-/// Builds the failure of a sequence whose spec has no stops.
+/// Creates the failure that the spec of a sequence has no stops.
 pub fn without_stops() -> Failure {
     let reason = "the plan file holds a sequence, and the spec has no stops";
     Failure::Problem(Message::new("E0018", reason, "give the spec of the sequence, with [[stop]]"))
@@ -91,7 +91,7 @@ fn tell(warnings: &[Diagnostic], console: &mut Console) {
     }
 }
 
-/// Returns the overrides of the command line, and the notation of the spec.
+/// Returns the overrides on the command line, and the format of the spec.
 pub fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
     let overrides = reading
         .set
@@ -115,8 +115,8 @@ pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(file))
 }
 
-/// An open plan file, or an attitude file of any program. The first character of the file
-/// distinguishes the two.
+/// An open plan file, or an open attitude file of any program. The beginning of the file shows
+/// which of them it is.
 pub enum PlanOrAttitudes {
     /// A plan file.
     Plan(Box<dyn Read>),
@@ -141,7 +141,7 @@ pub fn open_plan_or_attitudes(path: &Path) -> Result<PlanOrAttitudes, Failure> {
     })
 }
 
-/// Returns an error if more than one input is stdin.
+/// Returns an error if more than one of the inputs is stdin.
 pub fn one_stdin(inputs: &[&Path]) -> Result<(), Failure> {
     match inputs.iter().filter(|path| is_stdin(path)).count() {
         0 | 1 => Ok(()),

@@ -1,4 +1,4 @@
-//! The summaries that commands print on this console.
+//! Summaries that commands print on the console.
 
 use super::advice::{advice, word};
 use super::{Console, SpecArgs, Tone};
@@ -20,34 +20,35 @@ pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> Str
     summary::headline(console.colour, name, verdict, tone)
 }
 
-/// Prints the last line of a summary, which names the written file.
+/// Prints the last line of a summary, which states the name of the written file.
 pub fn wrote(console: &mut Console, target: &Target) {
     console.say(&line("wrote", &escape(&target.path().to_string_lossy())));
 }
 
-/// The contents of the summary of `slew plan`, and its destination.
+/// Data from which the summary of `slew plan` is made.
 pub struct Told<'a> {
     pub problem: &'a Problem,
     pub settings: &'a Settings,
     pub plan: &'a Plan,
     pub identity: &'a Identity,
-    /// True to include the details of the search.
+    /// True if the summary includes the details of the search.
     pub verbose: bool,
-    /// The path of the plan file that will be written; `None` if no plan file is written.
+    /// Path of the plan file that will be written; `None` if none will be written.
     pub file: Option<&'a Path>,
-    /// The gains, if covariances are not known.
+    /// Gains along the plan, if no covariances were computed.
     pub gains: Option<&'a Gains>,
-    /// The gains, covariances and chances along the plan, if the spec requests them.
+    /// Gains, covariances and probabilities of violation along the plan; `None` if the spec does
+    /// not request them.
     pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
-    /// The margins for chance constraints; `None` if the spec has none. Also present if no plan was
-    /// found.
+    /// Margins for the chance constraints; `None` if the spec has none. They exist even if no plan
+    /// was found.
     pub margins: Option<&'a MarginsRecord>,
-    /// A label and a text about `--guess` or `--warm`: how the given plan was used, or why it was
+    /// Label and text about the plan given by `--guess` or `--warm`: how it was used, or why it was
     /// not used.
     pub begun: Option<(&'a str, &'a str)>,
 }
 
-/// Returns the summary of a plan, whether solved or not, with the suggested next command.
+/// Returns the summary of a plan, solved or not, with a suggestion for the next command.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, begun } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
@@ -75,8 +76,8 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     lines.join("\n")
 }
 
-/// Returns the suggested next command for a solved plan. `file` is the plan file that will be
-/// written.
+/// Returns the suggestion for the next command after a solved plan. `file` is the path of the plan
+/// file that will be written; `uncertain` is true if the spec states an uncertainty.
 pub fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
     let more = if verbose { "" } else { "; -v reports how it was found" };
     if let Some(file) = file {
@@ -98,8 +99,8 @@ pub fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool
     }
 }
 
-/// Formats a suggested command in lines. A long command, or its reason, continues on the next line
-/// as a shell allows it.
+/// Formats a suggested command as lines. If the command with its reason is too long for a line, it
+/// continues on the next line in the notation of a shell.
 fn tried(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     if text.chars().count() <= summary::TEXT {
@@ -113,7 +114,7 @@ fn tried(text: &str) -> Vec<String> {
     if command.chars().count() <= summary::TEXT {
         lines.line("try", command);
     } else {
-        // Lines are broken before an option, so that the option and its value stay on one line.
+        // Line breaks precede options, so that an option and its value remain on one line.
         let mut parts: Vec<String> = Vec::new();
         for (index, part) in command.split(" --set ").enumerate() {
             let set = if index == 0 { part.to_string() } else { format!("--set {part}") };
@@ -136,7 +137,8 @@ fn tried(text: &str) -> Vec<String> {
     lines
 }
 
-/// Returns the lines about margins and results of the witnesses, and about every check that fails.
+/// Returns the lines about margins and about the results of the witnesses, including every failed
+/// check.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
     summary::verified(console.colour, judged, verification)
 }

@@ -51,7 +51,7 @@ pub struct Args {
     pub output: OutputArgs,
 }
 
-/// The formats in which a table can be written.
+/// Formats in which a slew-time table can be written.
 const FORMATS: [Format; 3] = [Format::Text, Format::Npz, Format::Parquet];
 
 /// Runs `slew table` and returns its exit code.

@@ -1,4 +1,4 @@
-//! The texts that the program prints: starter specs, schemas, manual pages, explanations of codes.
+//! Texts that the program prints: starter specs, schemas, manual pages and explanations of codes.
 
 use super::console;
 use super::{Console, Exit, Failure, summary};
@@ -68,27 +68,27 @@ pub fn schema(of: SchemaOf) -> String {
     }
 }
 
-/// The topics of `slew help` besides the commands, with their texts: how to replay a plan, the
-/// glossary, and the conventions.
+/// Topics of `slew help` in addition to the commands, with their texts: the conventions, the
+/// glossary, and how to replay a plan.
 const TOPICS: [(&str, &str); 3] = [
     ("conventions", include_str!("conventions.md")),
     ("glossary", include_str!("glossary.md")),
     ("replay", include_str!("replay.md")),
 ];
 
-/// The explanations of all codes. Each has a line with code and title, then a paragraph, then a
-/// blank line.
+/// Explanations of all codes of errors and warnings. Each consists of a line with the code and its
+/// title, a paragraph, and a blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
 
-/// Returns the title and the explanation of a code; `None` for an unknown code. Upper and lower
-/// case are equivalent.
+/// Returns the title and the explanation of a code, ignoring upper and lower case; `None` if the
+/// code is unknown.
 pub fn explanation(code: &str) -> Option<String> {
     let code = code.trim().to_ascii_uppercase();
     let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;
     Some(format!("{}\n", found.trim_end()))
 }
 
-/// Returns one line for each code, with its title.
+/// Returns a list of all codes with their titles, one line each.
 pub fn codes() -> String {
     let titles = EXPLANATIONS.split("\n\n").filter_map(|entry| entry.trim().lines().next());
     titles.map(|title| format!("{title}\n")).collect()

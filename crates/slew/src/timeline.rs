@@ -73,8 +73,8 @@ impl Args {
         Common { quiet: self.quiet, json: self.format == ReportFormat::Json }
     }
 
-    /// Returns the target file and whether it is a PTR; `None` if no file is written. Checks the
-    /// name before any work.
+    /// Returns the output file, and true if its format is PTR, false for PRM; `None` if no file is
+    /// requested. The file name is checked before any other work.
     fn target(&self) -> Result<Option<(Target, bool)>, Failure> {
         let Some(path) = &self.output else { return Ok(None) };
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -98,40 +98,40 @@ impl Args {
     }
 }
 
-/// The delay above which a slew counts as late \[s\]. A slew that uses all its time may exceed it
-/// by round-off.
+/// Delay above which a slew counts as late \[s\]. It allows for the round-off of a slew that uses
+/// all its available time.
 const LATE: f64 = 1e-6;
 
-/// The slew to an observation.
+/// Slew to an observation, with its available and its planned time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Slew {
-    /// The time between the two observations in the file \[s\].
+    /// Time between the previous observation and this one in the file \[s\].
     available_s: f64,
-    /// The duration of the planned slew \[s\]; `None` without a plan.
+    /// Duration of the planned slew \[s\]; `None` if no slew was planned.
     planned_s: Option<f64>,
-    /// The status of the planned slew; `None` without a plan.
+    /// Status of the planned slew; `None` if no slew was planned.
     status: Option<Status>,
 }
 
 impl Slew {
-    /// Returns whether the slew needs more time than is available.
+    /// Returns whether the planned slew takes longer than the time available.
     fn is_late(&self) -> bool {
         self.planned_s.is_some_and(|planned| planned - self.available_s > LATE)
     }
 }
 
-/// The contents of the report on a pointing file.
+/// Data from which the report on a pointing file is made.
 struct Told {
-    /// The observations, with the planned times and attitudes if slews were planned.
+    /// Pointing file, with the planned times and attitudes if slews were planned.
     file: PointingFile,
-    /// The slew to each observation; `None` for the first observation if the spacecraft starts
-    /// there.
+    /// Slew to each observation; `None` for the first observation if the spacecraft starts in its
+    /// attitude.
     slews: Vec<Option<Slew>>,
-    /// What the file leaves open, one sentence for each question, without the final period.
+    /// Assumptions that could not be verified, one sentence each, without the final period.
     open: Vec<String>,
-    /// The status of the plan of all slews; `None` without a plan.
+    /// Status of the plan of all slews; `None` if no slews were planned.
     status: Option<Status>,
-    /// The originator that a PRM names.
+    /// Name of the originator for the header of a PRM.
     originator: String,
 }
 
@@ -178,7 +178,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Builds the report on a file if no slews are planned.
+/// Creates the report on a pointing file without planning any slews.
 fn unplanned(file: PointingFile) -> Told {
     let gaps = file.observations.windows(2).map(|pair| pair[1].begin.since(&pair[0].end));
     let slew = |available_s| Some(Slew { available_s, planned_s: None, status: None });
@@ -187,7 +187,7 @@ fn unplanned(file: PointingFile) -> Told {
     Told { slews, open, status: None, originator: "UNKNOWN".into(), file }
 }
 
-/// Plans the slews of a file, and writes the plan.
+/// Plans the slews between the observations of a pointing file, and writes the plan.
 fn planned(
     file: &PointingFile,
     name: &str,
@@ -249,7 +249,7 @@ fn planned(
     Ok(told)
 }
 
-/// Returns the attitude of an observation; `None` if the file does not determine it.
+/// Returns the attitude during an observation; `None` if the file does not determine it.
 fn attitude(observation: &Observation) -> Option<Matrix3> {
     match observation.target {
         pointing::Target::Inertial(target) => observation.attitude(&target),
@@ -257,25 +257,25 @@ fn attitude(observation: &Observation) -> Option<Matrix3> {
     }
 }
 
-/// Formats date and time of day to the millisecond.
+/// Formats a date and time of day with a resolution of a millisecond.
 fn milliseconds(moment: &Epoch) -> String {
     moment.calendar_text().chars().take("2032-12-26T10:15:31.000".len()).collect()
 }
 
-/// The largest number of characters of an observation's name in the summary.
+/// Largest number of characters of an observation's name that the summary shows.
 const NAME: usize = 16;
-/// The largest number of observations in the summary.
+/// Largest number of observations that the summary lists.
 const SHOWN: usize = 30;
 
 impl Told {
-    /// Returns the observations with their number (from 1), their attitude and the slew to them.
+    /// Returns each observation with its number (counted from 1), its attitude, and the slew to it.
     fn rows(&self) -> impl Iterator<Item = (usize, &Observation, Option<Matrix3>, Option<Slew>)> {
         let slews = self.slews.iter().copied().chain(std::iter::repeat(None));
         let rows = self.file.observations.iter().zip(slews).enumerate();
         rows.map(|(index, (observation, slew))| (index + 1, observation, attitude(observation), slew))
     }
 
-    /// Returns the lines of the summary.
+    /// Returns the lines of the summary of the timeline.
     fn lines(&self, console: &Console, name: &str) -> Vec<String> {
         let file = &self.file;
         let (verdict, tone) = match self.status {

@@ -1,5 +1,5 @@
-//! `slew verify`: checks a plan file against its own spec or another spec, with the witnesses
-//! alone.
+//! `slew verify`: verifies a plan file with the witnesses only, against the spec in the file or
+//! against another spec.
 
 mod sequence;
 
@@ -53,7 +53,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
-    // The plan is checked against the given spec or, without one, against the spec in the file.
+    // The plan is verified against the given spec or, if none is given, against the spec in the
+    // file.
     let Loaded { problem, settings, identity, closed_loop, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
@@ -71,7 +72,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    // The recorded active limits are not shown, because the witnesses determine them.
+    // The summary shows the active limits that the witnesses find, not those that are recorded.
     let trajectory = &plan.trajectory.0;
     let judged = summary::Judged { problem: &problem, identity: &identity, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
@@ -89,18 +90,18 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         name: &problem.name,
         steps: problem.steps,
         verified: &verification,
-        // The keys in which the spec in the file differs from the given spec. The value in the file
-        // comes first.
+        // Keys whose values differ between the spec in the file and the given spec. In each
+        // difference, the value in the file is first.
         differences: &differences,
-        // Recorded figures that differ from the results of the witnesses. The recorded value comes
-        // first.
+        // Recorded values that differ from the results of the witnesses. In each difference, the
+        // recorded value is first.
         recorded: &recorded,
         not_judged: &not_judged,
     })?;
     Ok(exit)
 }
 
-/// Checks an attitude file, which has no torques.
+/// Verifies an attitude file, which contains no torques.
 fn attitudes(
     args: &Args,
     given: Option<Loaded>,
@@ -158,7 +159,8 @@ fn attitudes(
     Ok(exit)
 }
 
-/// Describes the result of a check, with the line of the file to which it refers.
+/// Describes the result of a check of an attitude file, with the line of the file to which it
+/// refers.
 fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     let Check { name, value, limit, passed } = check;
     let unit = match name.as_str() {
@@ -184,7 +186,8 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     text
 }
 
-/// Builds the failure of a plan whose arrays do not fit the maneuver of the spec.
+/// Creates the failure that the lengths of the arrays of a plan do not fit the maneuver of the
+/// spec.
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, remedy }) => {

@@ -50,6 +50,7 @@ mod words;
 pub(crate) use capability::strongest;
 pub(crate) use full_wheels::proof as of_motion;
 pub(crate) use outputs::Outputs;
+pub use sufficient::fixed_axis_duration;
 pub(crate) use sufficient::sufficient;
 
 use crate::maneuver::constraint::{Conflict, conflict};

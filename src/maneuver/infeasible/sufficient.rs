@@ -58,6 +58,23 @@ const ROOM: f64 = 1e-3;
 /// end is not at rest, in a field, for a body that translates, for thrusters, or if a constraint
 /// forbids the turn.
 pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
+    let turns = turns(problem).filter_map(|turn| turn.duration());
+    turns.reduce(f64::min).map(rounded_up).filter(|duration| *duration > problem.seconds())
+}
+
+/// Returns the duration \[s\] of a turn about a fixed axis from the start to the end of a maneuver:
+/// it accelerates at a constant acceleration, continues at a constant rate, and decelerates, as fast
+/// as the limits of torques, rates and wheels allow. The turn is feasible, so a minimum-time plan is
+/// not longer. Cones are ignored. Returns `None` if an end is not at rest, in a field, for a body
+/// that translates, for one-sided inputs, and if no input limits the duration.
+pub fn fixed_axis_duration(problem: &Problem) -> Option<f64> {
+    let durations = turns(problem).filter_map(|turn| Some(turn.quickest()?.duration(turn.angle)));
+    durations.reduce(f64::min)
+}
+
+/// Returns the turns about a fixed axis that the chosen homotopy class allows; none for a maneuver
+/// that they do not describe.
+fn turns(problem: &Problem) -> impl Iterator<Item = Turn<'_>> {
     let torque = &problem.actuation.torque;
     let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
     let plain = problem.motion == Motion::Attitude
@@ -68,11 +85,9 @@ pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
         && problem.alternatives.is_empty()
         && !(problem.actuation.wheels.is_some() && torque.limits().rate.is_some())
         && torque.frame() == AxisFrame::Body;
-    if !(plain && rests && isolated(problem) && standing(problem)) {
-        return None;
-    }
-    let found = ways(problem).into_iter().filter_map(|way| Turn::new(problem, &way)?.duration());
-    found.reduce(f64::min).map(rounded_up).filter(|duration| *duration > problem.seconds())
+    let described = plain && rests && isolated(problem) && standing(problem);
+    let ways = if described { ways(problem) } else { Vec::new() };
+    ways.into_iter().filter_map(|way| Turn::new(problem, &way))
 }
 
 /// Returns the rotation vectors that the chosen homotopy class allows, in the body axes of the
@@ -202,6 +217,18 @@ impl<'a> Turn<'a> {
     /// Returns the duration \[s\] with its margin; `None` if no rate leaves an acceleration, or if
     /// a constraint is in the way.
     fn duration(&self) -> Option<f64> {
+        let best = self.quickest()?;
+        let stretch = STRETCH + PER_STEP / self.problem.steps as f64;
+        let stretched = Course {
+            rate: best.rate / stretch,
+            acceleration: best.acceleration / stretch.powi(2),
+            slope: best.slope / stretch.powi(3),
+        };
+        self.is_clear(&stretched).then(|| stretched.duration(self.angle))
+    }
+
+    /// Returns the course of the shortest duration; `None` if no rate leaves an acceleration.
+    fn quickest(&self) -> Option<Course> {
         let at_rest = self.acceleration(0.0);
         // The turn is no faster than with the acceleration at rest, and its rate of change at rest,
         // all along.
@@ -213,16 +240,8 @@ impl<'a> Turn<'a> {
             return None;
         }
         let rates = (0..RATES).map(|power| quickest * FINER.powi(power));
-        let courses = rates.flat_map(|rate| self.courses(rate));
         let time = |course: &Course| course.duration(self.angle);
-        let best = courses.min_by(|a, b| time(a).total_cmp(&time(b)))?;
-        let stretch = STRETCH + PER_STEP / self.problem.steps as f64;
-        let stretched = Course {
-            rate: best.rate / stretch,
-            acceleration: best.acceleration / stretch.powi(2),
-            slope: best.slope / stretch.powi(3),
-        };
-        self.is_clear(&stretched).then(|| time(&stretched))
+        rates.flat_map(|rate| self.courses(rate)).min_by(|a, b| time(a).total_cmp(&time(b)))
     }
 
     /// Returns the largest acceleration that the limits of the inputs leave at a rate.

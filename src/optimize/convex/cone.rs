@@ -21,7 +21,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
-/// One factor of the cone `K`, with its number of rows (except as noted).
+/// One factor of the cone `K`, with its number of rows or, for [`Self::Semidefinite`], the size of
+/// its matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cone {
     /// Equations, `s = 0`.
@@ -30,8 +31,8 @@ pub(crate) enum Cone {
     Nonnegative(usize),
     /// Second-order cone `s_0 ≥ |(s_1, …)|`: the bound comes first; at least two rows.
     SecondOrder(usize),
-    /// A positive semidefinite `n×n` matrix: `n(n+1)/2` rows, the upper triangle column by column
-    /// with its off-diagonal entries times √2.
+    /// Cone of the positive semidefinite `n×n` matrices. It has `n(n+1)/2` rows: the upper triangle
+    /// column by column, with its off-diagonal entries times √2.
     #[cfg(feature = "sdp")]
     Semidefinite(usize),
 }
@@ -72,7 +73,7 @@ pub(crate) struct Program {
     pub cones: Vec<Cone>,
 }
 
-/// Limits and tolerances of the solver.
+/// Limits and tolerances of the cone solver.
 #[derive(Clone, Debug)]
 pub(crate) struct ConeSettings {
     /// Relative tolerance of gap and residuals. Default 1e-9. Below about 1e-12 round-off usually
@@ -82,9 +83,9 @@ pub(crate) struct ConeSettings {
     pub max_iterations: u32,
     /// Wall-clock limit of one solve \[s\]. Default: unlimited.
     pub time_limit: f64,
-    /// Static regularisation of the linear systems, corrected by iterative refinement. The default
-    /// 1e-8 is the solver's own. Semidefinite programs with solutions of rank one converge with a
-    /// larger value, and not with a smaller one.
+    /// Static regularisation of the linear systems, corrected by iterative refinement. The default,
+    /// 1e-8, is also the default of clarabel. Semidefinite programs with solutions of rank one
+    /// converge with a larger value, and not with a smaller one.
     pub regularization: f64,
 }
 
@@ -110,7 +111,7 @@ pub(crate) enum ConeError {
     /// A setting is out of range.
     #[error("setting {name} is {value}: out of range")]
     Setting { name: &'static str, value: f64 },
-    /// The solver rejected the data for a reason of its own.
+    /// The solver rejected the data; holds its message.
     #[error("cone solver: {0}")]
     Solver(String),
 }
@@ -126,7 +127,7 @@ pub(crate) struct Optimum {
     pub s: Vec<f64>,
 }
 
-/// Effort of a solve.
+/// Iterations and time of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Work {
     /// Interior-point iterations.
@@ -140,7 +141,7 @@ pub(crate) struct Work {
 pub(crate) enum Reason {
     /// The cost has no lower bound: the program was built incorrectly.
     Unbounded,
-    /// Infeasible or unbounded, but only to low accuracy: no certificate exists.
+    /// The program is infeasible or unbounded only to low accuracy, so that no certificate exists.
     Undecided,
     /// The iteration limit was reached.
     Iterations,
@@ -274,7 +275,7 @@ impl ConeSolver {
         self.solver.update_settings(settings.checked()?).map_err(solver_error)
     }
 
-    /// Makes subsequent solves end after the iteration in which one of `flags` is set.
+    /// Makes subsequent solves stop after the current iteration when one of `flags` is set.
     pub fn heed(&mut self, flags: Vec<Arc<AtomicBool>>) {
         let any = move || flags.iter().any(|flag| flag.load(Ordering::Relaxed));
         self.solver.set_termination_callback(move |_: &DefaultInfo<f64>| any());
@@ -306,7 +307,7 @@ impl ConeSolver {
         }
     }
 
-    /// Returns the effort of the last solve.
+    /// Returns the iterations and the time of the last solve.
     pub fn work(&self) -> Work {
         let solution = &self.solver.solution;
         Work { iterations: solution.iterations, seconds: solution.solve_time }
@@ -323,7 +324,7 @@ impl Program {
         })
     }
 
-    /// Checks that the solver accepts every number.
+    /// Checks that every number of the program is finite and in the range that the solver handles.
     fn check_numbers(&self) -> Result<(), ConeError> {
         finite("P", &self.quadratic.nzval)?;
         finite("q", &self.linear)?;

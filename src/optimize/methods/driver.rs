@@ -8,11 +8,12 @@
 //!
 //! `methods/driver.rs` holds its `Solver` implementation; the iterations know only a trait of three
 //! methods. A numerical failure is an `Outcome` in the iteration, not an `Err`, because argmin
-//! drops iterate and history on `Err`. It drives shooting, lifted Newton, SCP and the polish of SCP
-//! in the same way. Whether a driver library is worth its place for four iterations is a matter of
-//! opinion: it provides limits and termination, and the module can be replaced without a change to
-//! the mathematics. Therefore argmin is a feature. Without it a plain loop drives the same trait. A
-//! test holds both to bit-identical results and equal reports for every way a run can end.
+//! drops iterate and history on `Err`. The module drives shooting, lifted Newton, SCP and the
+//! polish of SCP in the same way. Whether a driver library is worth its place for four iterations
+//! is a matter of opinion: it provides limits and termination, and the module can be replaced
+//! without a change to the mathematics. Therefore argmin is a feature. Without it a plain loop
+//! drives the same trait. A test holds both to bit-identical results and equal reports for every
+//! way a run can end.
 
 use crate::maneuver::solution::Outcome;
 
@@ -22,7 +23,8 @@ pub(crate) trait Iteration {
     fn residual(&self) -> f64;
     /// Returns whether the iteration has converged.
     fn converged(&self) -> bool;
-    /// Makes one step; returns the outcome if the iteration ends with it, at its best iterate.
+    /// Makes one step. Returns the outcome if the iteration ends with this step, at its best
+    /// iterate, and `None` if it continues.
     fn advance(&mut self) -> Option<Outcome>;
 }
 
@@ -36,7 +38,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Creates the report of a run that could not begin.
+    /// Creates the report of a run that could not start.
     pub fn failed(outcome: Outcome) -> Self {
         Self { outcome, iterations: 0, residuals: Vec::new() }
     }
@@ -45,7 +47,8 @@ impl Report {
 /// Function that is polled between iterations; `Some` ends the run with this outcome.
 pub(crate) type Interrupt<'a> = &'a dyn Fn() -> Option<Outcome>;
 
-/// Runs an iteration until it ends, or for at most `max_iterations`.
+/// Runs an iteration until it ends or is interrupted, for at most `max_iterations` steps. Returns
+/// the iteration in its final state, and the report of the run.
 pub(crate) fn run<I: Iteration>(iteration: I, max_iterations: usize, interrupt: Interrupt) -> (I, Report) {
     let mut run = Run { residuals: vec![iteration.residual()], iteration, interrupt, outcome: None };
     let mut iterations = 0;

@@ -15,8 +15,8 @@
 //! X_{k+1} = G_k (A_k V_k X_k A_kᵀ − Q) ,   x_{k+1} = G_k A_k V_k (x_k − X_k c_k) + d_k
 //! ```
 //!
-//! The sweep never forms Ψ₁₂, and stays well conditioned for unstable dynamics, where single
-//! shooting fails.
+//! The sweep never forms Ψ₁₂, the sensitivity of the terminal state to the initial costate. It
+//! stays well conditioned for unstable dynamics, where single shooting fails.
 
 use crate::lie;
 use crate::maneuver::solution::Outcome;
@@ -49,7 +49,7 @@ impl<const N: usize> Nodes<N> {
         Self { points: candidate.states.clone(), costates: costates.collect() }
     }
 
-    /// Returns `candidate` with these states and costates.
+    /// Returns `candidate` with its states and costates replaced by those of the nodes.
     pub fn into_candidate(self, candidate: Candidate) -> Candidate {
         let costates = self.costates.iter().map(|costate| DVector::from_column_slice(costate.as_slice()));
         Candidate { states: self.points, costates: costates.collect(), ..candidate }
@@ -60,7 +60,7 @@ impl<const N: usize> Nodes<N> {
 pub(crate) struct LiftedNewton<'a, const N: usize> {
     pub bvp: &'a BoundaryValueProblem<'a, N>,
     pub tolerance: f64,
-    /// Factor on the iterations that the settings allow.
+    /// Factor on the number of iterations that the settings allow.
     pub patience: usize,
 }
 
@@ -96,17 +96,19 @@ struct Residuals<const N: usize> {
     c: Vec<SVector<f64, N>>,
     e: SVector<f64, N>,
     linear: Vec<Linearization<N>>,
-    /// Matrix `Q` at node 0 and at node N.
+    /// Matrix `Q` at node 0: the weight of the kick times the control authority.
     q_start: SMatrix<f64, N, N>,
+    /// Matrix `Q` at node N: the weight of the kick times the control authority.
     q_end: SMatrix<f64, N, N>,
-    /// Matrix `K_pq`, the gradient of the kick, at node N.
+    /// Matrix `K_pq`, the gradient of the kick with respect to the configuration, at node N.
     gradient_end: SMatrix<f64, N, N>,
     norm: f64,
     largest: f64,
 }
 
 impl<'a, const N: usize> Lifted<'a, N> {
-    /// Starts the iteration at `nodes`; fails if a step from them fails.
+    /// Starts the iteration at `nodes`. Returns an error if the integrator fails to step from one
+    /// of them.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -184,7 +186,7 @@ impl<'a, const N: usize> Lifted<'a, N> {
     }
 }
 
-/// Direction of a Newton step in states and costates of all nodes.
+/// Newton direction for the states and costates of all nodes.
 struct NewtonDirection<const N: usize> {
     states: Vec<SVector<f64, N>>,
     costates: Vec<SVector<f64, N>>,

@@ -77,7 +77,7 @@ pub(crate) struct Attempt {
     pub runs: Vec<Run>,
     /// Work spent on convex subproblems.
     pub work: ConvexWork,
-    /// Nodes of the sweep from the initial costate, if they were kept.
+    /// Sweep from the initial costate, with all its nodes; `None` if the nodes were not kept.
     pub swept: Option<Swept>,
     /// Barrier of an interior-point method: the last barrier parameter; an upper bound on the cost
     /// that the barrier adds for all rows; and the cost that it adds for the active rows, to first
@@ -86,7 +86,8 @@ pub(crate) struct Attempt {
     /// Warm start that an interior-point method leaves to a later solve of nearly the same
     /// maneuver.
     pub warm: Option<Box<Warm>>,
-    /// Description of what is missing, if the method did not converge.
+    /// What the candidate lacks to be a solution; `None` if the method converged or does not report
+    /// it.
     pub shortfall: Option<Shortfall>,
 }
 
@@ -104,7 +105,7 @@ pub(crate) struct Swept {
 /// One run of an iteration within an attempt.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
-    /// Strategy of the run, if it is not the announced one.
+    /// Strategy of the run; `None` if it is the strategy with which the search started the method.
     pub rung: Option<Rung>,
     /// Number of steps of the grid of the run.
     pub steps: usize,
@@ -133,18 +134,19 @@ impl Attempt {
         }
     }
 
-    /// Returns the ratio of the optimum's cost to this cost: the cost that the barrier adds is
-    /// subtracted, to first order. It is at least 0.
+    /// Returns the estimated ratio of the optimal cost to the cost of this attempt, from 0 to 1.
+    /// The difference is the cost that the barrier adds for the active rows, to first order.
     pub fn share_of_optimum(&self) -> f64 {
         1.0 - self.barrier.map_or(0.0, |[.., excess]| excess.min(1.0))
     }
 
-    /// Returns the estimated cost of the nearby optimum.
+    /// Returns the cost of the attempt without the cost that the barrier adds: an estimate of the
+    /// cost of the nearby optimum.
     pub fn foreseen(&self) -> f64 {
         self.cost * self.share_of_optimum()
     }
 
-    /// Creates the attempt of a run that could not begin.
+    /// Creates the result of a method that could not start.
     pub fn failed(candidate: Candidate, outcome: Outcome) -> Self {
         Self::of(candidate, Report::failed(outcome))
     }
@@ -153,7 +155,7 @@ impl Attempt {
         self.outcome == Outcome::Converged
     }
 
-    /// Returns whether any run began.
+    /// Returns whether at least one run started its iteration.
     pub fn began(&self) -> bool {
         self.runs.iter().any(|run| !run.report.residuals.is_empty())
     }

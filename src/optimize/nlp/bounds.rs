@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// Bound `x_b − x_a ≥ least`; an absent unknown counts as 0.
+/// Lower bound `x_b − x_a ≥ least` on the difference of two unknowns; an unknown whose index is
+/// `None` counts as 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bound {
     pub a: Option<usize>,
@@ -16,7 +17,8 @@ impl Bound {
         self.b.map_or(0.0, |b| x[b]) - self.a.map_or(0.0, |a| x[a]) - self.least
     }
 
-    /// Writes the gradient of the difference, times a factor, into one row or column per unknown.
+    /// Calls `into` with the index of each unknown in `x_b − x_a` and the derivative of this
+    /// difference with respect to it, times `factor`.
     pub fn write(&self, factor: f64, mut into: impl FnMut(usize, f64)) {
         for (unknown, sign) in [(self.b, factor), (self.a, -factor)] {
             if let Some(unknown) = unknown {

@@ -21,8 +21,8 @@ pub(crate) struct KktSystem {
     pub conditions: usize,
     /// Residual `r` of the KKT conditions.
     pub residual: DVector<f64>,
-    /// Right-hand side of Newton's method, with opposite sign: `r`, plus the propagated defects of
-    /// the path that it starts from.
+    /// Right-hand side of Newton's method, with opposite sign: the residual `r`, plus the
+    /// propagated defects of the path that is corrected.
     pub carried: DVector<f64>,
     /// Jacobian `K` of the residual.
     pub jacobian: DMatrix<f64>,
@@ -102,7 +102,8 @@ impl KktSystem {
         self.jacobian.view((self.conditions, self.conditions), (count, count))
     }
 
-    /// Returns the norm of the KKT residual; for [`NewtonSteps::Feasible`] the norm of `c` alone.
+    /// Returns the norm of the KKT residual; for [`NewtonSteps::Feasible`], the norm of the
+    /// conditions `c` only.
     pub fn merit(&self, steps: NewtonSteps) -> f64 {
         if steps == NewtonSteps::Feasible { self.constraints().norm() } else { self.residual.norm() }
     }

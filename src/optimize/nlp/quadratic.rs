@@ -43,7 +43,7 @@ pub(crate) struct QuadraticOptimum {
     /// `Jᵀ` times the multipliers of the equations: `Hp + g` without the contribution of the active
     /// bounds.
     pub pull: DVector<f64>,
-    /// Whether each bound is active.
+    /// For each bound, true if it is active.
     pub acting: Vec<bool>,
 }
 

@@ -6,7 +6,7 @@ use super::{Errors, Nodes, Quantity, SlewTable, vectors};
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::{EndCondition, Motion, Path, Problem, ProblemError, State};
 use crate::maneuver::settings::{Settings, Target};
-use crate::maneuver::{Duration, Objective, Solution};
+use crate::maneuver::{Duration, Objective, Solution, fixed_axis_duration};
 use crate::mechanics::actuators::AxisFrame;
 use crate::numerics::random::Stream;
 use crate::plan::{Control, Observer, PlanError, Progress, Status, plan};
@@ -165,7 +165,7 @@ impl SlewTable {
             .collect();
         let nodes = turns.len();
         turns.extend((0..options.checks).map(random_turn));
-        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings), quantity };
+        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings, quantity), quantity };
         let planned = legs.all(&turns, options.threads, progress)?;
 
         let bound = LegBound::new(problem);
@@ -184,12 +184,18 @@ impl SlewTable {
             Quantity::Time => bound.time(&lie::exp(vector)),
             Quantity::Effort => bound.effort(&lie::exp(vector), problem.seconds()),
         };
+        let mut leg = of_leg(problem, quantity);
+        let fixed = |vector: &Vector3| {
+            leg.end = State::at_rest(lie::exp(vector));
+            (quantity == Quantity::Time).then(|| fixed_axis_duration(&leg))?
+        };
         let mut table = Self::new(Nodes {
             quantity,
             divisions,
             axes: symmetry.axes,
             maps: symmetry.maps.clone(),
             bounds: all.iter().map(bounded).collect(),
+            fixed_axis: all.iter().map(fixed).collect::<Option<_>>().unwrap_or_default(),
             angles,
             values,
             gradients,
@@ -234,7 +240,7 @@ impl SlewTable {
         progress: &mut dyn FnMut(Making) -> bool,
     ) -> Result<Vec<f64>, TableError> {
         let quantity = refuse(problem)?;
-        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings), quantity };
+        let legs = Planner { problem: &of_leg(problem, quantity), settings: &of_table(settings, quantity), quantity };
         Ok(legs.all(turns, threads, progress)?.iter().map(|leg| leg.value).collect())
     }
 }
@@ -340,11 +346,13 @@ fn of_leg(problem: &Problem, quantity: Quantity) -> Problem {
     leg
 }
 
-/// Returns the settings for the plans of a table. They use the discrete motion, whose value
-/// converges faster than the value of a landed plan, and omit the second-order test.
-fn of_table(settings: &Settings) -> Settings {
+/// Returns the settings for the plans of a table, without the second-order test. Minimum-time plans
+/// use the discrete motion, whose duration converges faster than the duration of a landed plan. The
+/// effort of a discrete plan may be below the optimum in continuous time, and thus below the lower
+/// bound, so minimum-effort plans keep the requested target.
+fn of_table(settings: &Settings, quantity: Quantity) -> Settings {
     Settings {
-        target: Target::Discrete,
+        target: if quantity == Quantity::Time { Target::Discrete } else { settings.target },
         continuous_tolerance: None,
         test_second_order: false,
         ..settings.clone()

@@ -143,6 +143,10 @@ pub struct Nodes {
     pub gradients: Vec<Vector3>,
     /// Lower bound of the value of each node.
     pub bounds: Vec<f64>,
+    /// Duration of the turn of each node about its fixed axis (eigenaxis) within the limits \[s\],
+    /// from [`fixed_axis_duration`](crate::maneuver::fixed_axis_duration). Empty for efforts, and if
+    /// this duration is not known.
+    pub fixed_axis: Vec<f64>,
     /// Duration for which efforts are tabulated \[s\]; zero for tables of times.
     pub duration_s: f64,
     /// Whether the efforts also hold for other durations, scaled by `1/T³`. This is the case
@@ -231,8 +235,11 @@ impl SlewTable {
         if [nodes.values.len(), nodes.gradients.len(), nodes.bounds.len()] != [count; 3] {
             return unfit("values, gradients and bounds are not as many as directions times angles");
         }
+        if ![0, count].contains(&nodes.fixed_axis.len()) {
+            return unfit("turns about fixed axes are not as many as directions times angles");
+        }
         let positive = |value: &f64| *value > 0.0 && value.is_finite();
-        if !nodes.values.iter().all(positive) {
+        if !nodes.values.iter().chain(&nodes.fixed_axis).all(positive) {
             return unfit("a value is not positive and finite");
         }
         let finite = nodes.gradients.iter().flatten().chain(&nodes.bounds).all(|value| value.is_finite());
@@ -312,6 +319,32 @@ impl SlewTable {
     /// Returns the interpolated value of the turn with this rotation vector, whose norm is at most
     /// π \[rad\].
     pub fn of_vector(&self, vector: &Vector3) -> f64 {
+        self.interpolated(vector, |index, aside, outward| {
+            let piece = &self.pieces[index];
+            // On a plane of symmetry the value has a kink; the lowest branch is used.
+            let [first, end] = piece.branches.map(|place| place as usize);
+            let others = self.branches[first..end].iter().map(|along| along.dot(&aside));
+            let along = others.fold(piece.along.dot(&aside), f64::min);
+            piece.ratio + along + piece.outward * outward
+        })
+    }
+
+    /// Returns the duration \[s\] of a turn about its fixed axis (eigenaxis), interpolated linearly;
+    /// `None` if the table does not have these durations.
+    pub fn fixed_axis(&self, turn: &Matrix3) -> Option<f64> {
+        let known = &self.nodes.fixed_axis;
+        let ratio = |index: usize, _, _| {
+            let piece = &self.pieces[index];
+            piece.ratio * known[index] / self.nodes.values[index]
+        };
+        (!known.is_empty()).then(|| self.interpolated(&lie::log(turn), ratio))
+    }
+
+    /// Returns the closed form at a rotation vector, times the weighted mean of `ratio` over the
+    /// nodes around it. The arguments of `ratio` are the index of a node, the displacement from the
+    /// node on the octahedron, and the angle beyond that of the node \[rad\].
+    #[inline]
+    fn interpolated(&self, vector: &Vector3, ratio: impl Fn(usize, Vector3, f64) -> f64) -> f64 {
         let angle = vector.norm();
         if angle < 1e-12 {
             return 0.0;
@@ -327,21 +360,15 @@ impl SlewTable {
         let level = angles.partition_point(|known| *known <= inside).clamp(1, angles.len() - 1);
         let (low, high) = (angles[level - 1], angles[level]);
         let upper = (inside - low) / (high - low);
-        let mut ratio = 0.0;
+        let mut mean = 0.0;
         for (node, weight) in self.mesh.corners(&point) {
-            let corner = self.mesh.point(node);
-            let aside = point - corner;
+            let aside = point - self.mesh.point(node);
             for (level, share) in [(level - 1, 1.0 - upper), (level, upper)] {
-                let piece = &self.pieces[level * self.mesh.count() + node];
-                // On a plane of symmetry the value has a kink; the lowest branch is used.
-                let [first, end] = piece.branches.map(|place| place as usize);
-                let others = self.branches[first..end].iter().map(|along| along.dot(&aside));
-                let along = others.fold(piece.along.dot(&aside), f64::min);
-                let rise = piece.outward * (inside - angles[level]);
-                ratio += weight * share * (piece.ratio + along + rise);
+                let index = level * self.mesh.count() + node;
+                mean += weight * share * ratio(index, aside, inside - angles[level]);
             }
         }
-        ratio * self.reference.value(vector)
+        mean * self.reference.value(vector)
     }
 
     /// Returns a proved lower bound of the value of a turn.

@@ -88,6 +88,34 @@ fn bounds_of_the_reference_legs_are_below_their_times_and_near_them() {
     assert!(least > 0.725 && most < 0.935, "{least} {most}");
 }
 
+/// Turns about fixed axes are feasible, so no plan is slower, and they are at most a fifth longer.
+/// About the z axis, four wheels give the torque 4·0.6·0.5 N·m.
+#[test]
+fn turns_about_fixed_axes_take_no_less_than_plans() {
+    let turned = |mut problem: Problem, turn: &Matrix3| {
+        problem.end = State::at_rest(*turn);
+        crate::maneuver::fixed_axis_duration(&problem)
+    };
+    for (turn, time) in legs("time", "pair_times") {
+        let ratio = turned(reference_problem(), &turn).unwrap() / time;
+        assert!((1.0..1.2).contains(&ratio), "{ratio}");
+    }
+    let (angle, rate) = (2.0, 4.0_f64.to_radians());
+    let mut aligned = wheels();
+    aligned.body = of(Matrix3::from_diagonal(&Vector3::new(120.0, 100.0, 80.0)));
+    let found = turned(aligned.clone(), &lie::exp(&(Vector3::z() * angle))).unwrap();
+    let closed = angle / rate + rate * 80.0 / (4.0 * 0.6 * 0.5);
+    assert!((found / closed - 1.0).abs() < 1e-9, "{found} {closed}");
+    let table = made(&aligned, &options());
+    let vectors: Vec<Vector3> = table.vectors().collect();
+    for (index, vector) in vectors.iter().enumerate() {
+        let (node, value) = (table.nodes().fixed_axis[index], table.nodes().values[index]);
+        assert!(node > value * (1.0 - 1e-6), "{node} {value}");
+        let interpolated = table.fixed_axis(&lie::exp(vector)).unwrap();
+        assert!((interpolated / node - 1.0).abs() < 1e-9, "{vector}");
+    }
+}
+
 #[test]
 fn bounds_of_the_reference_efforts_are_below_their_costs() {
     let file = reference("legs.json");
@@ -220,7 +248,7 @@ fn no_turn_takes_no_time_and_nothing_passes_as_a_number() {
 #[test]
 fn unfit_nodes_are_refused() {
     let nodes = made(&boxed(Matrix3::identity(), [1.0; 3]), &options()).nodes;
-    let mut bad = vec![nodes.clone(); 8];
+    let mut bad = vec![nodes.clone(); 10];
     bad[0].values[3] = f64::NAN;
     bad[1].values.pop();
     bad[2].angles[1] = 0.0;
@@ -229,6 +257,8 @@ fn unfit_nodes_are_refused() {
     bad[5].axes *= 2.0;
     bad[6].reference[0] = Matrix3::zeros();
     bad[7].maps[1] *= 0.5;
+    bad[8].fixed_axis.pop();
+    bad[9].fixed_axis[0] = f64::NAN;
     for (index, bad) in bad.into_iter().enumerate() {
         assert!(matches!(SlewTable::new(bad), Err(TableError::Nodes { .. })), "{index}");
     }

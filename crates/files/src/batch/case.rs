@@ -22,7 +22,7 @@ pub struct Case {
     pub name: Option<String>,
     /// Keys that the case sets in the spec, in the order of the columns.
     pub set: Vec<Override>,
-    /// File of the spec, if the case has a spec of its own.
+    /// Path of the spec of the case, if the cases are the specs of a folder; otherwise `None`.
     pub spec: Option<PathBuf>,
 }
 

@@ -10,9 +10,10 @@ pub(super) enum Kind {
     Text,
 }
 
-/// Path of each column in a result, and its type. The heading is the path with underscores for
-/// slashes.
+/// Columns before the columns of the set keys, each with the path of its value in a result and its
+/// type. The column heading is the path with `/` replaced by `_`.
 pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
+/// Columns after the columns of the set keys, in the notation of [`BEFORE`].
 pub(super) const AFTER: [(&str, Kind); 36] = [
     ("status", Kind::Text),
     ("exit_code", Kind::Integer),

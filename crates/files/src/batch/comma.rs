@@ -16,8 +16,8 @@ pub struct CommaTable<'o> {
 }
 
 impl<'o> CommaTable<'o> {
-    /// Begins the table with its header: every column that a result can have, and every key that
-    /// the cases set.
+    /// Begins the table and writes its header: one column for every value that a result can have,
+    /// and one for every key that the cases set.
     ///
     /// # Errors
     /// Returns an error if the stream cannot be written.

@@ -10,30 +10,31 @@ use thiserror::Error;
 /// Reason why a batch cannot start or continue.
 #[derive(Debug, Error)]
 pub enum BatchError {
-    /// The spec or the table of cases has errors; each is given with line, reason and remedy.
+    /// Errors of the spec or of the table of cases, each with its line, reason and remedy.
     #[error("{0}")]
     Spec(#[from] Diagnostics),
-    /// A request is impossible, such as shard 5 of 4.
+    /// Error in an argument: the request is impossible, such as shard 5 of 4.
     #[error("{reason}")]
     Argument {
         /// Stable code of the error.
         code: &'static str,
-        /// Reason of the error.
+        /// Reason why the request is impossible.
         reason: String,
         /// Remedy for the error.
         remedy: String,
     },
-    /// A file of cases or results cannot be used.
+    /// Error of a file of cases or of results that cannot be used.
     #[error("{reason}")]
     File {
         /// Stable code of the error.
         code: &'static str,
-        /// Reason of the error.
+        /// Reason why the file cannot be used.
         reason: String,
         /// Remedy for the error.
         remedy: String,
     },
-    /// The reader of the output stream, to which the results are written, has closed it.
+    /// The program that reads the output stream has closed it, so no further results can be
+    /// written.
     #[error("the reader of the results has closed the stream")]
     Closed,
 }
@@ -54,7 +55,7 @@ impl BatchError {
         Self::file("E0090", format!("cannot read {}: {error}", shown(path)), "check the path")
     }
 
-    /// Creates the error for a file of results that cannot be written completely.
+    /// Creates the error for a file of results that could not be written completely.
     pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
         let reason = format!("writing {} failed, finished cases are kept: {error}", shown(path));
         Self::file("E0097", reason, "free some space; this command then continues the run")
@@ -76,7 +77,7 @@ impl From<ExportError> for BatchError {
     }
 }
 
-/// Returns a path in printable form, for messages.
+/// Converts a path to text for messages.
 pub(super) fn shown(path: &Path) -> String {
     escape(&path.to_string_lossy())
 }

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
 use std::path::Path;
 
-/// First line of a file of flights: the data that determine all cases. The number of cases is not
-/// among them.
+/// First line of a file of flights, with all data on which the cases depend. It does not hold the
+/// number of cases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightHeader {
-    /// Version of the format, [`FlightHeader::FORMAT`]; the name of this key identifies the file.
+    /// Version of the file format, [`FlightHeader::FORMAT`]. The name of this key identifies a file
+    /// of flights.
     pub slew_flights: u32,
     /// Name and version of the program that simulates the flights.
     pub generator: String,
@@ -21,14 +22,14 @@ pub struct FlightHeader {
     pub name: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Names of the simulated control loops: "closed loop", "open loop".
+    /// Names of the simulated loops, in the order of the results: "closed loop", "open loop".
     pub loops: Vec<String>,
-    /// Names of the constraints, in the order of `room` of the results.
+    /// Names of the constraints, in the order of [`FlightEnd::room`].
     pub constraints: Vec<String>,
-    /// Number of torque limits, which is the length of `input_room` in the results.
+    /// Number of torque limits, which is the length of [`FlightEnd::input_room`].
     #[serde(default)]
     pub input_limits: usize,
-    /// The number of instants at which the craft has to be at a stop.
+    /// Number of instants before the end at which the spacecraft must have reached a stop.
     #[serde(default)]
     pub stops: usize,
     /// Names of the uncertain parameters.
@@ -37,35 +38,38 @@ pub struct FlightHeader {
     pub fingerprint: String,
 }
 
-/// Result of one case in each control loop.
+/// Result of one case: the end of its flight in each loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
     /// Number of the case, counted from 1.
     pub case: u64,
     /// Values of the parameters drawn for the case; empty if the flight failed in every loop.
     pub parameters: Vec<f64>,
-    /// Number of drawn inertias that were rejected because no body has them.
+    /// Number of drawn inertia matrices that were rejected because no rigid body has such an
+    /// inertia.
     pub rejected_inertias: u32,
-    /// Result of the flight in each loop; `None` if the simulation could not follow it.
+    /// Result of the flight in each loop; `None` if the body turned too fast to be propagated, or
+    /// if no drawn inertia was possible.
     pub loops: Vec<Option<FlightEnd>>,
 }
 
-/// State and margins at the end of a flight in one loop.
+/// Terminal error and margins of a simulated flight in one loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightEnd {
-    /// Terminal error `[ζ; δΩ]` of attitude \[rad\] and rate \[rad/s\], true minus planned, in body
-    /// axes.
+    /// Terminal error `[ζ; δΩ]` in body axes, true minus planned: attitude error ζ \[rad\] and rate
+    /// error δΩ \[rad/s\].
     pub error: [f64; 6],
-    /// Error `[ζ; δΩ]` at each instant before the end at which the craft has to be at a stop, in the
-    /// same units.
+    /// Attitude error ζ \[rad\] and rate error δΩ \[rad/s\], as `[ζ; δΩ]`, at each instant before
+    /// the end at which the spacecraft must have reached a stop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stops: Vec<[f64; 6]>,
-    /// Smallest margin to each constraint: \[rad\] for cones, relative to the limit for rates.
+    /// Smallest margin to each constraint during the flight: an angle \[rad\] for cones, a fraction
+    /// of the limit for rates.
     pub room: Vec<f64>,
-    /// Smallest margin to each torque limit, in SI units.
+    /// Smallest margin to each torque limit during the flight, in SI units.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_room: Vec<f64>,
-    /// Fraction of the steps in which a limit cut the commanded torque.
+    /// Fraction of the steps in which the commanded torque was clipped to a limit.
     pub saturated: f64,
 }
 
@@ -73,8 +77,8 @@ impl FlightHeader {
     /// Version of the format that this program writes and reads.
     pub const FORMAT: u32 = 2;
 
-    /// Creates the header for flights of a plan; `closed` lists the loops, true for the closed
-    /// loop.
+    /// Creates the header for flights of the plan in `runs`. `closed` lists the simulated loops:
+    /// true for the closed loop, false for the open loop.
     pub fn new(runs: &Runs<'_>, closed: &[bool]) -> Self {
         let Runs { problem, closed_loop, uncertainty, beside, seed, .. } = runs;
         // Numbers are formatted so that they read back to the same bits.
@@ -95,7 +99,8 @@ impl FlightHeader {
 }
 
 impl FlightCase {
-    /// Creates the result of case `case`, counted from 1, from its flights in each loop.
+    /// Creates the result of case number `case` (counted from 1) from its flights, one for each
+    /// loop.
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {

@@ -1,4 +1,4 @@
-//! A file of results that is written line by line and can be continued after its last line.
+//! A file of results that is written line by line; an interrupted run can continue it.
 //!
 //! A line is complete when its line break is written. An incomplete line, left by a killed process,
 //! is removed when the file is continued. Every other line is read and checked, so that no case is
@@ -13,12 +13,12 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// An entry of a file that can be continued: one line for each case.
+/// An entry of a file of results: the result of one case, stored as one line.
 pub trait Entry: DeserializeOwned {
-    /// The first line of the file: the data that determine all other lines.
+    /// First line of the file: the data on which all other lines depend.
     type Header: Serialize + PartialEq;
 
-    /// Remedy in the message that a file holds results of another batch.
+    /// Remedy that an error message suggests if the file holds results of another batch.
     const REMEDY: &'static str;
 
     /// Parses the first line of the file at `path`.
@@ -27,13 +27,14 @@ pub trait Entry: DeserializeOwned {
     /// Returns an error if the line is not a header of such results.
     fn header(path: &Path, line: &[u8]) -> Result<Self::Header, BatchError>;
 
-    /// Checks that the entry belongs in the line that follows `done` other entries.
+    /// Checks that the entry belongs in the file after the first `done` entries.
     ///
     /// # Errors
     /// Returns the reason if the line is not the expected entry.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
-    /// Describes how the results in the file differ from the new ones.
+    /// Returns a text that states how the header `found` in the file differs from the header
+    /// `wanted`.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
@@ -43,23 +44,24 @@ pub trait Entry: DeserializeOwned {
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// Length of the complete lines \[bytes\].
+    /// Total length of the complete lines \[bytes\].
     whole: u64,
 }
 
-/// Contents of a file of results when it was opened.
+/// Results that a file contained when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Number of existing results.
+    /// Number of results in the file.
     pub done: u64,
-    /// Length of an incomplete last line \[bytes\], which was removed.
+    /// Length of an incomplete last line that was removed \[bytes\]; 0 if the last line was
+    /// complete.
     pub torn: u64,
 }
 
 impl Journal {
-    /// Opens the file at `path` for results with the header `header`: a new file, or one that holds
-    /// some of these results. Calls `take` with each existing result. If `anew` is true, the
-    /// contents of the file are discarded.
+    /// Opens the file at `path` for the results that belong to `header`. The file may be new, or
+    /// may already hold some of these results; each of them is passed to `take`. If `anew` is true,
+    /// the contents of the file are discarded.
     ///
     /// # Errors
     /// Returns an error if the file holds another batch, is damaged or in use, or cannot be
@@ -70,7 +72,7 @@ impl Journal {
         anew: bool,
         take: &mut dyn FnMut(&E),
     ) -> Result<(Self, Found), BatchError> {
-        // The checks of name and folder apply as to any other output.
+        // The file name and the folder are checked as for any other output.
         Target::new(path, true)?;
         let failed = |error| BatchError::unwritable(path, &error);
         let create = |error: io::Error| {
@@ -80,7 +82,7 @@ impl Journal {
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
-        // The file is used without a lock on systems that have no file locks.
+        // On systems without file locks, the file is used without a lock.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let reason = format!("another process writes {}", shown(path));
             return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));
@@ -100,7 +102,7 @@ impl Journal {
         Ok((journal, found))
     }
 
-    /// Appends a result, given as its line.
+    /// Appends a result; `line` is its text without a line break.
     ///
     /// # Errors
     /// Returns an error if writing fails. The incomplete line is then removed, if the system allows
@@ -114,7 +116,7 @@ impl Journal {
 
     fn append(&mut self, text: &str) -> Result<(), BatchError> {
         if let Err(error) = self.file.write_all(text.as_bytes()) {
-            // A full disk may leave a part of the line. If it cannot be removed here, the next run
+            // A full disk may leave an incomplete line. If it cannot be removed now, the next run
             // removes it.
             let _ = self.file.set_len(self.whole);
             return Err(BatchError::unwritable(&self.path, &error));
@@ -131,7 +133,7 @@ impl Journal {
         self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
     }
 
-    /// Waits until the whole file is on the disk.
+    /// Closes the file after all its data have been stored on the disk.
     ///
     /// # Errors
     /// Returns an error if the system reports that the data could not be stored.
@@ -140,8 +142,8 @@ impl Journal {
     }
 }
 
-/// Returns the number of results with the header `header` in the file, and the byte at which they
-/// end. Checks every line.
+/// Checks every line of the file, whose header must be `header`. Returns the number of its results
+/// and the length of its complete lines \[bytes\].
 fn check<E: Entry>(
     path: &Path,
     file: &mut File,

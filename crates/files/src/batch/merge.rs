@@ -6,11 +6,11 @@ use crate::export::{ExportError, Target};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Largest number of cases that a message names.
+/// Largest number of cases that an error message lists.
 const NAMED: usize = 8;
 
-/// Merges the results of all `shards` of one batch into `target`, completely or not at all, and
-/// returns the number of results.
+/// Merges the result files of all shards of one batch into `target` and returns the number of
+/// results. If an error occurs, `target` is not written.
 ///
 /// # Errors
 /// Returns an error if the files belong to different batches, if a shard is missing or given twice,
@@ -78,13 +78,13 @@ pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
 }
 
-/// Returns the header of the whole batch, made from the file of one shard.
+/// Returns the header of the undivided batch, derived from the header of one shard.
 fn whole(file: &Results) -> Header {
     Header { shard: None, ..file.header().clone() }
 }
 
-/// Writes the merged file. An error of the results takes precedence over the error that the output
-/// is incomplete.
+/// Writes the merged file. If both the results and the output have an error, the error of the
+/// results is returned, because it is the cause of the incomplete output.
 fn written(
     target: &Target,
     write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
@@ -100,9 +100,9 @@ fn written(
 /// A function that receives each result together with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
-/// Passes on the results in the order of their cases, each with its line. An error of the results
-/// is stored in `wrong`, because it is not an error of the output. After any error the output
-/// folder is unchanged.
+/// Passes each result with its line to `take`, in the order of the cases. An error in the results
+/// is stored in `wrong`, to distinguish it from an error of the output. After any error, the output
+/// file is not written.
 fn every_result(
     files: &mut [Results],
     cases: u64,
@@ -129,7 +129,7 @@ fn every_result(
     Ok(())
 }
 
-/// Opens the files and returns them in the order of their shards; each shard must be given once.
+/// Opens the files at `paths` and sorts them by shard; each shard must occur exactly once.
 fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
@@ -184,7 +184,7 @@ fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
     BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 
-/// Returns the error for a shard whose results end before `case`.
+/// Creates the error for a shard whose file ends before the result of `case`.
 fn unfinished(file: &Results, case: u64) -> BatchError {
     let header = file.header();
     let shard = header.shard.unwrap_or(Shard::ALL);

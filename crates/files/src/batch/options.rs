@@ -11,10 +11,11 @@ pub const MAX_THREADS: usize = 1024;
 pub struct Options {
     /// Number of threads, from 1 to [`MAX_THREADS`].
     pub threads: usize,
-    /// An existing folder into which the plan file of every case is written; `None` to write no
-    /// plan files.
+    /// Existing folder to which the plan file of each case is written; `None` if plan files are not
+    /// written.
     pub plans: Option<PathBuf>,
-    /// True if result lines hold wall times; equal inputs then give different files.
+    /// True if the result lines hold wall times; the files of two runs then differ, although their
+    /// inputs are equal.
     pub times: bool,
 }
 

@@ -14,7 +14,8 @@ use slewkit::verify::Verification;
 /// First line of a file of results, which identifies the batch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Version of the format, [`Header::FORMAT`]; the name of this key identifies the file.
+    /// Version of the file format, [`Header::FORMAT`]. The name of this key identifies a file of
+    /// results.
     pub slew_results: u32,
     /// Name and version of the program that planned the cases.
     pub generator: String,
@@ -26,7 +27,7 @@ pub struct Header {
     pub cases: u64,
     /// Keys that the cases set, in the order of their columns; empty for a folder of specs.
     pub keys: Vec<String>,
-    /// Hash of the spec, all set values and the version of the program.
+    /// Hash of the spec, of all values that the cases set, and of the version of the program.
     pub fingerprint: String,
     /// True if the lines hold wall times, which differ between runs.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -43,8 +44,8 @@ impl Header {
 
 /// Result of one case.
 ///
-/// All numbers equal the numbers of the plan file. A number that does not exist is absent: a result
-/// without a plan has neither a cost nor an error.
+/// All numbers equal the numbers in the plan file. A value that does not exist is absent: the
+/// result of a case without a plan has neither a cost nor an error of the motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
     /// Number of the case, counted from 1.
@@ -70,8 +71,8 @@ pub struct CaseResult {
     /// Cost of the plan, if the solver converged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
-    /// Duration of the plan, or the requested duration without a plan \[s\]; holds are included for
-    /// a sequence.
+    /// Duration of the plan, or the requested duration if no plan was found \[s\]. For a sequence
+    /// it includes the holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Names of the stops of a sequence, in the order of the visit.
@@ -89,7 +90,7 @@ pub struct CaseResult {
     /// Outcome of the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
-    /// Number of Newton iterations from the initial guess that gave the plan.
+    /// Number of Newton iterations from the initial guess that led to the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
     /// Direction of rotation: the short or the long way to the end attitude.
@@ -98,7 +99,7 @@ pub struct CaseResult {
     /// Total angle turned \[deg\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turned_deg: Option<f64>,
-    /// Terminal error of the discrete motion.
+    /// Error of the discrete motion at the end, relative to the target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
     /// Degree to which the plan is proved to be an optimum.
@@ -107,23 +108,23 @@ pub struct CaseResult {
     /// Result of the second-order test: "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// Upper bound, to first order, on the cost that a neighbouring plan can save. It exists only
-    /// if the inputs switch; such a plan has no second-order test.
+    /// Upper bound, to first order, on the cost that a neighbouring plan can save. Only plans with
+    /// bang-bang inputs have this bound; they have no second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// Results of the witnesses.
+    /// Results of the independent checks of the plan by the witnesses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verdict>,
-    /// Proof that no plan exists, if one was found.
+    /// Statement that proves that no plan exists, if the program found such a proof.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
     /// Proved lower bound on the duration \[s\]: no plan is shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// Constraint violations of the iterate that came nearest to a plan, if no plan was found.
+    /// Constraint violations of the best iterate, if the solver found no plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// Wall time of the solve \[s\], if times are requested.
+    /// Wall time of the solve \[s\]; absent unless the options request times.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solve_time_s: Option<f64>,
 }
@@ -133,13 +134,13 @@ pub struct CaseResult {
 pub struct CaseError {
     /// Stable code of the error.
     pub code: String,
-    /// Path of the key with the error; empty if the error concerns no single key.
+    /// Path of the key that has the error; empty if the error does not belong to a single key.
     pub key: String,
-    /// Reason of the error, with the numbers.
+    /// Reason of the error, including the numbers concerned.
     pub reason: String,
     /// Remedy for the error.
     pub remedy: String,
-    /// Number of further errors of the spec.
+    /// Number of further errors that the spec has.
     pub more: usize,
 }
 
@@ -151,12 +152,14 @@ pub struct Verdict {
     /// Names of the failed checks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<String>,
-    /// Attitude error that the discrete witness finds at the end \[rad\]; absent if it did not
-    /// reach the end.
+    /// Terminal attitude error according to the discrete witness \[rad\]; absent if the witness
+    /// could not propagate the motion to the end.
     pub discrete_attitude_rad: Option<f64>,
-    /// Attitude error of the continuous motion under the held torque at the end \[deg\].
+    /// Terminal attitude error of the continuous motion under the piecewise constant torque of the
+    /// plan \[deg\].
     pub continuous_attitude_deg: Option<f64>,
-    /// Observed order of convergence of the scheme; absent if the differences are round-off.
+    /// Observed order of convergence of the integration scheme; absent if the differences are at
+    /// round-off level.
     pub order: Option<f64>,
     /// Largest norm of the torque at the nodes \[N·m\].
     pub peak_torque_n_m: Option<f64>,
@@ -180,8 +183,8 @@ impl From<&Verification> for Verdict {
 }
 
 impl Verdict {
-    /// Combines the results of two parts of a sequence: the larger of each error, and the failed
-    /// checks of both parts.
+    /// Combines the results for two parts of a sequence: the larger value of each error, and the
+    /// failed checks of both parts.
     fn worse(self, other: Self) -> Self {
         let larger = |one: Option<f64>, other: Option<f64>| Some(one?.max(other?));
         let mut failed = self.failed;
@@ -193,7 +196,7 @@ impl Verdict {
             failed,
             discrete_attitude_rad: larger(self.discrete_attitude_rad, other.discrete_attitude_rad),
             continuous_attitude_deg: larger(self.continuous_attitude_deg, other.continuous_attitude_deg),
-            // An order of convergence exists for a single leg only.
+            // Orders of convergence of several legs cannot be combined.
             order: None,
             peak_torque_n_m: larger(self.peak_torque_n_m, other.peak_torque_n_m),
             peak_rate_deg_s: larger(self.peak_rate_deg_s, other.peak_rate_deg_s),
@@ -201,13 +204,13 @@ impl Verdict {
     }
 }
 
-/// Returns the number if it is finite; JSON has no NaN.
+/// Returns the number if it is finite, otherwise `None`, because JSON has no NaN.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
 impl CaseResult {
-    /// Creates a result that identifies its case and has a status only.
+    /// Creates a result with only the identification of the case, the status and the exit code.
     fn of(case: &Case, status: &str, exit_code: u8) -> Self {
         let set = case.set.iter().map(|set| (set.path().to_string(), readable(set.value())));
         Self {
@@ -234,7 +237,7 @@ impl CaseResult {
         Self { error, ..Self::of(case, status, exit_code) }
     }
 
-    /// Creates the result of a case that the planner rejects, although its spec is valid.
+    /// Creates the result of a case with a valid spec that the planner rejects.
     pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
@@ -269,8 +272,8 @@ impl CaseResult {
         }
     }
 
-    /// Creates the result of a case in which the program failed because of a bug. The other cases
-    /// continue.
+    /// Creates the result of a case in which the program panicked because of a bug; the batch
+    /// continues.
     pub(super) fn panicked(case: &Case) -> Self {
         Self::of(case, "internal_error", 1)
     }
@@ -304,21 +307,21 @@ impl CaseResult {
         }
     }
 
-    /// Returns whether the result has a plan that the witnesses confirm.
+    /// Returns whether the result has a plan that the witnesses have verified.
     pub fn is_solved(&self) -> bool {
         self.exit_code == 0
     }
 
-    /// Returns the `--set` arguments, `key=value` for each key, with which this case is planned
-    /// alone.
+    /// Returns the arguments of `--set`, one text `key=value` for each key, with which `slew plan`
+    /// plans this case alone.
     pub fn settings(&self) -> impl Iterator<Item = String> {
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), String::from);
         self.set.iter().map(move |(key, value)| format!("{key}={}", text(value)))
     }
 }
 
-/// Converts a value to JSON: numbers and lists of numbers remain numbers, other values become the
-/// text as written.
+/// Converts a value in the notation of a spec to JSON: numbers and lists of numbers remain numbers,
+/// any other value becomes a text.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

@@ -15,7 +15,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Longest line of a file of results \[bytes\]; the set keys of a case are shorter than a spec.
+/// Largest length of a line in a file of results \[bytes\]. The keys that a case sets take less
+/// space than a spec.
 const LONGEST_LINE: u64 = 4 << 20;
 
 /// A complete line, which ends with a line break, or an incomplete line.

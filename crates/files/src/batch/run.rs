@@ -1,8 +1,8 @@
 //! Planning of cases on several threads, with results in the order of the cases.
 //!
-//! Workers take the next case from one stream. A result that is finished early waits for its
-//! predecessors. At most [`WINDOW`] results wait, which limits how far a worker is ahead, and the
-//! memory.
+//! Workers take the next case from one stream. If a result is finished before the results of
+//! earlier cases, it waits for them. At most [`WINDOW`] results wait, which limits the memory and
+//! how far one worker can be ahead of another.
 
 use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};
 use std::collections::BTreeMap;
@@ -13,15 +13,15 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// Largest number of results that wait for an earlier case.
+/// Largest number of results that wait for the result of an earlier case.
 const WINDOW: u64 = 4096;
-/// Stack size of a worker \[bytes\], equal to the stack size of the main thread, so that a case
-/// that runs in one thread also runs in the other.
+/// Stack size of a worker thread \[bytes\]. It equals the stack size of the main thread, so that a
+/// case succeeds in either thread.
 const STACK: usize = 8 << 20;
-/// Interval at which the caller's function `tick` is called.
+/// Interval between two calls of the caller's function `tick`.
 const TICK: Duration = Duration::from_millis(100);
 
-/// How a run ended.
+/// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// Every case has a result.
@@ -30,7 +30,7 @@ pub enum Ended {
     Stopped,
 }
 
-/// Queue of the remaining cases, with counters of the taken and the written ones.
+/// Queue of the remaining cases, with the numbers of cases taken and results written.
 struct Queue<'a> {
     cases: Stream<'a>,
     /// Number of cases that workers have taken.
@@ -39,11 +39,11 @@ struct Queue<'a> {
     written: u64,
 }
 
-/// Data that the workers and the writer share.
+/// Data shared by the worker threads and the thread that writes the results.
 struct Shared<'a> {
     queue: Mutex<Queue<'a>>,
     moved: Condvar,
-    /// True if no further case may start and running cases must stop.
+    /// True if the run is over: no further case may start, and running cases must stop.
     over: AtomicBool,
 }
 
@@ -52,8 +52,9 @@ impl<'a> Shared<'a> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the next case and its index in the shard, as soon as its result is within the window
-    /// of waiting results; `None` when no case is left or the run is over.
+    /// Waits until the result of the next case fits into the window of waiting results; then
+    /// returns the case with its index in the shard. Returns `None` if no case is left or the run
+    /// is over.
     fn next(&self) -> Option<(u64, Result<Case, BatchError>)> {
         let mut queue = self.queue();
         while queue.taken >= queue.written + WINDOW && !self.over.load(Ordering::Relaxed) {
@@ -79,9 +80,9 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// Plans the cases of a shard except the first `done`. Passes each result to `take` in the order of
-/// the cases, as a value and as a line of the file. `stop` is polled often, from all threads;
-/// `tick` is called ten times per second.
+/// Plans the cases of `shard`, skipping the first `done`. Passes each result to `take` in the order
+/// of the cases, as a value and as a line of the file. All threads call `stop` often; the run ends
+/// when it returns true. `tick` is called ten times per second.
 ///
 /// # Errors
 /// Returns the error of `take`, of the table or of a plan file, or an error if the system cannot
@@ -108,7 +109,7 @@ pub fn run(
                 while let Some((place, case)) = shared.next() {
                     let result = case.and_then(|case| solve::result(batch, &case, options, &stop));
                     let line = result.transpose().map(|result| result.and_then(with_line));
-                    // The writer may have ended with an error.
+                    // Sending fails if the writer has ended with an error.
                     if line.is_none_or(|line| sender.send((place, line)).is_err()) {
                         break;
                     }
@@ -123,7 +124,7 @@ pub fn run(
         let written = write(&shared, &finished, stop, take, tick);
         shared.end();
         match (written, refused) {
-            // Fewer threads than requested do the same work.
+            // If a thread cannot be created, the existing threads plan all cases.
             (Ok(0), Some(error)) if wanted > 0 && !stop() => Err(no_thread(&error)),
             (written, _) => written,
         }
@@ -144,8 +145,8 @@ fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
 
 type Finished = (u64, Result<(CaseResult, String), BatchError>);
 
-/// Passes the results on in the order of the cases until all workers have ended; returns the number
-/// of results.
+/// Passes the results to the caller in the order of the cases until all workers have ended. Returns
+/// the number of results.
 fn write(
     shared: &Shared<'_>,
     finished: &mpsc::Receiver<Finished>,

@@ -1,12 +1,12 @@
-//! A shard: the part of a batch that one of several processes plans.
+//! A shard: the part of a batch that is planned by one of several processes.
 
 use super::BatchError;
 use crate::spec::escape;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Shard `index` of `of` shards, as in `3/40`: every `of`-th case, beginning with case `index`.
-/// Both count from 1.
+/// Shard number `index` of `of` shards, as in `3/40`. It consists of every `of`-th case, beginning
+/// with case number `index`. Shards and cases are counted from 1.
 ///
 /// Neighbouring cases belong to different shards. The hard cases of a sweep are neighbours, so
 /// every shard gets a part of them.
@@ -18,15 +18,16 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The only shard of an undivided batch, which has all cases.
+    /// The shard that contains all cases: the only shard of an undivided batch.
     pub const ALL: Self = Self { index: 1, of: 1 };
-    /// Largest number of shards, because a merge opens the files of all shards at the same time.
+    /// Largest number of shards. It is limited because a merge opens the files of all shards at
+    /// once.
     pub const MOST: u64 = 900;
 
-    /// Creates shard `index` of `of` shards.
+    /// Creates the shard number `index` of `of` shards; both numbers are at least 1.
     ///
     /// # Errors
-    /// Returns an error if such a shard does not exist.
+    /// Returns an error if `index` is 0 or exceeds `of`, or if `of` exceeds [`Shard::MOST`].
     pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
         let wrong = |reason: String| {
             let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
@@ -72,12 +73,13 @@ impl Shard {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
 
-    /// Returns how many of the cases 1 to `cases` belong to the shard.
+    /// Returns the number of cases that belong to the shard if the batch has `cases` cases.
     pub fn count(self, cases: u64) -> u64 {
         (cases + self.of).saturating_sub(self.index) / self.of
     }
 
-    /// Returns the number of the case that has index `place`, counted from 0, in the shard.
+    /// Returns the number of a case, counted from 1, from its index `place` in the shard, counted
+    /// from 0.
     pub fn case(self, place: u64) -> u64 {
         self.index + place * self.of
     }

@@ -1,5 +1,5 @@
-//! Planning of one case, from its spec to its result, as `slew plan` does, independent of all other
-//! cases.
+//! Planning of one case, from its spec to its result. A case is planned as by `slew plan`,
+//! independent of all other cases.
 
 use super::{Batch, BatchError, Case, CaseResult, Options, Shard};
 use crate::export::{ExportError, PlanFile, SequenceFile, Target};
@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
-/// Observer that stops the planner when the caller requests it.
+/// Observer that stops the planner when the given function returns true.
 struct Stoppable<'a>(&'a dyn Fn() -> bool);
 
 impl Observer for Stoppable<'_> {
@@ -20,7 +20,7 @@ impl Observer for Stoppable<'_> {
     }
 }
 
-/// Plans a case with a valid spec. No initial guess is used, so that other cases have no effect.
+/// Plans a case with a valid spec. No plan of another case serves as an initial guess.
 ///
 /// # Errors
 /// Returns an error if the planner rejects the problem.
@@ -28,7 +28,8 @@ pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanE
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }
 
-/// Plans a case and returns its result; `None` if `stop` ended the case.
+/// Plans a case and returns its result; `None` if `stop` returned true before the plan was
+/// complete.
 pub(super) fn result(
     batch: &Batch,
     case: &Case,
@@ -100,8 +101,9 @@ fn sequence(
     Ok(Some(CaseResult { solve_time_s: options.times.then_some(seconds), ..result }))
 }
 
-/// Writes the plan file of a case into the folder of plans. The file is written before the result
-/// is recorded, so that each recorded case has its file. A file left by a killed run is replaced.
+/// Writes the plan file of a case into the folder of plans. The plan file is written before the
+/// result line, so that every case in the file of results has a plan file. A plan file that a
+/// killed run left behind is replaced.
 fn keep(
     batch: &Batch,
     case: &Case,
@@ -114,7 +116,7 @@ fn keep(
 }
 
 impl Batch {
-    /// Checks that the folder of plans contains no file with the name of a plan file of this shard.
+    /// Checks that `folder` contains no file with the name of a plan file of `shard`.
     ///
     /// # Errors
     /// Returns [`FileError::Exists`](crate::export::FileError::Exists) for the first such file.
@@ -125,7 +127,7 @@ impl Batch {
             .flatten()
             .map(|entry| entry.file_name())
             .collect();
-        // The folder is usually empty, and no name needs to be compared.
+        // The folder is usually empty, in which case no names need to be compared.
         if names.is_empty() {
             return Ok(());
         }
@@ -139,8 +141,8 @@ impl Batch {
     }
 }
 
-/// Returns the file name of the plan of a case. All numbers have equal length, so that the names
-/// sort in the order of the cases.
+/// Returns the name of the plan file of a case. Case numbers are padded with zeros, so that the
+/// names sort in the order of the cases.
 fn plan_name(case: u64, cases: u64) -> String {
     format!("case-{case:0width$}.json", width = cases.to_string().len())
 }

@@ -9,10 +9,10 @@ use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
 
-/// Number of rows held in memory at a time.
+/// Number of rows that are held in memory before they are written.
 const ROWS: usize = 1 << 16;
 
-/// A column: heading, path of its value in a result, type.
+/// A column: its heading, the path of its value in a result, and the type of its cells.
 #[derive(Clone)]
 struct Column {
     head: String,
@@ -25,8 +25,8 @@ struct Column {
 pub(super) struct Columns(Vec<Column>);
 
 impl Columns {
-    /// Creates the columns for the keys of a header. The column of a key is numeric until a case
-    /// sets the key to another type.
+    /// Creates the columns for the keys in `header`. The column of a key is numeric until a result
+    /// has a value for this key that is not a number.
     pub fn new(header: &Header) -> Self {
         let fixed = |(path, kind): &(&str, columns::Kind)| Column {
             head: path.replace('/', "_"),
@@ -47,7 +47,8 @@ impl Columns {
         Self(BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect())
     }
 
-    /// Updates the types of the columns of keys with the values of a result.
+    /// Changes the type of a key's column to text if `result` has a value for this key that is not
+    /// a number.
     pub fn meet(&mut self, result: &CaseResult) {
         for column in self.0.iter_mut().filter(|column| column.path[0] == "set") {
             let value = result.set.get(&column.path[1]);
@@ -57,7 +58,7 @@ impl Columns {
         }
     }
 
-    /// Begins the table in `output` with these columns.
+    /// Begins a Parquet table with these columns in `output`.
     pub fn begin<'o>(self, header: &Header, output: &'o mut dyn Write) -> Result<Table<'o>, ExportError> {
         let columns: Vec<_> = self.0.iter().map(|column| (column.head.clone(), column.kind)).collect();
         let notes = [("slew_results", serde_json::to_string(header)?)];
@@ -74,7 +75,7 @@ pub(super) struct Table<'o> {
 }
 
 impl Table<'_> {
-    /// Adds the row of a result.
+    /// Appends the row of a result to the table.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         self.waiting.push(serde_json::to_value(result)?);
         if self.waiting.len() == ROWS { self.write() } else { Ok(()) }
@@ -86,7 +87,7 @@ impl Table<'_> {
         Ok(self.file.rows(&cells)?)
     }
 
-    /// Writes the remaining rows and the end of the file.
+    /// Writes the buffered rows and the end of the file.
     pub fn close(mut self) -> Result<(), ExportError> {
         self.write()?;
         Ok(self.file.close()?)

@@ -1,34 +1,36 @@
 //! Statistics over the cases of a batch: counts, quantiles, extreme cases.
 //!
-//! For quantiles to be exact, the cost of each solved case is stored, in 8 bytes. All other cases
-//! are only counted, except for the first of each kind and the extreme ones.
+//! The cost of each solved case is stored, in 8 bytes, because exact quantiles need all costs. All
+//! other cases are only counted, except for the first case of each kind and the extreme cases.
 
 use super::CaseResult;
 use slewkit::maneuver::Proved;
 use std::collections::BTreeMap;
 
-/// Number of costliest cases, and of first cases of each status, that are kept.
+/// Number of costliest cases that are stored, and number of cases stored for each status.
 const KEPT: usize = 5;
 
-/// Counts and extremes over the results added so far.
+/// Counts, costs and extreme cases of the results added so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Number of results.
+    /// Number of results that were added.
     pub cases: u64,
-    /// Number of cases with each status, and the case numbers of the first of them.
+    /// Number of cases with each status, and the case numbers of the first few of these cases.
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
-    /// Number of cases with an invalid spec, by the code of their first error, with the reason of
-    /// the first such case.
+    /// Number of cases with an invalid spec, sorted by the code of their first error; also the
+    /// reason of the first case with this code.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// Number of solved cases with each degree of proof.
+    /// Number of solved cases for each degree of proof that the plan is an optimum.
     pub proofs: BTreeMap<Proved, u64>,
-    /// The case with the largest gap, the first-order bound on the saving by a neighbouring plan.
+    /// Case with the largest gap, the first-order upper bound on the cost that a neighbouring plan
+    /// can save.
     pub widest_gap: Option<Worst>,
-    /// Number of solved cases that turn the long way.
+    /// Number of solved cases whose plan turns the long way.
     pub long_way: u64,
-    /// Costs of the solved cases by objective, because effort, time and fuel have different units.
+    /// Costs of the solved cases, grouped by objective, because effort, time and fuel have
+    /// different units.
     pub objectives: BTreeMap<String, Costs>,
-    /// The solved case with the largest terminal attitude error of the continuous motion \[deg\].
+    /// Solved case with the largest terminal attitude error of the continuous motion \[deg\].
     pub farthest: Option<Worst>,
 }
 
@@ -50,7 +52,7 @@ pub struct Worst {
     pub value: f64,
     /// Number of the case.
     pub case: u64,
-    /// Name of the case, if it has one.
+    /// Name of the case; `None` if it has no name.
     pub name: Option<String>,
     /// Keys that the case sets, as arguments of `--set`.
     pub set: Vec<String>,
@@ -59,17 +61,17 @@ pub struct Worst {
 /// Quantiles of the cost, by linear interpolation between the ordered values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// Smallest cost.
+    /// Lowest cost.
     pub least: f64,
-    /// 5 % quantile.
+    /// 5 % quantile of the cost.
     pub low: f64,
-    /// Median cost.
+    /// Median of the cost.
     pub median: f64,
-    /// 95 % quantile.
+    /// 95 % quantile of the cost.
     pub high: f64,
-    /// 99 % quantile.
+    /// 99 % quantile of the cost.
     pub highest: f64,
-    /// Largest cost.
+    /// Highest cost.
     pub largest: f64,
 }
 
@@ -103,7 +105,7 @@ impl Tally {
             let objective = result.objective.clone().unwrap_or_default();
             let costs = self.objectives.entry(objective).or_default();
             costs.all.push(cost);
-            // Among equal costs, the first case is listed first.
+            // Of cases with equal costs, the case with the lower number is listed first.
             let place = costs.costliest.partition_point(|other| other.value >= cost);
             if place < KEPT {
                 costs.costliest.insert(place, worst(cost));
@@ -125,12 +127,12 @@ impl Tally {
         }
     }
 
-    /// Returns the number of cases with a plan that the witnesses confirm.
+    /// Returns the number of cases whose plan the witnesses have verified.
     pub fn solved(&self) -> u64 {
         self.statuses.get("solved").map_or(0, |(count, _)| *count)
     }
 
-    /// Returns the number of cases without a plan that the witnesses confirm.
+    /// Returns the number of cases without a verified plan.
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }
@@ -147,8 +149,9 @@ impl Costs {
     }
 }
 
-/// Returns a quantile of at least one ordered value: definition 7 of Hyndman and Fan, *Sample
-/// Quantiles in Statistical Packages*, 1996, the default of NumPy and R.
+/// Returns the quantile at the fraction `part` (0 to 1) of at least one sorted value. It is
+/// definition 7 of Hyndman and Fan, *Sample Quantiles in Statistical Packages*, 1996, the default
+/// of NumPy and R.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * (sorted.len() - 1) as f64;
     let (below, between) = (place.floor() as usize, place.fract());
@@ -195,7 +198,7 @@ mod tests {
         let costs = tally.objectives["effort"].clone();
         let kept: Vec<(u64, f64)> = costs.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
         assert_eq!(costs.cheapest.as_ref().map(|least| least.case), Some(3));
-        // A case is compared only with cases of the same objective.
+        // Costs are compared only between cases with the same objective.
         let fast = CaseResult {
             case: 10,
             objective: Some("time".into()),

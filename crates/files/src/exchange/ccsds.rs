@@ -25,18 +25,18 @@ use crate::export::ExportError;
 use std::io::Write;
 use std::ops::RangeInclusive;
 
-/// Version of the attitude ephemeris message.
+/// Version of a CCSDS attitude ephemeris message (AEM).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AemVersion {
-    /// Version 1.0 of 504.0-B-1, for older programs.
+    /// Version 1.0 of the AEM (CCSDS 504.0-B-1), for older programs.
     One,
-    /// Version 2.0 of 504.0-B-2.
+    /// Version 2.0 of the AEM (CCSDS 504.0-B-2).
     Two,
 }
 
 type Written = Result<(), ExportError>;
 
-/// Writes the keys with which all messages begin.
+/// Writes the keys with which every message begins; `first` is the key with the version.
 fn header(record: &Record<'_>, first: &str, output: &mut dyn Write) -> Written {
     writeln!(output, "{first}")?;
     writeln!(output, "COMMENT {}", record.name())?;
@@ -65,8 +65,8 @@ fn frames(record: &Record<'_>, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// Writes an attitude ephemeris message, with a block of metadata and data for each smooth piece of
-/// the motion, because readers must not interpolate across blocks. Adjacent blocks share the node
+/// Writes an attitude ephemeris message. Each smooth piece of the motion is a block of metadata and
+/// data, because readers must not interpolate across blocks. Two adjacent blocks share the node
 /// between them.
 pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut dyn Write) -> Written {
     let number = if version == AemVersion::One { "1.0" } else { "2.0" };
@@ -120,15 +120,15 @@ fn write_block(
     Ok(())
 }
 
-/// Writes an attitude parameter message: attitude, rate and inertia at the start, and the torque
-/// that the plan holds over each step.
+/// Writes an attitude parameter message: attitude, rate and inertia at the start, and the torque of
+/// each step of the plan, which is constant over the step.
 pub(super) fn write_apm(record: &Record<'_>, output: &mut dyn Write) -> Written {
     header(record, "CCSDS_APM_VERS = 2.0", output)?;
     let (epoch, time) = (record.epoch()?, &record.trajectory.time);
     if record.trajectory.torque.len() + 1 < time.len() {
         return Err(super::Lacking::Inputs.into());
     }
-    // Unlike an AEM, this message has no marks around its metadata (504.0-B-2, figure G-1).
+    // Unlike an AEM, this message has no META_START and META_STOP (504.0-B-2, figure G-1).
     object(record, output)?;
     writeln!(output, "TIME_SYSTEM = {}\n", epoch.scale().name())?;
     writeln!(output, "EPOCH = {}\n\nQUAT_START", epoch.after(time[0]).calendar_text())?;

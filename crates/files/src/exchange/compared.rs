@@ -13,21 +13,21 @@ use slewkit::{Matrix3, lie};
 /// Results of the verification of an attitude file.
 #[derive(Clone, Debug)]
 pub struct FileReport {
-    /// Results for the rows of the file.
+    /// Results of the checks of the rows of the file.
     pub attitudes: AttitudeReport,
-    /// Items that were not verified, one sentence each, without the final period.
+    /// Properties that could not be verified, one sentence each, without the final period.
     pub not_judged: Vec<String>,
 }
 
 impl FileReport {
-    /// Returns whether no check of the file failed.
+    /// Returns true if every check of the file passed.
     pub fn passed(&self) -> bool {
         self.attitudes.passed()
     }
 }
 
-/// Verifies cones and rates on the motion between rows that the file declares, instead of a
-/// rotation at a constant rate between rows.
+/// Repeats the checks of cones and rates on rows inserted between the rows of the file. These rows
+/// follow the interpolation that the file declares, not a rotation at a constant rate.
 fn between_rows(
     attitudes: &mut AttitudeReport,
     problem: &Problem,
@@ -58,7 +58,8 @@ fn between_rows(
                 && text.starts_with(&format!("{}: ", constraint.name))
         })
     };
-    // The refined rows include all rows of the file, so violations at these rows are found again.
+    // The refined rows include all rows of the file, so violations at rows of the file are found
+    // again.
     let old = std::mem::take(&mut attitudes.violations);
     let at = std::mem::take(&mut attitudes.violated_at);
     for (text, row) in old.into_iter().zip(at).filter(|(text, _)| !of_cone(text)) {
@@ -78,14 +79,14 @@ fn between_rows(
     attitudes.open.retain(|text| !text.contains("the rows are too far apart to tell"));
 }
 
-/// Name of the check that the first row is at the start of the maneuver.
+/// Name of the check that the time of the first row is the start of the maneuver.
 const MOMENT: &str = "moment of the start";
-/// Tolerance on the start time relative to the duration, in addition to the printed digits. It
-/// equals the relative tolerance on the duration.
+/// Tolerance on the start time as a fraction of the duration, in addition to the resolution of the
+/// printed times. It equals the relative tolerance on the duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
-/// Verifies the attitudes `found` in the file `name` against a maneuver and the identity in its
-/// spec. `tolerance` is the tolerance on attitudes \[rad\].
+/// Verifies the attitudes `found`, read from the file `name`, against a maneuver and the frames
+/// and epoch in its spec. `tolerance` is the tolerance on attitudes \[rad\].
 ///
 /// # Errors
 /// Returns a diagnostic if the rotation between the frames of the file and of the spec is unknown,
@@ -140,12 +141,12 @@ pub fn judge_file(
     Ok(FileReport { attitudes, not_judged })
 }
 
-/// Reason and remedy of an error of comparison.
+/// Reason and remedy of the error that attitudes cannot be compared.
 pub(crate) type Apart = (String, String);
 
 /// Returns the rotation from components in the frame `theirs` of the file to components in the
-/// frame `own` of the spec; `None` if the two frames are equal. `turns` states whether the frame of
-/// the spec turns. Questions that remain open are appended to `open`.
+/// frame `own` of the spec; `None` if no rotation is needed. `turns` is true if the reference frame
+/// of the spec turns. Assumptions that could not be verified are appended to `open`.
 pub(crate) fn into_our_frame(
     theirs: Option<&str>,
     own: Option<&str>,
@@ -186,7 +187,8 @@ pub(crate) fn into_our_frame(
     Ok((rotation != Matrix3::identity()).then_some(rotation))
 }
 
-/// Checks that the body frame of the file is the body frame of the spec.
+/// Checks that the body frame `theirs` of the file is the body frame `own` of the spec. Assumptions
+/// that could not be verified are appended to `open`.
 pub(crate) fn of_our_body(
     theirs: Option<&str>,
     own: Option<&str>,
@@ -212,8 +214,8 @@ pub(crate) fn of_our_body(
     }
 }
 
-/// Checks that the first row is at the start of the maneuver, which lasts `duration` \[s\]; `None`
-/// if the times cannot be compared.
+/// Checks that the time of the first row is the start of the maneuver, whose duration is `duration`
+/// \[s\]. Returns `None` and appends the reason to `open` if the times cannot be compared.
 fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {

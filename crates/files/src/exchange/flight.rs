@@ -1,10 +1,10 @@
-//! A table for on-board use: equal ticks, and a checksum over all preceding lines.
+//! A table for on-board use with equally spaced rows and a checksum over all preceding lines.
 //!
-//! A row holds the attitude and rate at its tick. It also holds the mean torque and inputs of the
-//! plan over the following tick, so that their impulse equals that of the plan. If the tick differs
-//! from the step of the plan, attitudes are interpolated between the nodes of the plan by a cubic.
-//! The table states the error of this interpolation, and the error of interpolating between the
-//! rows of the table.
+//! Rows are one tick apart. A row holds the attitude and rate at its time, and the mean torque and
+//! mean inputs of the plan over the following tick, so that their impulse equals the impulse of the
+//! plan. If the tick differs from the step of the plan, attitudes are interpolated between the
+//! nodes of the plan by a cubic. The table states the error of this interpolation, and the error of
+//! interpolating between the rows of the table.
 //!
 //! If the plan has gains, each row ends with the gains of the step of the plan in which the tick
 //! begins (version 2 of the table). The gains are not interpolated.
@@ -26,12 +26,13 @@ use std::io::Write;
 
 /// Largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
-/// Smallest number of rows with which a row can be left out and interpolated from its neighbours.
+/// Smallest number of rows for which the interpolation error can be measured: one row is left out
+/// and interpolated from its two neighbours.
 const LEFT_OUT: usize = 3;
 /// Largest number of rows of a table.
 const MAX_ROWS: f64 = 1e7;
 
-/// Writes the table.
+/// Writes the table for on-board use.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let time = &record.trajectory.time;
     let steps = time.len() - 1;
@@ -113,13 +114,13 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
         } else {
             lie::quaternion_from_rotation(&row.attitude)
         };
-        // The sign of the quaternion is continuous along the table.
+        // The sign of each quaternion is chosen so that the table is continuous.
         if q.iter().zip(last).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
             q = q.map(|part| -part);
         }
         last = q;
         let at = start + times[index];
-        // No tick begins at the last row, so no input is held there.
+        // The last row has no following tick, so its torque and inputs are zero.
         let (torque, inputs) = mean(record, at, if index + 1 < rows.len() { tick } else { 0.0 });
         let inputs: Vec<f64> = inputs.iter().zip(&units).map(|(input, unit)| input * unit).collect();
         write!(text, "{index},{}", digits(times[index]))?;
@@ -127,14 +128,14 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
             write!(text, ",{}", digits(*number))?;
         }
         if let Some((width, numbers)) = &gains {
-            // A tick that begins at a node, within rounding, uses the step that begins there. The
-            // last row has no step.
+            // A tick that begins at a node, within rounding, uses the gains of the step that begins
+            // at this node. The last row has no such step.
             let within = at + WHOLE * tick;
             let step = time.partition_point(|node| *node <= within).saturating_sub(1);
             let zeros = vec![0.0; *width];
             let row =
                 if index + 1 < rows.len() { numbers.get(step * width..(step + 1) * width) } else { None };
-            // The gains of each input are adjacent.
+            // The gains of one input are adjacent in the row.
             let states = (width / units.len().max(1)).max(1);
             for (number, unit) in row
                 .unwrap_or(&zeros)
@@ -150,7 +151,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(output.write_all(text.as_bytes())?)
 }
 
-/// Returns the header lines above the column headings.
+/// Returns the header lines that precede the column headings.
 fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportError> {
     let version = if record.gains.is_some() { 2 } else { 1 };
     let mut text = format!("# slewkit flight table {version}\n# {}\n", record.name());
@@ -208,8 +209,8 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
     Ok(text)
 }
 
-/// Returns the torque and the inputs of the plan, averaged over the tick that begins at `at` \[s\];
-/// zeros if the tick has no length.
+/// Returns the torque and the inputs of the plan, averaged over the tick that begins at time `at`
+/// \[s\]; zeros if `tick` is 0.
 fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
     let (time, count) = (&record.trajectory.time, record.trajectory.input_count);
     let (mut torque, mut inputs) = (Vector3::zeros(), vec![0.0; count]);
@@ -217,7 +218,8 @@ fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
         return (torque, inputs);
     }
     let first = time.partition_point(|node| *node <= at).saturating_sub(1);
-    // A tick that ends at a node, within rounding, does not use the step that begins there.
+    // A tick that ends at a node, within rounding, does not use the step that begins at this
+    // node.
     let end = at + tick * (1.0 - WHOLE);
     for step in (first..time.len() - 1).take_while(|step| time[*step] < end) {
         let share = ((at + tick).min(time[step + 1]) - at.max(time[step])) / tick;

@@ -19,24 +19,26 @@
 
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Meaning of a frame name.
+/// Meaning of a frame name in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Meaning {
     /// A frame fixed to the spacecraft.
     Body,
     /// An inertial frame, with the rotation from components in this frame to the ICRF.
     Inertial(Matrix3),
-    /// An orbital frame, which turns with the orbit. The matrix maps components in `e₁, e₂, e₃` to
-    /// components in this frame.
+    /// An orbital frame, which turns with the orbit. The matrix maps components in the axes
+    /// `e₁, e₂, e₃` (along the velocity, along the orbit normal, outward) to components in this
+    /// frame.
     Orbit(Matrix3),
-    /// A frame that turns with a planet, or whose axes are defined at a date.
+    /// A frame that turns with a celestial body, a frozen orbital frame, or a frame whose axes
+    /// depend on a date.
     Moving,
-    /// The registries do not contain the name.
+    /// A frame whose name is not in the registries.
     Unknown,
 }
 
-/// Names of spacecraft frames in the registry of SANA, which numbers or letters may follow, and
-/// older spellings.
+/// Names of spacecraft frames in the SANA registry, and older spellings. A number or letters may
+/// follow the name.
 const BODY: [&str; 18] = [
     "ACC",
     "AST",
@@ -57,7 +59,7 @@ const BODY: [&str; 18] = [
     "STARTRACKER",
     "TAM",
 ];
-/// Frames whose rotation relative to inertial space is not known to this program.
+/// Names of frames whose rotation relative to inertial space this program does not compute.
 const MOVING: [&str; 32] = [
     "ALIGN_CB",
     "ALIGN_EARTH",
@@ -100,8 +102,8 @@ pub fn meaning(name: &str) -> Meaning {
         .chars()
         .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() })
         .collect();
-    // An orbital frame either rotates, or is frozen at each time. For a frozen frame, the meaning
-    // of rates is undefined.
+    // An orbital frame either rotates or is frozen at each time. In a frozen frame, rates are not
+    // defined.
     let (axes, frozen) = match name.strip_suffix("_INERTIAL") {
         Some(axes) => (axes, true),
         None => (name.strip_suffix("_ROTATING").unwrap_or(&name), false),
@@ -130,7 +132,7 @@ pub fn meaning(name: &str) -> Meaning {
     if MOVING.iter().any(moving) {
         return Meaning::Moving;
     }
-    // The kind may be followed by a number or by one or two characters, as in AST_1 and SC_BODY_A.
+    // A number or one or two characters may follow the name, as in AST_1 and SC_BODY_A.
     let of_body = |base: &&str| {
         let rest = name.strip_prefix(*base);
         rest.is_some_and(|rest| {
@@ -145,11 +147,12 @@ pub fn meaning(name: &str) -> Meaning {
     if BODY.iter().any(of_body) { Meaning::Body } else { Meaning::Unknown }
 }
 
-/// Names of the orbital frames that can be written, for messages.
+/// Names of the orbital frames that files can be written in, as a list for messages.
 pub const ORBIT_NAMES: &str = "VNC, LVLH, VVLH, RTN, RSW, QSW, NTW, TNW";
 
-/// Returns the rotation from components in `e₁, e₂, e₃` to components in the orbital frame `name`;
-/// `None` if no orbital frame has this name.
+/// Returns the rotation from components in `e₁, e₂, e₃` (along the velocity, along the orbit
+/// normal, outward) to components in the orbital frame `name`; `None` if the name is not that of an
+/// orbital frame.
 fn of_orbit(name: &str) -> Option<Matrix3> {
     let rows = match name {
         "VNC" => [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -163,7 +166,7 @@ fn of_orbit(name: &str) -> Option<Matrix3> {
 
 /// One milliarcsecond \[rad\].
 const MILLIARCSECOND: f64 = std::f64::consts::PI / (180.0 * 3600.0 * 1000.0);
-/// Obliquity of the ecliptic at J2000 by IAU 1976 \[rad\].
+/// Obliquity of the ecliptic at J2000 according to IAU 1976 \[rad\].
 const OBLIQUITY: f64 = 84_381_448.0 * MILLIARCSECOND;
 
 /// Returns the rotation from the mean equator and equinox of J2000 to the ICRF. It is computed from
@@ -171,8 +174,8 @@ const OBLIQUITY: f64 = 84_381_448.0 * MILLIARCSECOND;
 /// order, with an error of 1e-14.
 fn frame_bias() -> Matrix3 {
     let [ascension, xi, eta] = [-14.6, -16.617, -6.8192].map(|angle| angle * MILLIARCSECOND);
-    // The J2000 components of an ICRF vector are R₁(−η₀) R₂(ξ₀) R₃(dα₀) times its components, with
-    // rotations of axes.
+    // ICRF components are mapped to J2000 components by R₁(−η₀) R₂(ξ₀) R₃(dα₀), in which each
+    // factor rotates the axes.
     lie::exp(&Vector3::new(-eta, xi, ascension))
 }
 
@@ -211,7 +214,7 @@ mod tests {
         }
     }
 
-    /// Each name of an orbital frame has the right axes and handedness.
+    /// Each orbital frame has the tabulated axes and is right-handed.
     #[test]
     fn frames_of_the_orbit_have_their_axes() {
         let [velocity, normal, outward] = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -2,10 +2,10 @@
 
 use thiserror::Error;
 
-/// A requirement of an output format that the maneuver or the program does not meet.
+/// Reason why a plan cannot be written in an output format.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
-    /// The format has calendar times, but the spec has no epoch.
+    /// The format needs calendar times, but the spec has no epoch.
     #[error("this format has calendar times, and the spec has no epoch")]
     Epoch,
     /// The reference frame turns with the orbit, but the spec does not name an orbital frame.
@@ -17,7 +17,7 @@ pub enum Lacking {
     /// The reference frame turns with the orbit, but the format supports inertial frames only.
     #[error("the reference frame turns with the orbit, and this format has inertial frames alone")]
     InertialFrame,
-    /// STK does not support the reference frame of the spec.
+    /// STK files do not support the reference frame of the spec.
     #[error(
         "attitude files of STK do not support the reference frame of the spec: they support ICRF \
         (GCRF) and J2000 (EME2000)"
@@ -35,19 +35,20 @@ pub enum Lacking {
         B1950 and ECLIPJ2000"
     )]
     SpiceFrame,
-    /// The tick does not divide the duration, or no tick is given and the steps of the plan differ.
+    /// The tick does not divide the duration, or the spec gives no tick and the plan has unequal
+    /// steps.
     #[error("the duration is not a whole number of ticks, or the steps of the plan are not equal")]
     Tick,
     /// This program was built without the feature `parquet`.
     #[error("this program was built without Parquet")]
     Parquet,
-    /// The plan has the duration zero, but the format needs a motion.
+    /// The duration of the plan is zero, but the format needs a motion.
     #[error("the plan has the duration zero, and this format needs a motion")]
     Duration,
     /// The plan has no inputs, but the format needs the torque of each step.
     #[error("this format needs the torque of each step, and the plan has no torque")]
     Inputs,
-    /// The reference frame of a pointing file is not known to be inertial.
+    /// The reference frame of the spec is not known to be inertial, as a pointing file requires.
     #[error("a pointing file has inertial targets, and its reference frame is not known to be inertial")]
     PointingFrame,
     /// A PTR needs complete attitudes, but an observation has a free roll or points at the Sun.

@@ -15,9 +15,9 @@ const DOUBLES: u32 = 6;
 /// Largest length of a variable name.
 const NAME: usize = 63;
 
-/// Writes every quantity of the trajectory, and the gains if they exist.
+/// Writes every quantity of the trajectory, and the feedback gains if the plan has gains.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    // The header has a text, empty subsystem data, the version and the byte-order mark.
+    // The header consists of a text, empty subsystem data, the version and the byte-order mark.
     let text = format!("MATLAB 5.0 MAT-file, by slewkit: {}", record.name());
     let text: String = text.chars().take(116).collect();
     let mut header = format!("{text:<116}").into_bytes();
@@ -47,7 +47,7 @@ fn matrix(name: &str, rows: usize, width: usize, numbers: &[f64], output: &mut d
     element(&mut inner, UINT32, &[DOUBLES.to_le_bytes(), [0; 4]].concat());
     element(&mut inner, INT32, &[fits(rows)?.to_le_bytes(), fits(width)?.to_le_bytes()].concat());
     element(&mut inner, INT8, name);
-    // The values are stored column by column.
+    // MATLAB stores matrices column by column.
     let columns = (0..width).flat_map(|column| numbers.iter().skip(column).step_by(width));
     let doubles: Vec<u8> = columns.flat_map(|number| number.to_le_bytes()).collect();
     fits(doubles.len())?;

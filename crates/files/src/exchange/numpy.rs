@@ -9,7 +9,7 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// Alignment of the end of a header \[bytes\].
 const ALIGNMENT: usize = 64;
 
-/// Writes every quantity of the trajectory under its key in plan files.
+/// Writes each quantity of the trajectory as an array named after its key in plan files.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let mut arrays = Arrays::new(output);
     for (key, rows, width, numbers) in table(record.trajectory) {
@@ -24,11 +24,11 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(arrays.close()?)
 }
 
-/// An archive of named arrays, which are written in order.
+/// An archive of named arrays that is being written, one array after the other.
 pub struct Arrays<'o>(Archive<'o>);
 
 impl<'o> Arrays<'o> {
-    /// Creates the archive in this stream.
+    /// Begins an archive in the stream `output`.
     pub fn new(output: &'o mut dyn Write) -> Self {
         Self(Archive { output, written: 0, directory: Vec::new(), files: 0 })
     }
@@ -42,7 +42,7 @@ impl<'o> Arrays<'o> {
         self.0.add(&format!("{name}.npy"), &array(rows, width, numbers))
     }
 
-    /// Writes the directory of the archive.
+    /// Writes the directory at the end of the archive.
     ///
     /// # Errors
     /// Returns the errors of the stream.
@@ -75,13 +75,13 @@ struct Archive<'o> {
 }
 
 impl Archive<'_> {
-    /// Appends a file.
+    /// Appends a file to the archive.
     fn add(&mut self, name: &str, content: &[u8]) -> io::Result<()> {
         let fits = |value: usize| {
             u32::try_from(value).map_err(|_| io::Error::other("more than such an archive can hold, 4 GiB"))
         };
         let (size, at) = (fits(content.len())?, fits(self.written)?);
-        // Version 2.0, no flags, stored, and the date 1980-01-01 that archives without a date have.
+        // Version 2.0, no flags, no compression, and 1980-01-01, as in archives without dates.
         let mut about: Vec<u8> = [20_u16, 0, 0, 0, 0x21].into_iter().flat_map(u16::to_le_bytes).collect();
         about.extend([crc32(content), size, size].into_iter().flat_map(u32::to_le_bytes));
         about.extend([name.len() as u16, 0].into_iter().flat_map(u16::to_le_bytes));
@@ -95,7 +95,7 @@ impl Archive<'_> {
         Ok(())
     }
 
-    /// Writes the directory.
+    /// Writes the directory at the end of the archive.
     fn close(self) -> io::Result<()> {
         self.output.write_all(&self.directory)?;
         let mut end = b"PK\x05\x06\0\0\0\0".to_vec();

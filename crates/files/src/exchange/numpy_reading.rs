@@ -5,11 +5,11 @@ use super::numpy::crc32;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
-/// Largest size of an archive \[bytes\]; no file of this program is larger, and the limit bounds
-/// the memory.
+/// Largest size of an archive that is read \[bytes\], which bounds the memory. No archive of this
+/// program is larger.
 const MOST: u64 = 64 << 20;
 
-/// Numbers of one array, row by row, and its shape.
+/// Shape and numbers of one array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
     /// Lengths of the dimensions of the array.
@@ -18,7 +18,7 @@ pub struct Array {
     pub numbers: Vec<f64>,
 }
 
-/// Reads all arrays of an archive by name.
+/// Reads all arrays of an archive and returns them by name.
 ///
 /// # Errors
 /// Returns an error if the input cannot be read or is larger than 64 MiB, if it is not an archive
@@ -29,8 +29,8 @@ pub fn read_arrays(input: impl Read) -> io::Result<BTreeMap<String, Array>> {
     if bytes.len() as u64 > MOST {
         return Err(wrong("it is larger than 64 MiB"));
     }
-    // The end record of the directory is the last one; a comment may follow in files of other
-    // programs.
+    // The end record of the directory is the last record; in files of other programs, a comment may
+    // follow it.
     let end = bytes.len().checked_sub(22).ok_or_else(|| wrong("it is no ZIP archive"))?;
     let is_end = |at: &usize| bytes[*at..].starts_with(b"PK\x05\x06");
     let end = (end.saturating_sub(0xffff)..=end).rev().find(is_end);
@@ -91,7 +91,8 @@ fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
-/// Returns `length` bytes from position `at`; reports an error beyond the end.
+/// Returns `length` bytes from position `at`, or an error if they extend beyond the end of the
+/// file.
 fn slice(bytes: &[u8], at: usize, length: usize) -> io::Result<&[u8]> {
     let end = at.checked_add(length);
     end.and_then(|end| bytes.get(at..end)).ok_or_else(|| wrong("it is cut off"))

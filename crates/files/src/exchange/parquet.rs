@@ -47,10 +47,10 @@ impl Kind {
     }
 }
 
-/// A Parquet table that is written in pieces.
+/// A Parquet table that is being written, one group of rows at a time.
 pub(crate) struct ParquetTable<'o> {
     output: &'o mut dyn Write,
-    /// Parquet writer, which buffers the output since the last piece.
+    /// Parquet writer. Its buffer holds the bytes that have not been passed to the output yet.
     writer: SerializedFileWriter<Vec<u8>>,
 }
 
@@ -74,8 +74,8 @@ impl<'o> ParquetTable<'o> {
         Ok(Self { output, writer: begun.map_err(io::Error::other)? })
     }
 
-    /// Appends rows. `columns` has the cells of all columns in order; the columns are of equal
-    /// length, and their types agree with the header.
+    /// Appends a group of rows. `columns` has the cells of all columns in the order of the header,
+    /// with the types of the header. All columns must have equal length.
     pub fn rows(&mut self, columns: &[Cells]) -> io::Result<()> {
         let mut write = || {
             let mut group = self.writer.next_row_group()?;
@@ -115,7 +115,8 @@ fn column<T: DataType>(
     column.close()
 }
 
-/// Writes a trajectory with the columns of the CSV table, one row for each node.
+/// Writes a trajectory as a Parquet table with the columns of the CSV table and one row for each
+/// node.
 pub(super) fn write_trajectory(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let table = wide_table(record.trajectory, record.problem, &record.identity, record.tables.margins);
     let columns: Vec<_> = table.iter().map(|column| (column.head.clone(), Kind::Number)).collect();

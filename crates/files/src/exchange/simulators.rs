@@ -1,4 +1,4 @@
-//! Attitude tables for other simulators.
+//! Attitude tables for the simulators Basilisk and 42.
 //!
 //! - Basilisk's `waypointReference` reads one row for each waypoint: time, modified Rodrigues
 //!   parameters σ_RN, and the angular velocity and acceleration in reference axes (the default of
@@ -14,7 +14,7 @@ use crate::export::ExportError;
 use slewkit::{Vector3, lie};
 use std::io::Write;
 
-/// Writes waypoints as comma-separated values below one header line.
+/// Writes the waypoints for Basilisk as comma-separated values, after one header line.
 pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     writeln!(
         output,
@@ -40,7 +40,7 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
     Ok(())
 }
 
-/// Writes numbers separated by blanks, without a header.
+/// Writes the table for the simulator 42: numbers separated by blanks, without a header.
 pub(super) fn write_42(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     for k in 0..record.nodes() {
         let ([w, x, y, z], rate) = record.inertial(k);

@@ -13,7 +13,7 @@ use std::io::Write;
 const MONTHS: [&str; 12] =
     ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
-/// Writes the attitude file.
+/// Writes the trajectory as an STK attitude file.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     // STK expects the epoch as a Gregorian date in UTC.
     let epoch = record.epoch()?.in_other_scale(Scale::Utc);
@@ -42,7 +42,8 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(())
 }
 
-/// Returns the central body in the spelling of STK, such as `Earth`; `None` if it is not one word.
+/// Returns the name of the central body in the spelling of STK, such as `Earth`; `None` if the name
+/// is absent or is not a single word.
 pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     let name = center.unwrap_or("EARTH");
     let (first, rest) = name.split_at_checked(1)?;
@@ -50,8 +51,7 @@ pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     is_word.then(|| first.to_ascii_uppercase() + &rest.to_ascii_lowercase())
 }
 
-/// Returns the name that STK gives to the axes of the reference frame; `None` if it has no such
-/// axes.
+/// Returns the STK name of the axes of the reference frame; `None` if STK does not have these axes.
 pub(super) fn axes(identity: &Identity) -> Option<&'static str> {
     let name = identity.reference_frame();
     let is = |of: &[&str]| of.iter().any(|known| name.eq_ignore_ascii_case(known));

@@ -5,19 +5,19 @@ use crate::export::ExportError;
 use std::io::{self, Write};
 use std::ops::RangeInclusive;
 
-/// Writer of XML elements.
+/// Writer of indented XML elements.
 pub(crate) struct Xml<'o> {
-    /// Output stream.
+    /// Stream to which the elements are written.
     pub output: &'o mut dyn Write,
 }
 
 impl Xml<'_> {
-    /// Writes a line, indented for `depth` enclosing elements.
+    /// Writes a line, indented for `depth` levels of enclosing elements.
     pub(crate) fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
         writeln!(self.output, "{:width$}{text}", "", width = 2 * depth)
     }
 
-    /// Writes an element with text.
+    /// Writes the element `name` with a text, indented for `depth` levels of enclosing elements.
     pub(crate) fn element(&mut self, depth: usize, name: &str, text: &str) -> io::Result<()> {
         self.line(depth, &format!("<{name}>{}</{name}>", escaped(text)))
     }
@@ -34,7 +34,7 @@ const OPENING: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     xsi:noNamespaceSchemaLocation=\"https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-3.0.0-master-3.0.xsd\" \
     id=\"CCSDS_AEM_VERS\" version=\"2.0\">";
 
-/// Writes an attitude ephemeris message with a segment for each smooth piece of the motion.
+/// Writes an attitude ephemeris message. Each smooth piece of the motion is a segment.
 pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let mut xml = Xml { output };
     xml.line(0, OPENING)?;

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use slewkit::{Matrix3, lie};
 
-/// The twelve sequences of intrinsic Euler angles; `zyx` stands for `R = Rz Ry Rx`.
+/// The twelve sequences of intrinsic Euler angles. The sequence `zyx` means `R = Rz Ry Rx`.
 pub const EULER_SEQUENCES: [&str; 12] =
     ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
 
@@ -15,7 +15,7 @@ pub struct Notations {
     pub quaternion_wxyz: [f64; 4],
     /// The attitude quaternion, scalar last.
     pub quaternion_xyzw: [f64; 4],
-    /// Rotation axis, a unit vector; the rotation angle is `angle_deg`.
+    /// Rotation axis, as a unit vector.
     pub axis: [f64; 3],
     /// Rotation angle, from 0 to 180 \[deg\].
     pub angle_deg: f64,
@@ -57,8 +57,8 @@ impl Serialize for EulerAngles {
 impl From<&Matrix3> for Notations {
     fn from(rotation: &Matrix3) -> Self {
         let q = lie::quaternion_from_rotation(rotation);
-        // The quaternion with a nonnegative scalar part is chosen, so that equal attitudes have
-        // equal numbers. Adding 0 turns −0 into 0.
+        // Of the quaternions q and −q, the quaternion with a nonnegative scalar part is chosen, so
+        // that equal attitudes have equal numbers. Adding 0 turns −0 into 0.
         let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
         let [w, x, y, z] = q.map(|part| sign * part + 0.0);
         let vector = lie::log(rotation);
@@ -68,8 +68,8 @@ impl From<&Matrix3> for Notations {
         let of_half = |divisor: f64| [x, y, z].map(|part| part / divisor + 0.0);
         Self {
             mrp: of_half(1.0 + w),
-            // Rodrigues parameters are omitted near 180°, where all their digits would be
-            // round-off.
+            // Near 180°, Rodrigues parameters are omitted, because their digits would be round-off
+            // only.
             rodrigues: (w > f64::EPSILON).then(|| of_half(w)),
             ra_deg: if ra < 0.0 { ra + 360.0 } else { ra + 0.0 },
             dec_deg: 0.0 - minus_dec,
@@ -97,7 +97,7 @@ impl From<&Matrix3> for Notations {
 pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
     let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');
     let (i, j, last) = (axis(0), axis(1), axis(2));
-    // Third axis of the triad (i, j, k), and the handedness s of the triad.
+    // `k` is the third axis of the triad (i, j, k), and s is its handedness.
     let k = 3 - i - j;
     let s = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
     let r = |row, column| rotation[(row, column)];
@@ -109,7 +109,7 @@ pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
         (-s * r(j, k)).atan2(r(k, k))
     };
     let (sin, cos) = a.sin_cos();
-    // Rows j and k of R_i(a)ᵀ R.
+    // Elements in rows j and k of R_i(a)ᵀ R.
     let m_j = |column| cos * r(j, column) + s * sin * r(k, column);
     let m_k = |column| cos * r(k, column) - s * sin * r(j, column);
     let (b, c) = if last == i {

@@ -1,36 +1,36 @@
 //! Checksum of a plan file: a hash of all its values.
 //!
 //! The witnesses check everything that follows from the motion. Costates, gains, covariances,
-//! conjugate points and rivals do not follow from the motion, so only a checksum reveals a changed
-//! value. The checksum covers the values and not their notation: it remains valid if a program
-//! writes the same numbers with other digits, blanks or order of keys. `solve_time_s` is not
-//! covered, because it differs between two runs.
+//! conjugate points and rivals do not follow from the motion, so only a checksum reveals a change
+//! of their values. The checksum covers the values but not their notation: it remains valid if a
+//! program writes the same numbers with other digits, blanks or order of keys. It does not cover
+//! `solve_time_s`, which differs between two runs.
 
 use crate::fingerprint::Fingerprint;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::Formatter;
 use std::io::{self, Write};
 
-/// State of a plan with respect to the checksum of its file.
+/// Result of checking a plan against the checksum of its file.
 ///
-/// The state is not a part of the plan, so any two states compare as equal.
+/// This result is not a part of the plan, so any two results compare as equal.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(from = "Option<String>")]
 pub enum Seal {
-    /// The plan was computed and not read from a file.
+    /// The plan was computed, so it has no file.
     Made,
     /// The file has no checksum.
     #[default]
     Missing,
     /// The checksum of the file, which has not been checked yet.
     Read(String),
-    /// The checksum cannot be checked, because another program or version wrote the file or the
-    /// spec was removed.
+    /// The checksum cannot be checked: another program or another version wrote the file, or the
+    /// spec was removed from the file.
     Foreign,
-    /// The checksum agrees: the contents are unchanged since the file was written.
+    /// The checksum agrees with the contents, which are unchanged since the file was written.
     Intact,
-    /// The checksum disagrees or is missing: a value was changed after the file was written, or the
-    /// checksum was removed.
+    /// The checksum does not agree with the contents, or is missing from a file that this version
+    /// wrote. A value was changed or the checksum was removed.
     Broken,
 }
 
@@ -47,13 +47,13 @@ impl From<Option<String>> for Seal {
 }
 
 impl Seal {
-    /// Returns the checksum as read from the file; an empty text if the file has none.
+    /// Returns the checksum that was read from the file; an empty text if the file has none.
     pub(super) fn text(&self) -> &str {
         if let Self::Read(text) = self { text } else { "" }
     }
 
-    /// Checks the checksum that was read against the contents `file`. `own` states whether this
-    /// version of the program wrote all of the file.
+    /// Compares the checksum that was read with the checksum of the contents `file`. `own` is true
+    /// if this version of the program wrote the whole file.
     pub(super) fn compared(&self, file: &impl Serialize, own: bool) -> Self {
         match self {
             Self::Read(_) | Self::Missing if !own => Self::Foreign,
@@ -64,7 +64,7 @@ impl Seal {
     }
 }
 
-/// A plan file to which its checksum is added as the last key.
+/// A plan file that is serialised with its checksum as the last key.
 #[derive(Serialize)]
 pub(super) struct Sealed<'a, T: Serialize> {
     #[serde(flatten)]
@@ -73,7 +73,7 @@ pub(super) struct Sealed<'a, T: Serialize> {
 }
 
 impl<'a, T: Serialize> Sealed<'a, T> {
-    /// Computes the checksum of a file and adds it.
+    /// Computes the checksum of the contents of a file, which is added when the file is written.
     ///
     /// # Errors
     /// Returns an error if the trajectory has a number that is not finite.
@@ -100,14 +100,14 @@ pub(super) fn checksum(file: &impl Serialize) -> Result<String, serde_json::Erro
 /// Key of the value that the checksum does not cover.
 const FREE: &str = "solve_time_s";
 
-/// JSON formatter that writes numbers as the bits of an `f64`, which is faster than decimal digits
-/// and independent of their notation.
+/// JSON formatter that writes each number as the bits of an `f64`. The bits do not depend on the
+/// decimal notation and are faster to compute than digits.
 #[derive(Default)]
 struct Values {
     depth: usize,
-    /// True while a key of the outermost object is written.
+    /// True while a key of the outermost object is being written.
     key: bool,
-    /// True while the value that the checksum does not cover is written.
+    /// True while a value that the checksum does not cover is being written.
     free: bool,
 }
 

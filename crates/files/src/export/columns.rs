@@ -1,4 +1,4 @@
-//! The columns of a trajectory. Plan files, JSON lines, tables and checks all use this list.
+//! The columns of a trajectory. Plan files, JSON lines, tables and checks use the same columns.
 
 use crate::identity::{Identity, Nozzle};
 use serde::{Serialize, Serializer};
@@ -6,7 +6,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::mechanics::ActuatorSet;
 
-/// Reason why a trajectory cannot be written or is not accepted.
+/// Reason why a trajectory cannot be written, or is rejected when it is read.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum TrajectoryError {
     /// A number of the trajectory is NaN or infinite.
@@ -31,13 +31,13 @@ pub enum TrajectoryError {
     },
 }
 
-/// Values of one quantity of a trajectory, row by row.
+/// Values of one quantity of a trajectory, with one row for each node or step.
 #[derive(Clone, Copy)]
 pub(super) enum Values<'a> {
     Numbers(&'a [f64]),
     Quaternions(&'a [[f64; 4]]),
     Vectors(&'a [Vector3]),
-    /// Values row by row in one slice; the number is the length of a row.
+    /// All rows in one slice; the number is the length of a row.
     Flat(&'a [f64], usize),
 }
 
@@ -64,7 +64,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Returns the index of the first row with a number that is not finite.
+    /// Returns the index of the first row that contains a number that is not finite.
     fn first_not_finite(self) -> Option<usize> {
         let is_wrong = |value: &f64| !value.is_finite();
         match self {
@@ -75,7 +75,7 @@ impl<'a> Values<'a> {
     }
 }
 
-/// Serialises as a list of numbers or a list of rows.
+/// Serialises the values as a list of numbers or as a list of rows.
 impl Serialize for Values<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
@@ -92,19 +92,19 @@ impl Serialize for Values<'_> {
 pub(super) struct Column<'a> {
     /// Key of the quantity in JSON.
     pub key: &'static str,
-    /// Heading of its columns in a table; `{}` is replaced by the name of the component.
+    /// Column heading in a table, in which `{}` is replaced by the name of the component.
     pub header: &'static str,
     pub values: Values<'a>,
-    /// Number of its columns in a table; 0 if the table omits it.
+    /// Number of columns in a table; 0 if tables do not contain the quantity.
     pub width: usize,
-    /// True if JSON documents contain the key.
+    /// True if JSON documents contain the quantity.
     pub shown: bool,
-    /// True if the rows belong to inputs, false if they belong to nodes.
+    /// True if the quantity has one row for each input row, false if it has one row for each node.
     pub of_input: bool,
 }
 
 impl Column<'_> {
-    /// Returns the headings of the columns in a table, with the `names` of inputs and wheels.
+    /// Returns the column headings in a table; `names` contains the names of inputs and wheels.
     pub fn headers(&self, names: &Names<'_>) -> Vec<String> {
         let component = |index: usize| match (self.key, self.values) {
             ("input", _) => names.input(index),
@@ -125,12 +125,13 @@ impl Column<'_> {
 
 /// Names of inputs and wheels in the headings of tables.
 pub(crate) struct Names<'a> {
-    /// Names of the inputs; unless every input has a name, numbers are used.
+    /// Names of the inputs. They are used only if every input has a name; otherwise inputs are
+    /// numbered.
     inputs: &'a [String],
-    /// Number of force inputs, whose unit is N. They precede the torque inputs.
+    /// Number of force inputs (in newtons), which precede the torque inputs.
     forces: usize,
-    /// Lever arms \[m\] of thrusters that the spec defines by position and force and whose torques
-    /// are the inputs of the plan; empty for other inputs.
+    /// Lever arms of the thrusters \[m\], if the spec defines the thrusters by position and force
+    /// and their torques are the inputs of the plan; otherwise empty.
     levers: Vec<f64>,
 }
 
@@ -144,20 +145,21 @@ impl<'a> Names<'a> {
         Self { inputs: if named { &identity.inputs } else { &[] }, forces, levers }
     }
 
-    /// Converts the value of input `index` of the plan to its unit in tables. For a thruster that
-    /// the spec defines by its force, the value is the force.
+    /// Converts the value of input `index` from the plan to its unit in tables. For a thruster that
+    /// the spec defines by its force, the table contains the force.
     pub fn in_its_unit(&self, index: usize, value: f64) -> f64 {
         self.levers.get(index).map_or(value, |lever| value / lever)
     }
 
-    /// Returns the heading for input `index`: its name and unit.
+    /// Returns the column heading of input `index`: its name and its unit.
     pub fn input(&self, index: usize) -> String {
         let is_force = index < self.forces || index < self.levers.len();
         let unit = if is_force { "n" } else { "n_m" };
         format!("{}_{unit}", self.bare(index, index))
     }
 
-    /// Returns the name or number of the wheel that torque input `index` drives.
+    /// Returns the name of the wheel that torque input `index` drives, or its number if it has no
+    /// name.
     fn wheel(&self, index: usize) -> String {
         self.bare(index + self.forces, index)
     }
@@ -167,15 +169,15 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Replaces commas, quotes and line breaks in a name, so that it can stand in the header of a
-/// table.
+/// Replaces commas, quotes and line breaks in a name, so that the name can be used in a table
+/// header.
 pub(super) fn plain(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }
 
-/// Returns the heading for costate `index` in a row of `width` costates: the quantity, the
-/// component and the unit. The unit is cost per unit of the quantity; the unit of the cost depends
-/// on the weights and prices.
+/// Returns the column heading of costate `index`, if each node has `width` costates: the quantity,
+/// the component and the unit. The unit is the cost per unit of the quantity. The unit of the cost
+/// depends on the weights and prices of the spec.
 fn costate(width: usize, index: usize) -> String {
     const OF: [(&str, &str); 4] =
         [("position", "m"), ("linear_momentum", "n_s"), ("attitude", "rad"), ("momentum", "n_m_s")];
@@ -183,7 +185,7 @@ fn costate(width: usize, index: usize) -> String {
     format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
 }
 
-/// Returns the columns in the order of a JSON document.
+/// Returns all columns of a trajectory, in the order of a JSON document.
 pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
     let (moving, controlled) = (!of.position.is_empty(), !of.torque.is_empty());
     let three = |shown: bool| if shown { 3 } else { 0 };
@@ -238,13 +240,13 @@ pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
 }
 
-/// Returns the number of reaction wheels, from the length of the list of their momenta.
+/// Returns the number of reaction wheels, which follows from the number of recorded wheel momenta.
 fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
-/// Returns the existing quantities of a trajectory. Each has its key, the number of rows, the
-/// length of a row, and the numbers row by row.
+/// Returns the quantities that a trajectory has. Each has its key, its number of rows, the length
+/// of a row, and its numbers row by row.
 pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
     let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
     let numbers = |values: Values<'_>| {

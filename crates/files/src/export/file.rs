@@ -10,8 +10,8 @@ use std::time::Duration;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
-/// Reason why an output file was rejected or could not be written. A partly written file never
-/// remains.
+/// Reason why an output file was rejected or could not be written. A partly written file is always
+/// removed.
 #[derive(Debug, Error)]
 pub enum FileError {
     /// The folder of the output does not exist.
@@ -19,15 +19,15 @@ pub enum FileError {
     FolderMissing {
         /// Path of the folder.
         folder: String,
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
-    /// The folder of the output is a file.
+    /// The path of the folder of the output leads to a file.
     #[error("{folder}, the folder of the output {path}, is a file")]
     FolderIsFile {
         /// Path of the folder.
         folder: String,
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// No file can be created in the folder.
@@ -38,10 +38,10 @@ pub enum FileError {
         /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// Writing stopped before the end, usually because the disk is full.
+    /// Writing failed before the end of the file, usually because the disk is full.
     #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
         /// Error of the operating system.
         reason: std::io::Error,
@@ -49,19 +49,19 @@ pub enum FileError {
     /// The output file exists already.
     #[error("{path} exists")]
     Exists {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
     /// The output file exists and is write-protected.
     #[error("{path} is write-protected")]
     Protected {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
-    /// The name cannot be the name of an output file.
+    /// The name cannot be used for an output file.
     #[error("{path} cannot be an output file: {reason}")]
     Name {
-        /// Path of the output as given, in printable form.
+        /// Path of the output, converted to text.
         path: String,
         /// Reason why the name is not accepted.
         reason: &'static str,
@@ -69,7 +69,7 @@ pub enum FileError {
     /// The output would replace an input file.
     #[error("the output {path} is also an input")]
     IsInput {
-        /// Path of the output, as given.
+        /// Path of the output, as the user wrote it.
         path: String,
     },
 }
@@ -101,11 +101,11 @@ impl FileError {
     }
 }
 
-/// Checks that an output file or folder is not the input `input`, even if the two paths differ in
-/// notation or by symbolic links.
+/// Checks that an output file or folder is not the input `input`. Symbolic links and different
+/// notations of the same path are recognised.
 ///
 /// # Errors
-/// Returns [`FileError::IsInput`] if both are the same file.
+/// Returns [`FileError::IsInput`] if the paths lead to the same file.
 pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     match (fs::canonicalize(output), fs::canonicalize(input)) {
         (Ok(found), Ok(input)) if found == input => Err(FileError::IsInput { path: shown(output) }),
@@ -113,7 +113,7 @@ pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     }
 }
 
-/// An output file, which is checked before the work begins and written when the work is done.
+/// An output file. Its path is checked before the work begins; the file is written after the work.
 #[derive(Clone, Debug)]
 pub struct Target {
     path: PathBuf,
@@ -122,12 +122,12 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks the name, the folder and the existence of the file. With `force`, an existing regular
-    /// file may be replaced unless it is write-protected. A symbolic link to a file is kept, and
-    /// the file to which it points is replaced.
+    /// Checks the name, the folder and the existence of the file. If `force` is true, an existing
+    /// regular file may be replaced unless it is write-protected. If the path is a symbolic link to
+    /// a file, this file is replaced and the link is kept.
     ///
     /// # Errors
-    /// Returns a [`FileError`] before any work is done.
+    /// Returns a [`FileError`] if the output cannot be written to this path.
     pub fn new(path: impl Into<PathBuf>, force: bool) -> Result<Self, FileError> {
         let mut path = path.into();
         let shown = shown(&path);
@@ -151,7 +151,7 @@ impl Target {
                 let reason = "a folder, device or pipe has this name";
                 return Err(FileError::Name { path: shown, reason });
             }
-            // Obstacles that `--force` cannot remove are reported first.
+            // Errors that `--force` does not avoid are reported first.
             if metadata.is_symlink() {
                 path = fs::canonicalize(&path).map_err(|_| FileError::Name {
                     path: shown.clone(),
@@ -166,31 +166,32 @@ impl Target {
                 return Err(FileError::Exists { path: shown });
             }
         }
-        // A folder may reject a new file for many reasons, so a file is created as a test.
+        // Many causes may prevent a new file in a folder, so a file is created as a test.
         let refused = |reason| FileError::NotWritable { folder: self::shown(&folder), reason };
         let (_listed, temporary) = temporary_in(&folder).map_err(refused)?;
         drop(temporary);
         Ok(Self { path, folder, force })
     }
 
-    /// Returns the path of the output as given.
+    /// Returns the path of the output as the user wrote it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Checks that the output is not the file `input`, even if the two paths differ in notation or
-    /// by symbolic links.
+    /// Checks that the output is not the file `input`. Symbolic links and different notations of
+    /// the same path are recognised.
     ///
     /// # Errors
-    /// Returns [`FileError::IsInput`] if both are the same file.
+    /// Returns [`FileError::IsInput`] if the paths lead to the same file.
     pub fn distinct_from(&self, input: &Path) -> Result<(), FileError> {
         distinct(&self.path, input)
     }
 
-    /// Writes a temporary file in the same folder, flushes it to the disk and renames it.
+    /// Writes the output to a temporary file in the same folder, flushes it to the disk, and
+    /// renames it.
     ///
     /// # Errors
-    /// Returns the error of `content`, or a [`FileError`]; the folder is then unchanged.
+    /// Returns the error of `content`, or a [`FileError`]; no new file then remains in the folder.
     pub fn write(
         &self,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
@@ -213,15 +214,15 @@ impl Target {
         let renamed = if self.force {
             temporary.persist(&self.path)
         } else {
-            // This also rejects a file that another process created in the meantime.
+            // This call also fails if another process has created the file in the meantime.
             temporary.persist_noclobber(&self.path)
         };
         renamed.map_err(|error| match error.error.kind() {
             ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
             _ => write(error.error),
         })?;
-        // The folder is flushed, so that the new name reaches the disk. Some systems cannot do
-        // this; the data are on the disk in any case.
+        // The folder is flushed, so that the new name is stored on the disk. Some systems do not
+        // support this; the contents of the file are on the disk in any case.
         if let Ok(folder) = fs::File::open(&self.folder) {
             let _ = folder.sync_all();
         }
@@ -229,34 +230,35 @@ impl Target {
     }
 }
 
-/// Prefix of temporary files, which `RANDOM` random letters and digits follow.
+/// Prefix of the names of temporary files; random letters and digits follow it.
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
-/// Creates a temporary file, which is in the list `TEMPORARY` until it is renamed or removed.
+/// Creates a temporary file. Its path is in the list `TEMPORARY` until the file is renamed or
+/// removed.
 fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).rand_bytes(RANDOM);
     #[cfg(unix)]
     {
-        // The file gets the usual permissions. The default of the crate would make it unreadable
-        // for other users.
+        // The file gets the default permissions of the system. The default of the crate would make
+        // it unreadable for other users.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     Listed::new(&TEMPORARY, || builder.tempfile_in(folder))
 }
 
-/// Age after which a temporary file counts as abandoned, because writing a file takes less time.
+/// Age after which a temporary file counts as abandoned; writing a file takes far less time.
 const ABANDONED: Duration = Duration::from_secs(86_400);
 
-/// Removes temporary files that killed programs have left in `folder`.
+/// Removes the temporary files in `folder` that killed programs have left behind.
 fn sweep(folder: &Path) {
     let is_ours = |name: &str| {
         let random = name.strip_prefix(PREFIX).filter(|random| random.len() == RANDOM);
         random.is_some_and(|random| random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
     };
-    // A file that cannot be listed or removed remains, which does no harm.
+    // A file that cannot be listed or removed is left, which is harmless.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let old = |metadata: fs::Metadata| {
             let age = metadata.modified().ok().and_then(|modified| modified.elapsed().ok());
@@ -268,15 +270,15 @@ fn sweep(folder: &Path) {
     }
 }
 
-/// A list of file paths that threads share.
+/// A list of file paths that is shared by all threads.
 type List = Mutex<Vec<PathBuf>>;
 
 /// Paths of the temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and prevents new ones. It is
-/// meant for a program that ends immediately, without unwinding. A second call, or an output after
-/// this call, blocks forever.
+/// Removes the temporary files of all outputs that are being written, and prevents new temporary
+/// files. The program must end immediately afterwards, without unwinding: a second call, or any
+/// further output, blocks forever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }
@@ -284,21 +286,22 @@ pub fn remove_temporaries() {
 fn remove_all(list: &List) {
     let listed = list.lock().unwrap_or_else(PoisonError::into_inner);
     for path in listed.iter() {
-        // The file may have been removed already.
+        // The file may already have been removed.
         let _ = fs::remove_file(path);
     }
-    // The lock is never released, because another thread may write until the program has ended.
+    // The lock is never released, because another thread could still create a file before the
+    // program ends.
     std::mem::forget(listed);
 }
 
-/// A path that is in the list as long as this value exists.
+/// A path that is in the list of temporary files as long as this value exists.
 struct Listed<'a> {
     path: PathBuf,
     list: &'a List,
 }
 
 impl<'a> Listed<'a> {
-    /// Creates a file and adds its path to the list before another thread can read the list.
+    /// Creates a file and adds its path to the list while the list is locked.
     fn new(
         list: &'a List,
         make: impl FnOnce() -> std::io::Result<NamedTempFile>,
@@ -317,8 +320,8 @@ impl Drop for Listed<'_> {
     }
 }
 
-/// Returns the reason why `path` cannot name an output file, on this system or on a system that
-/// receives the file; `None` if it can.
+/// Returns the reason why `path` must not name an output file, on this system or on a system to
+/// which the file may be copied; `None` if it is a valid name.
 fn unusable_name(path: &Path) -> Option<&'static str> {
     let text = path.to_string_lossy();
     if text.is_empty() {
@@ -327,7 +330,7 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     if text.chars().any(char::is_control) {
         return Some("it holds control characters");
     }
-    // Such a path may be an open file of another program, or the stream on which messages appear.
+    // Such a path may lead to an open file of another program, or to the stream for messages.
     if ["/dev/std", "/dev/fd/", "/proc/"].iter().any(|start| text.starts_with(start)) {
         return Some("it names a stream of a process, or a file of the system; `-o -` is stdout");
     }

@@ -15,46 +15,48 @@ use slewkit::verify::{self, Check, Verification};
 pub struct Judgement {
     /// The maneuver against which the plan was verified, on the grid of the plan.
     pub problem: Problem,
-    /// Results of the witnesses, with a check of every value recorded in the file.
+    /// Results of the witnesses, and the check of the recorded checksum.
     pub verification: Verification,
-    /// Keys in which the spec of the file differs from the spec of the verification; each with the
-    /// value of the file first.
+    /// Keys whose values differ between the spec of the file and the spec of the verification. In
+    /// each difference, the value of the file is first.
     pub differences: Vec<Difference>,
-    /// Recorded values that differ from the recomputed values; each with the value of the file
-    /// first.
+    /// Recorded values that differ from the recomputed values. In each difference, the value of the
+    /// file is first.
     pub recorded: Vec<Difference>,
-    /// Items that were not verified, one sentence each, without the final period.
+    /// Properties that were not verified, one sentence each, without the final period.
     pub not_judged: Vec<String>,
 }
 
-/// Text for items that the witnesses cannot verify, because they do not follow from the motion.
+/// Text for the properties that the witnesses cannot verify, because they do not follow from the
+/// motion.
 const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: \
     only `slew plan` determines this";
-/// Text for the item that is not verified if the inputs are smoothed.
+/// Text for the property that is not verified if the inputs are smoothed.
 const SMOOTHED: &str =
     "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
-/// Text for the items that are not verified if the plan was made for another spec or its
-/// verification is incomplete.
+/// Text for the recorded values that are not verified, because the plan was made for another spec
+/// or its verification is incomplete.
 const FIGURES: &str =
     "the recorded figures of the witnesses: they belong to the plan's own spec, and to a complete run";
 
 /// Name of the check that fails if a value of the file was changed after it was written.
 const CHECKSUM: &str = "recorded checksum";
-/// Text for the items that are not verified if the checksum cannot be checked.
+/// Text for the recorded values that are not verified if the checksum cannot be checked.
 const UNSEALED: &str = "whether costates, gains, covariances or another figure of the search was changed in \
     the file: it has no checksum of this version, or no spec";
 
-/// Tolerance on the relative error of a recorded value, for the round-off of sums in another order.
+/// Largest relative error of a recorded cost or step; it allows for round-off of sums in another
+/// order.
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
-    /// Lets the witnesses verify whether the plan solves `problem` to the tolerances of `settings`,
-    /// on the grid of the plan. The witnesses poll `stop` every few steps and stop when it returns
+    /// Verifies with the witnesses that the plan solves `problem` to the tolerances of `settings`,
+    /// on the grid of the plan. The witnesses call `stop` every few steps and end when it returns
     /// true. `identity` and `closed_loop` do not affect the verdict, but their differences from the
-    /// file are reported.
+    /// contents of the file are reported.
     ///
     /// # Errors
-    /// Returns an error if arrays do not fit the maneuver.
+    /// Returns an error if the lengths of the arrays do not fit the maneuver.
     pub fn judge(
         &self,
         problem: &Problem,
@@ -64,8 +66,8 @@ impl PlanFile<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
         let held = self.spec.as_ref();
-        // The grid is taken from the plan, and so are the times at which each of several
-        // alternative sets of cones holds.
+        // The grid is taken from the plan. The same applies to the times at which each of several
+        // alternative sets of cones must hold.
         let turned;
         let problem = if problem.alternatives.is_empty() {
             problem
@@ -82,7 +84,7 @@ impl PlanFile<'_> {
         let continuous = settings.continuous_limit();
         let mut verification = verify::verify_until(&problem, trajectory, tolerance, continuous, stop);
         let own = held.is_some() && !differences.iter().any(|found| SpecDocument::is_asked(&found.key));
-        // The results of an incomplete verification are not compared.
+        // Recorded values are not compared with the results of an incomplete verification.
         let cut = verification.was_stopped() || self.verified.as_ref().is_some_and(Verification::was_stopped);
         let mut not_judged = vec![SEARCH.to_string()];
         let recorded = if own && !cut && self.verified.is_some() {
@@ -95,13 +97,12 @@ impl PlanFile<'_> {
             not_judged.push(SMOOTHED.into());
         }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
-        // The recorded tolerance must be the tolerance of the plan's own spec, even if `settings`
-        // has a different one.
+        // The recorded tolerance must equal the tolerance in the spec of the file, even if the
+        // tolerance in `settings` is different.
         let cost = verify::cost(&problem, trajectory);
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));
-        // If the inputs switch, the plan chooses its duration, and the recorded step is the mean
-        // step.
+        // If the inputs are bang-bang, the steps differ, and the recorded step is their mean.
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         let duration = problem.duration.known().filter(|_| !problem.switches()).unwrap_or(last);
         let step = duration / problem.steps as f64;
@@ -139,9 +140,9 @@ impl PlanFile<'_> {
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
     }
 
-    /// Verifies a file that claims to be solved and verified; `loaded` is the spec of the file. If
-    /// the witnesses refute the claim, the returned file has their verdict, and the reason is
-    /// returned.
+    /// Verifies a file whose status is solved and verified; `loaded` is the spec of the file.
+    /// Returns the file. If the witnesses refute its status, the returned file has their verdict,
+    /// and the reason is returned with it; otherwise the reason is `None`.
     pub fn settled(mut self, loaded: &Loaded) -> (Self, Option<String>) {
         if self.status != Status::Solved {
             return (self, None);
@@ -174,8 +175,8 @@ impl PlanFile<'_> {
         (self, Some(why))
     }
 
-    /// Returns whether the status, the outcome, the exit code and the claimed proof of the file
-    /// agree.
+    /// Returns whether the status, the outcome, the exit code and the proof in the file are
+    /// consistent.
     fn is_coherent(&self, problem: &Problem) -> bool {
         let proved = self.plan().ok().and_then(|plan| plan.solution.proved(problem));
         self.status.agrees_with(self.outcome, self.verified.as_ref())

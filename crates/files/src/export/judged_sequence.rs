@@ -1,5 +1,5 @@
-//! Verification of the plan of a sequence: each leg by the witnesses, and the transitions between
-//! the legs.
+//! Verification of the plan of a sequence. The witnesses verify each leg; further checks verify the
+//! transitions between the legs.
 
 use super::{ExportError, Judgement, PlanFile, Seal, SequenceFile};
 use crate::identity::Identity;
@@ -16,21 +16,21 @@ use slewkit::verify::Check;
 pub struct SequenceJudgement {
     /// Results of the witnesses for each leg, in the order of the legs.
     pub legs: Vec<Judgement>,
-    /// Results of the witnesses for each hold on a moving target or past moving cones, with the
-    /// name of its stop.
+    /// Results of the witnesses for each hold on a moving target or past moving cones, each with
+    /// the name of its stop.
     pub holds: Vec<(String, Judgement)>,
     /// Checks of the transitions between legs, of stops, holds and windows, and of recorded values.
     pub checks: Vec<Check>,
 }
 
 impl SequenceJudgement {
-    /// Returns whether all checks are passed.
+    /// Returns true if all checks of the legs, holds and transitions passed.
     pub fn passed(&self) -> bool {
         self.checks.iter().all(|check| check.passed)
             && self.judgements().all(|judged| judged.verification.passed())
     }
 
-    /// Returns whether a witness was stopped before its end.
+    /// Returns true if the verification of any leg or hold was stopped before its end.
     pub fn was_stopped(&self) -> bool {
         self.judgements().any(|judged| judged.verification.was_stopped())
     }
@@ -40,17 +40,19 @@ impl SequenceJudgement {
     }
 }
 
-/// Tolerance for two states or times that must be equal: difference of attitudes \[rad\],
-/// difference of rates times the duration of a leg \[rad\], and relative difference of times.
+/// Tolerance within which two states or two times count as equal. It applies to the difference of
+/// the attitudes \[rad\], to the difference of the rates times the duration of the leg \[rad\], and
+/// to the relative difference of the times.
 const SAME: f64 = 1e-9;
 
 impl SequenceFile<'_> {
-    /// Verifies every leg by the witnesses, with the limits and settings of `loaded`. Also checks
-    /// that each leg begins where the previous part ended, that the stops are the stops of the
-    /// spec, and that holds and windows are kept. The witnesses stop when `stop` returns true.
+    /// Verifies every leg with the witnesses, using the limits and settings of `loaded`. Also
+    /// checks that each leg begins where the previous part ended, that the stops are the stops of
+    /// the spec, and that the holds and windows are met. The verification ends early when `stop`
+    /// returns true.
     ///
     /// # Errors
-    /// Returns an error if arrays do not fit, or if a leg has no spec.
+    /// Returns an error if the lengths of arrays are inconsistent, or if a leg has no spec.
     pub fn judge(
         &self,
         loaded: &LoadedSequence,
@@ -132,15 +134,16 @@ impl SequenceFile<'_> {
     }
 }
 
-/// Largest change of a wheel momentum between two parts, relative to the largest momentum so far. A
-/// leg meets its end with the accuracy of landing only.
+/// Largest difference of the wheel momenta at the end of a part and at the start of the next part,
+/// relative to the largest momentum so far. The difference is not zero, because a leg meets its
+/// target only within the accuracy of landing.
 const CARRIED: f64 = 1e-3;
 
-/// Largest angle between the attitude of a hold and its target at the nodes \[rad\]; it allows for
-/// the round-off of the witnesses over many steps.
+/// Largest attitude error at the nodes of a hold, relative to its target \[rad\]. It allows for the
+/// round-off that the witnesses accumulate over many steps.
 const ON_TARGET: f64 = 1e-7;
 
-/// The maneuver of a leg or a hold, as its file contains it.
+/// Maneuver of a leg or a hold, reconstructed from its file.
 pub(crate) struct Own {
     pub(crate) problem: Problem,
     identity: Identity,
@@ -158,8 +161,8 @@ impl Own {
         Ok(Self { problem, identity, lasting: path.time.last().copied().unwrap_or(0.0) })
     }
 
-    /// Copies the properties of this part to the maneuver `asked`: its ends, its number of steps,
-    /// its name, and the initial momenta of its wheels.
+    /// Copies the properties of this part to the maneuver `asked`: its start, its end, its number
+    /// of steps, its name, and the initial momenta of its wheels.
     fn gives(&self, asked: &mut Problem) {
         let own = &self.problem;
         (asked.start, asked.end, asked.steps) = (own.start, own.end, own.steps);
@@ -170,13 +173,13 @@ impl Own {
     }
 }
 
-/// Wheel momenta at the end of a part, and the largest momentum so far \[N·m·s\].
+/// Wheel momenta at the end of a part, and the largest absolute momentum so far \[N·m·s\].
 struct Held {
     last: Vec<f64>,
     largest: f64,
 }
 
-/// The checks made so far.
+/// List of the checks that have been made.
 struct Checks(Vec<Check>);
 
 impl Checks {
@@ -192,15 +195,17 @@ impl Checks {
         self.within(name, (told - found).abs() / scale.abs().max(f64::MIN_POSITIVE), SAME);
     }
 
-    /// Checks that two states are equal; `lasting` \[s\] scales the difference of the rates.
+    /// Checks that two states are equal. The difference of their rates is multiplied by `lasting`
+    /// \[s\].
     fn joins(&mut self, name: &str, state: &State, other: &State, lasting: f64) {
         let turn = lie::minus(&state.attitude, &other.attitude).norm();
         let rate = (state.angular_velocity - other.angular_velocity).norm() * lasting;
         self.within(name, turn.max(rate), SAME);
     }
 
-    /// Checks that the wheels begin a part with the momenta at the end of the previous part.
-    /// Returns the momenta at the end of this part.
+    /// Checks that the wheel momenta at the start of a part equal those at the end of the previous
+    /// part, if it exists. Returns the momenta at the end of this part; `None` if the body has no
+    /// wheels.
     fn carries(&mut self, name: &str, before: Option<Held>, own: &Own, part: &PlanFile<'_>) -> Option<Held> {
         let now = &own.problem.actuation.wheels.as_ref()?.momentum;
         let rows = &part.trajectory.0.wheel_momentum;
@@ -213,8 +218,8 @@ impl Checks {
         Some(Held { last: rows[rows.len().saturating_sub(now.len())..].to_vec(), largest })
     }
 
-    /// Checks that the state at `time` \[s\] fulfils the conditions of a stop; `from` is the state
-    /// at the start of the leg.
+    /// Checks that the state at `time` \[s\] satisfies the conditions of a stop; `from` is the
+    /// state at the start of the leg to the stop.
     fn is_at(&mut self, stop: &Stop, state: &State, from: &State, time: f64) {
         let zero = Vector3::zeros();
         let (aim, moves) = match &stop.place {

@@ -62,22 +62,23 @@ pub enum ExportError {
     /// The text is not a plan file.
     #[error("not a plan file: {0}")]
     Json(serde_json::Error),
-    /// The file has another version of the plan file format.
+    /// The file has a version of the plan file format that is not supported.
     #[error("the plan file has format {found}, this program reads {}{}", PlanFile::FORMAT, older(*.found))]
     Format {
-        /// Version of the format of the file.
+        /// Version of the format that the file states.
         found: u32,
     },
-    /// The file has no spec, because a library caller defined a maneuver that specs cannot express.
+    /// The file has no spec, because a caller of the library defined a maneuver that no spec can
+    /// express.
     #[error(
         "the plan file holds no spec: its maneuver has no notation, such as an environment of the \
         caller's own"
     )]
     NoSpec,
-    /// The file is the plan of a sequence, but the plan of a single maneuver is required.
+    /// The file contains the plan of a sequence, but the plan of a single maneuver is required.
     #[error("the plan is that of a sequence, and the plan of one maneuver is needed")]
     Sequence,
-    /// The maneuver lacks data that a format of another program requires.
+    /// The maneuver lacks data that the format of another program requires.
     #[error(transparent)]
     Lacking(#[from] Lacking),
     /// The file names an unknown integration scheme.
@@ -102,7 +103,7 @@ impl ExportError {
         }
     }
 
-    /// Returns the remedy for the error when a plan file was read.
+    /// Returns the remedy for an error that occurred while a plan file was read.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
@@ -114,8 +115,8 @@ impl ExportError {
         }
     }
 
-    /// Returns whether the reader of the output stream has closed it, as `head` does; this is not
-    /// treated as an error.
+    /// Returns whether the program that reads the output stream has closed it, as `head` does. This
+    /// is not treated as an error.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
     }

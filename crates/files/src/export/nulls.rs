@@ -1,12 +1,12 @@
-//! Reading of `null` as NaN where a number is expected, because JSON has no NaN.
+//! Deserialisation of `null` as NaN, because JSON has no NaN.
 
 use serde::de::value::{MapDeserializer, SeqDeserializer, StringDeserializer};
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
-/// Deserialises `null` as NaN. It is meant for `#[serde(deserialize_with)]` on small parts of a
-/// file; trajectories do not use it.
+/// Deserialises a value in which `null` stands for NaN. It is meant for small parts of a file, with
+/// `#[serde(deserialize_with)]`; trajectories do not use it.
 pub(crate) fn null_is_nan<'de, D: Deserializer<'de>, T: DeserializeOwned>(
     deserializer: D,
 ) -> Result<T, D::Error> {

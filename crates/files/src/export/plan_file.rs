@@ -37,7 +37,7 @@ pub struct PlanFile<'a> {
     pub exit_code: u8,
     /// Name of the maneuver.
     pub name: String,
-    /// Solution method: "shooting", "scp" for sequential convex programming, or "interior_point".
+    /// Solution method: "shooting", "scp" (sequential convex programming) or "interior_point".
     pub method: String,
     /// Integration scheme: "lie_verlet" or "lie_euler".
     pub scheme: String,
@@ -53,32 +53,32 @@ pub struct PlanFile<'a> {
     /// Duration of the maneuver \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub duration_s: f64,
-    /// Number of Newton iterations from the initial guess that gave the plan.
+    /// Number of Newton iterations from the initial guess that led to the plan.
     pub iterations: usize,
-    /// Wall time of the solver alone \[s\]; the only key that differs between two runs.
+    /// Wall time of the solver without verification \[s\]. No other key differs between two runs.
     pub solve_time_s: f64,
     /// Outcome of the solver.
     pub outcome: Outcome,
-    /// Initial guess that led to the plan.
+    /// Name of the initial guess that led to the plan.
     pub start: String,
-    /// Direction of rotation of the path: the short or the long way.
+    /// Direction of rotation to the end attitude: the short or the long way.
     pub sense: Sense,
     /// Total angle turned \[deg\].
     #[serde(deserialize_with = "null_is_nan")]
     pub turned_deg: f64,
-    /// Tolerance on the scaled terminal error.
+    /// Tolerance on the terminal error, in the scaled units of the solver.
     pub tolerance: f64,
-    /// Terminal error of the discrete motion.
+    /// Error of the discrete motion at the end, relative to the target.
     #[serde(deserialize_with = "null_is_nan")]
     pub terminal: TerminalError,
-    /// Corrections by landing, if landing was tried; the shifted discrete target is in the
-    /// trajectory.
+    /// Corrections that landing made so that the continuous motion meets the target; absent if
+    /// landing was not tried. The trajectory has the shifted target of the discrete motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landing: Option<Landing>,
-    /// How the number of steps was chosen, if the spec does not give it.
+    /// Details of the choice of the number of steps; absent if the spec states this number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenSteps>,
-    /// Conditions of optimality that the plan fulfils, with their residuals.
+    /// Optimality conditions that the plan satisfies, with their residuals.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
     /// Degree to which the plan is proved to be an optimum; absent without a plan.
@@ -86,78 +86,79 @@ pub struct PlanFile<'a> {
     pub proof: Option<Proved>,
     /// Result of the second-order test, which counts conjugate points.
     pub second_order: SecondOrder,
-    /// Results of the witnesses; `null` without a trajectory.
+    /// Results of the witnesses; `null` if the file has no trajectory.
     #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
     /// Terminal error of the continuous motion under the recorded torques, and the number of steps
-    /// that would suffice.
+    /// with which this error would meet the tolerance.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub accuracy: Option<Accuracy>,
-    /// Runs of all strategies that were tried, in order.
+    /// Reports on all solution strategies that were tried, in order.
     #[serde(deserialize_with = "null_is_nan")]
     pub ladder: Vec<RungReport>,
-    /// Work of the sequential convex programming, if it ran.
+    /// Amount of work of the sequential convex programming; absent if it did not run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<ConvexRecord>,
-    /// Work of the interior-point method, if it found the plan.
+    /// Amount of work of the interior-point method; absent if another method found the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interior_point: Option<InteriorWork>,
-    /// Active limits and constraints, with their times and multipliers.
+    /// Limits and constraints that are active along the plan, with their times and multipliers.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
     /// Arcs, switching times and optimality certificate, if time or fuel is minimised.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub switching: Option<Switching>,
-    /// Other extremals that were found.
+    /// Other extremals that the search found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
     /// Feedback gains along the plan, if `[feedback]` requests them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
-    /// Covariances along the plan, if the spec states an uncertainty.
+    /// Covariances along the plan; absent if the spec has no `[uncertainty]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyRecord>,
-    /// Proof that no input can meet the terminal conditions, if one was found.
+    /// Statement that proves that no input can meet the terminal conditions, if the program found
+    /// such a proof.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
     /// Proved lower bound on the duration \[s\]: no plan is shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// Constraint violations of the iterate that came nearest to a plan, and possible remedies;
-    /// present if no plan was found.
+    /// Constraint violations of the best iterate, and possible remedies; present if no plan was
+    /// found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// Shortest duration found \[s\], a local minimum; present if no plan was found for the
-    /// requested duration.
+    /// Shortest duration for which a plan was found \[s\], a local minimum; present if no plan was
+    /// found for the requested duration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_found_s: Option<f64>,
-    /// A longer duration that has a plan \[s\]: a plan was found for it, or it suffices for a turn
-    /// about a fixed axis.
+    /// A duration longer than the requested one for which a plan exists \[s\]: a plan was found for
+    /// it, or it suffices for a turn about a fixed axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
     /// Spec of the maneuver on the grid of the plan, with the settings of the solver; `null` if a
     /// spec cannot express the maneuver.
     #[serde(default)]
     pub spec: Option<SpecDocument>,
-    /// Costates at the start, the unknowns of the shooting method, in SI units; an initial guess
-    /// for another plan.
+    /// Costates at the start, in SI units. They are the unknowns of the shooting method, and serve
+    /// as an initial guess for other plans.
     pub costates_0: Vec<f64>,
     /// Trajectory of the plan.
     pub trajectory: TrajectoryDocument<'a>,
-    /// Result of the comparison with the checksum, which is the last key of the file.
+    /// Result of comparing the contents with the checksum, which is the last key of the file.
     #[serde(default, rename = "checksum", skip_serializing)]
     pub seal: Seal,
 }
 
-/// Work of the sequential convex programming, without its wall time, which differs between two
-/// runs.
+/// Amount of work of the sequential convex programming. The wall time is not included, because it
+/// differs between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvexRecord {
-    /// Number of subproblems from the initial guess that gave the plan, on all its grids.
+    /// Number of convex subproblems, on all grids, from the initial guess that led to the plan.
     pub subproblems: usize,
-    /// Number of subproblems from all initial guesses.
+    /// Number of convex subproblems from all initial guesses.
     pub all_subproblems: usize,
-    /// Number of interior-point iterations in all subproblems.
+    /// Number of interior-point iterations of the cone solver in all subproblems.
     pub cone_iterations: u32,
 }
 
@@ -169,7 +170,7 @@ impl From<&ConvexWork> for ConvexRecord {
 }
 
 impl<'a> PlanFile<'a> {
-    /// Version of the format that this program writes.
+    /// Version of the plan file format that this program writes.
     pub const FORMAT: u32 = 2;
     /// Name and version of this program.
     pub const GENERATOR: &'static str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
@@ -228,13 +229,13 @@ impl<'a> PlanFile<'a> {
         }
     }
 
-    /// Adds the identity of the maneuver, which consists of names and the epoch.
+    /// Adds the names and the epoch of the maneuver to the spec in the file.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
         self
     }
 
-    /// Adds the gains, covariances and margins along the plan, and the sections of the spec that
+    /// Adds the gains, covariances and margins along the plan, and the tables of the spec that
     /// request them.
     pub fn with_beside(
         mut self,
@@ -254,15 +255,16 @@ impl<'a> PlanFile<'a> {
         self
     }
 
-    /// Adds gains without a covariance, and the sections of the spec that request them.
+    /// Adds gains along the plan, without a covariance, and the tables of the spec that request
+    /// them.
     pub fn with_gains(mut self, problem: &Problem, gains: &Gains, closed_loop: &ClosedLoop) -> Self {
         self.spec = self.spec.map(|spec| spec.with_closed_loop(closed_loop));
         self.feedback = Some(FeedbackRecord::of_gains(problem, gains));
         self
     }
 
-    /// Adds the gains and covariances from another file of this plan, and the sections of the spec
-    /// that request them.
+    /// Adds the gains and covariances from another file of the same plan, and the tables of the
+    /// spec that request them.
     pub fn with_records(
         mut self,
         feedback: Option<FeedbackRecord>,
@@ -282,12 +284,12 @@ impl<'a> PlanFile<'a> {
         write_document(&Sealed::new(self)?, output)
     }
 
-    /// Reads a document and checks it against its checksum. A trajectory whose length does not fit
-    /// `steps` is rejected.
+    /// Reads a document and compares it with its checksum. A trajectory whose length does not agree
+    /// with `steps` is an error.
     ///
     /// # Errors
-    /// Returns an error if the stream fails, if the text is not a plan, or if the arrays do not fit
-    /// together.
+    /// Returns an error if the stream fails, if the text is not a plan, or if the lengths of the
+    /// arrays are inconsistent.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
         let mut input = without_mark(input)?;
         if is_of_sequence(input.fill_buf()?) {
@@ -301,18 +303,18 @@ impl<'a> PlanFile<'a> {
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
-        // If a file has no spec of its own, its checksum, which covered the spec, cannot be
+        // The checksum also covers the spec. If the spec was removed, the checksum cannot be
         // checked.
         let own = file.generator == Self::GENERATOR && file.spec.is_some();
         file.seal = file.seal.compared(&file, own);
         Ok(file)
     }
 
-    /// Returns whether a text that begins with these bytes is a plan file, and not a message or a
-    /// table of attitudes. An empty text or binary data also count as a plan file, so that its
-    /// reader reports the error.
+    /// Returns true if a text that begins with these bytes is a plan file, and false if it is a
+    /// message or table with attitudes. Returns true also for an empty text or binary data, so that
+    /// the reader of plan files reports the error.
     pub fn begins(text: &[u8]) -> bool {
-        // The reader of attitudes reports a file that is not text.
+        // The reader of attitudes reports the error for a file that is not text.
         if encoding::is_utf16(text) || encoding::binary(text).is_some() {
             return false;
         }
@@ -326,14 +328,15 @@ impl<'a> PlanFile<'a> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
     }
 
-    /// Returns `problem` on the grid of this plan, if the trajectory fits it.
+    /// Returns `problem` on the grid of this plan. The trajectory must fit the problem.
     ///
     /// # Errors
-    /// Returns an error that names the arrays that do not fit, or [`ExportError::NoMotion`].
+    /// Returns an error that names an array of wrong length, or [`ExportError::NoMotion`] if the
+    /// file has no trajectory.
     pub fn on_grid(&self, problem: &Problem) -> Result<Problem, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
         let steps = self.steps;
-        // A minimum-time plan has no step if the body is already at the requested end.
+        // A minimum-time plan has no steps if the body is already in the requested terminal state.
         let none = steps == 0 && problem.seeks_duration() && self.trajectory.0.time.len() <= 1;
         if self.outcome != Outcome::Converged && self.trajectory.0.time.is_empty() {
             return Err(ExportError::NoMotion);
@@ -358,10 +361,10 @@ impl<'a> PlanFile<'a> {
     }
 }
 
-/// First key of the file of the plan of a sequence.
+/// First key of the plan file of a sequence.
 const SEQUENCE: &[u8] = b"\"sequence_format\":";
 
-/// Returns whether a text that begins with these bytes is the plan of a sequence.
+/// Returns whether a text that begins with these bytes is the plan file of a sequence.
 pub(super) fn is_of_sequence(text: &[u8]) -> bool {
     text.windows(SEQUENCE.len()).any(|part| part == SEQUENCE)
 }
@@ -388,7 +391,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
         position_m: Vec<[f64; 3]>,
     }
     let Document { format, costates_0, trajectory } = serde_json::from_reader(without_mark(input)?)?;
-    // Files of older versions have the same form of trajectory.
+    // In files of older versions, the trajectory has the same structure.
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
     }
@@ -397,17 +400,18 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
-/// Largest length of a plan file \[bytes\], several times the length of a plan with a million steps
-/// and every input that a spec allows.
+/// Largest size of a plan file that is read \[bytes\]. A plan with a million steps and all inputs
+/// that a spec allows is several times smaller.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// A reader that fails beyond the largest length of a plan file, because a pipe may never end.
+/// A reader that returns an error beyond the largest size of a plan file, because a pipe may be
+/// endless.
 pub(super) struct Bounded<R> {
     input: R,
     left: u64,
 }
 
-/// Returns the input without its byte order mark.
+/// Returns a reader of the input that skips the byte order mark.
 pub(super) fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
     let mut input = BufReader::new(Bounded::new(input));
     if input.fill_buf()?.starts_with(encoding::MARK) {

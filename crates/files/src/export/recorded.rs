@@ -1,8 +1,8 @@
 //! Comparison of the values recorded in a plan file with the values that follow from its plan.
 //!
-//! The witnesses give `terminal`, `verified` and `accuracy`. The rows of the trajectory give arcs,
-//! pulses, costates and active limits. [`NOT_JUDGED`] lists the values that only a new search could
-//! check.
+//! The values under `terminal`, `verified` and `accuracy` are compared with the results of the
+//! witnesses. Arcs, pulses, costates and active limits are compared with the rows of the
+//! trajectory. [`NOT_JUDGED`] lists the values that only a new search could check.
 //!
 //! # Which parts of a plan file does `verify` check?
 //!
@@ -17,10 +17,10 @@
 //!
 //! Values may differ by the round-off of a long motion; limits must be equal. Values that only a
 //! new search could check (`NOT_JUDGED`) are reported as not checked. A test changes every number,
-//! word and list of files of ten kinds, and each change must be reported unless the key is on that
-//! list. Names and the epoch do not affect the verdict. Differences from another spec are reported.
-//! The recorded spec is a question and not a result: if the plan also keeps the limits of another
-//! spec, it answers that question as well.
+//! word and list in files of ten kinds; each change must be reported, unless its key is in
+//! `NOT_JUDGED`. Names and the epoch do not affect the verdict. Differences from another spec are
+//! reported. The spec in the file is the question and not a result, so it is not checked: a plan
+//! may also satisfy the limits of another spec.
 
 use super::PlanFile;
 use crate::spec::Difference;
@@ -32,8 +32,8 @@ use slewkit::maneuver::{
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::verify::{self, Accuracy, Verification};
 
-/// Number of steps by which an arc on a uniform grid may be shifted from the arc in continuous
-/// time. The middle of a longer arc lies on both.
+/// Largest number of steps by which an arc on a uniform grid may be shifted relative to the arc in
+/// continuous time. The middle of a longer arc belongs to both arcs.
 const BESIDE: f64 = 4.0;
 
 /// Keys of a plan file that are not checked, because they describe the search and its optimality.
@@ -61,18 +61,18 @@ pub const NOT_JUDGED: [&str; 21] = [
     "trajectory.costates",
 ];
 
-/// Relative and absolute tolerances on a recorded value. Values computed on another machine may
+/// Relative and absolute tolerances on a recorded value. A value that another machine computed may
 /// differ by the round-off of a long motion.
 const TOLD: f64 = 1e-6;
 const ROUND_OFF: f64 = 1e-9;
-/// Tolerance on a recorded order of convergence, which is computed from errors near round-off.
+/// Tolerance on the recorded order of convergence, which is computed from errors near round-off.
 const ORDER: f64 = 0.01;
-/// Relative margin up to which a limit counts as active. An active limit is touched at many times,
-/// and round-off selects one of them.
+/// Largest relative margin at which a limit counts as active. The motion may touch an active limit
+/// at many times, and round-off decides which of these times is recorded.
 const ACTS: f64 = 1e-6;
 
-/// Returns the recorded values that differ from the recomputed values, with the value of the file
-/// first.
+/// Returns the recorded values that differ from the recomputed values. In each difference, the
+/// value of the file is first.
 pub(super) fn differences(
     file: &PlanFile<'_>,
     found: &Verification,
@@ -92,8 +92,8 @@ pub(super) fn differences(
     apart.near("terminal.linear_momentum_relative", linear[0], linear[1]);
     if let Some(told) = &file.verified {
         apart.trees("verified", &tree(told), &tree(found));
-        // The recorded values agree so far, and `accuracy` is a function of them, so it must be
-        // equal to the bit.
+        // `accuracy` is a function of the values that have been compared, so it must be equal to
+        // the last bit.
         apart.exactly("accuracy", &file.accuracy, &Some(Accuracy::of(told, problem, continuous)));
     }
     let held = file.spec.as_ref().and_then(|spec| spec.read("the plan's spec", &[]).ok());
@@ -135,7 +135,7 @@ fn near(told: f64, found: f64) -> bool {
     told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + TOLD * found.abs()
 }
 
-/// The differences found so far.
+/// Differences that have been found, with the data for the comparison.
 struct Apart<'a> {
     found: Vec<Difference>,
     problem: &'a Problem,
@@ -221,8 +221,8 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns whether the limit of an active margin is also active at the recorded time, at the
-    /// nearest node.
+    /// Returns whether the limit of the active margin `margin` is also active at the node with the
+    /// recorded time `time`.
     fn acts_at(&self, margin: &serde_json::Map<String, Value>, time: &Value) -> bool {
         let (Some(name), Some(time)) = (margin.get("name").and_then(Value::as_str), time.as_f64()) else {
             return false;
@@ -230,8 +230,8 @@ impl Apart<'_> {
         self.margin_at(name, time).is_some_and(|(value, largest)| value.abs() <= ACTS * largest)
     }
 
-    /// Returns the margin of a limit at the node with this time, and the largest absolute margin
-    /// over all nodes; `None` if no node has this time.
+    /// Returns the margin of the limit `name` at the node with the time `time` \[s\], and the
+    /// largest absolute margin over all nodes; `None` if no node has this time.
     fn margin_at(&self, name: &str, time: f64) -> Option<(f64, f64)> {
         let (problem, trajectory) = (self.problem, self.trajectory);
         let rows = problem.input_rows();
@@ -246,7 +246,8 @@ impl Apart<'_> {
         Some((values[node], largest))
     }
 
-    /// Compares the values that follow from the arcs and from the rows of the plan.
+    /// Compares the recorded arcs with the rows of the plan, and the values that follow from the
+    /// arcs.
     fn switching(&mut self, told: &Switching) {
         if matches!(told.structure, Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits) {
             // For arcs found from a plan on a uniform grid, the recorded gap is a numerical
@@ -283,8 +284,8 @@ impl Apart<'_> {
             before = arc.end_s;
         }
         self.constraints_of(told);
-        // The file has no inputs for an arc with a saturated norm, because their direction changes,
-        // or for an arc along a constraint.
+        // An arc with a saturated norm has no inputs in the file, because their direction changes.
+        // The same applies to an arc along a constraint.
         let count = self.trajectory.input_count;
         let actuation = &self.problem.actuation;
         let turns =
@@ -298,7 +299,7 @@ impl Apart<'_> {
             self.tell("switching.arcs", &"arcs of other inputs", &self.trajectory.input_count);
             return;
         }
-        // Inputs under a common norm limit switch together.
+        // Inputs that share a norm limit switch together.
         let switches: usize = if turns {
             told.arcs.len() - 1
         } else {
@@ -318,8 +319,8 @@ impl Apart<'_> {
     fn constraints_of(&mut self, told: &Switching) {
         let known = |name: &String| {
             let constrained = self.problem.constraints.iter().any(|constraint| constraint.name == *name);
-            // If inputs have limited rates, the limits of the actuator outputs can also hold along
-            // an arc.
+            // If the rates of the inputs are limited, the limits on the actuator outputs can also
+            // be active along an arc.
             let of_state = |limit: &InputLimit| match limit.kind {
                 LimitKind::WheelMomentum => true,
                 LimitKind::Size => limit.set.limits().rate.is_some(),
@@ -345,7 +346,8 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns the cost of arcs with known inputs: the fuel, or the duration.
+    /// Returns the cost of arcs whose inputs are recorded: the fuel, or the duration for minimum
+    /// time.
     fn cost_of(&self, arcs: &[SwitchingArc]) -> f64 {
         let Some(fuel) = self.problem.objective.fuel() else {
             return arcs.last().map_or(0.0, |last| last.end_s);
@@ -355,12 +357,12 @@ impl Apart<'_> {
             .sum()
     }
 
-    /// Checks that the plan has the inputs of every arc in the middle of the arc, or within a step
-    /// of it. The switching times of the plan differ from those of the arcs by the error of the
-    /// grid.
+    /// Checks the inputs of every arc: the plan must have these inputs in the middle of the arc, or
+    /// within a step of its ends. The switching times of the plan differ from the switching times
+    /// of the arcs by the discretisation error.
     fn inputs_of(&mut self, told: &Switching) {
-        // The inputs at the nodes of a uniform grid are an optimum of the discrete problem; on the
-        // arcs they are at their limits.
+        // On a uniform grid, the inputs at the nodes are an optimum of the discrete problem; on the
+        // arcs, the inputs are at their limits.
         let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
         let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
@@ -370,8 +372,8 @@ impl Apart<'_> {
             let middle = 0.5 * (arc.start_s + arc.end_s);
             let row = row_at(middle);
             let Some(after) = times.get(row + 1) else { continue };
-            // An arc shorter than a step may contain no step of the plan, and arcs of another grid
-            // are shifted.
+            // The plan may have no step within an arc that is shorter than a step, and arcs of
+            // another grid are shifted.
             let elsewhere = steps * (after - times[row]) / whole;
             if arc.end_s - arc.start_s <= elsewhere || arc.input_at(middle).is_empty() {
                 continue;
@@ -383,14 +385,14 @@ impl Apart<'_> {
                 let input = arc.input_at(middle);
                 (0..held.len().min(input.len())).all(|index| {
                     let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
-                    // A chattering input may lie between its limits in a plan on a uniform grid.
+                    // On a uniform grid, a chattering input may lie between its limits.
                     beside && told.singular_inputs.contains(&index)
                         || near(input[index], held[index])
                         || (input[index] - held[index]).abs() <= meanwhile
                 })
             };
-            // A plan with arcs on a uniform grid has its inputs at the nodes. A neighbouring row
-            // would be no evidence: it may match by chance on a ramp of the inputs.
+            // On a uniform grid, the inputs belong to the nodes. The next row is not compared,
+            // because it may agree by chance if the inputs change linearly.
             let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
             let neighbours = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
             let mut neighbours = neighbours.filter_map(|other| told.arcs.get(other));
@@ -402,7 +404,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Returns the number of pulses of the inputs, and the duration of the shortest pulse \[s\].
+    /// Returns the number of pulses of all inputs, and the duration of the shortest pulse \[s\].
     fn pulses(&self) -> (usize, f64) {
         let (times, count) = (&self.trajectory.time, self.trajectory.input_count);
         let (mut pulses, mut shortest) = (0, f64::INFINITY);
@@ -426,7 +428,7 @@ impl Apart<'_> {
     }
 }
 
-/// Returns whether two texts differ only in their numbers, such as "input 2" and "input 1".
+/// Returns whether two texts are equal except for their digits, such as "input 2" and "input 1".
 fn is_one_of(told: &Value, found: &Value) -> bool {
     let form = |value: &Value| {
         value

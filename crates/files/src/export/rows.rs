@@ -13,7 +13,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use slewkit::maneuver::Trajectory;
 use std::io::Write;
 
-/// Assignment of the rows of inputs to nodes.
+/// Relation between the nodes of a trajectory and its rows of inputs.
 pub(super) struct Rows {
     nodes: usize,
     inputs: usize,
@@ -30,8 +30,9 @@ impl Rows {
         Self { nodes, inputs, held }
     }
 
-    /// Returns the index of the row of inputs at `node`; `None` if the node has no input. Held
-    /// inputs have no row for the last node, inputs of Lie–Euler have none for the first node.
+    /// Returns the index of the row of inputs that belongs to `node`; `None` if the node has no
+    /// input. Inputs that are held over steps have no row for the last node. Inputs of the scheme
+    /// Lie–Euler have no row for the first node.
     pub fn input(&self, node: usize) -> Option<usize> {
         if self.held {
             Some(node).filter(|node| *node < self.inputs)
@@ -40,14 +41,14 @@ impl Rows {
         }
     }
 
-    /// Returns the numbers of `column` at `node`; `None` if the column is empty there.
+    /// Returns the numbers of `column` at `node`; `None` if the quantity has no value at this node.
     pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
         let at_node = !column.of_input || column.values.len() == self.nodes;
         column.values.row(if at_node { node } else { self.input(node)? })
     }
 }
 
-/// A row of the trajectory, serialised as a JSON object.
+/// A row of the trajectory that is serialised as a JSON object.
 struct Row<'a> {
     columns: &'a [Column<'a>],
     rows: &'a Rows,

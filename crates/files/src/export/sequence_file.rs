@@ -14,23 +14,23 @@ use slewkit::sequence::order::Proof;
 use slewkit::sequence::{Hold, SequencePlan};
 use std::io::{Read, Write};
 
-/// Strength of the proof that the order of the stops is the best one.
+/// Degree to which the order of the stops is proved to be the best order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderProof {
     /// The spec prescribes the order.
     Given,
-    /// All orders of these legs were compared; none of them is better.
+    /// All orders of the planned legs were compared; no other order is better.
     AllOrders,
-    /// The order is the best one found, with a proved lower bound on the cost of any order.
+    /// The order is the best order found, and a lower bound on the cost of any order is proved.
     LowerBound,
-    /// The order is the best of those tried. It has no proof, because legs depend on the times at
-    /// which they begin.
+    /// The order is the best of those tried. Its optimality is not proved, because the legs depend
+    /// on the times at which they begin.
     None,
 }
 
 impl OrderProof {
-    /// Returns the name of the proof in files.
+    /// Returns the name of this degree of proof in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Given => "given",
@@ -48,13 +48,13 @@ pub struct StopRecord {
     pub name: String,
     /// Time at which the leg to the stop begins \[s\].
     pub leg_begins_s: f64,
-    /// Time at which this leg ends \[s\].
+    /// Time at which the leg to the stop ends \[s\].
     pub arrives_s: f64,
     /// Time at which the hold begins \[s\].
     pub hold_begins_s: f64,
     /// Time at which the hold ends and the next leg begins \[s\].
     pub leaves_s: f64,
-    /// Delay of the hold past the end of the window \[s\].
+    /// Delay of the hold past the end of the window of the stop \[s\].
     pub late_s: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct SequenceRecord {
     pub sequence_format: u32,
     /// Name and version of the program that wrote the file.
     pub generator: String,
-    /// Status of the plan; if a leg is not solved, the status of the first such leg.
+    /// Status of the plan. If some legs are not solved, it is the status of the first of them.
     pub status: Status,
     /// Exit code of the program for this status.
     pub exit_code: u8,
@@ -80,9 +80,9 @@ pub struct SequenceRecord {
     pub duration_s: f64,
     /// Total delay of the stops past the ends of their windows \[s\].
     pub late_s: f64,
-    /// Strength of the proof that the order is the best one.
+    /// Degree to which the order of the stops is proved to be the best order.
     pub proof: OrderProof,
-    /// Upper bound on the relative improvement by any other order; absent if the spec prescribes
+    /// Upper bound on the relative cost reduction by any other order; absent if the spec prescribes
     /// the order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_gap: Option<f64>,
@@ -103,15 +103,15 @@ pub struct SequenceFile<'a> {
     pub record: SequenceRecord,
     /// Plan of each leg, in the order of the stops.
     pub legs: Vec<PlanFile<'a>>,
-    /// Motion of each hold on a moving target or past moving cones, in the same order; `None` if
-    /// the body rests.
+    /// Motion during each hold, in the order of the stops; `None` if the body rests. It exists for
+    /// holds on moving targets and for holds during which cones move.
     pub holds: Vec<Option<PlanFile<'a>>>,
-    /// Result of the comparison of the record and the legs with the checksum of the file.
+    /// Result of comparing the contents with the checksum of the file.
     pub seal: Seal,
 }
 
 impl<'a> SequenceFile<'a> {
-    /// Version of the format that this program writes and reads.
+    /// Version of the file format that this program writes and reads.
     pub const FORMAT: u32 = 1;
 
     /// Creates the document of a plan; it borrows the trajectories.
@@ -201,7 +201,7 @@ impl<'a> SequenceFile<'a> {
         write_document(&Written { record: &self.record, legs, holds, checksum }, output)
     }
 
-    /// Reads a document, and checks it and its legs against their checksums.
+    /// Reads a document and compares it and its legs with their checksums.
     ///
     /// # Errors
     /// Returns an error if the stream fails, or if the text is not the plan of a sequence.
@@ -236,7 +236,7 @@ impl<'a> SequenceFile<'a> {
         self.legs.iter().chain(self.holds.iter().flatten())
     }
 
-    /// Returns whether a text that begins with these bytes is the plan of a sequence.
+    /// Returns whether a text that begins with these bytes is the plan file of a sequence.
     pub fn begins(text: &[u8]) -> bool {
         is_of_sequence(text)
     }
@@ -253,7 +253,8 @@ impl<'a> SequenceFile<'a> {
     }
 }
 
-/// Returns the names and the epoch for a leg that begins at time `begins` \[s\] of the sequence.
+/// Returns the names of the sequence, and the epoch of a leg that begins `begins` \[s\] after the
+/// start of the sequence.
 fn leg_identity(identity: &Identity, begins: f64) -> Identity {
     let epoch = identity.epoch.map(|epoch| epoch.after(begins));
     Identity { epoch, scenery: None, ..identity.clone() }

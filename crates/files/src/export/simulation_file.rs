@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::io::{BufReader, Read};
 
-/// The parts of the document of a simulation that are read.
+/// Contents of a simulation document that pictures need.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SimulationFile {
     /// Status: "simulated", or the reason for which the simulation ended early.
@@ -20,45 +20,46 @@ pub struct SimulationFile {
     pub steps: u64,
     /// Integration step \[s\].
     pub step_s: f64,
-    /// Largest error over all rows for each kind of error, by its key.
+    /// Largest error over all rows, for each kind of error, with the key of the kind.
     #[serde(default)]
     pub errors: serde_json::Map<String, Value>,
     /// Rows of the simulation.
     pub trajectory: SimulationRows,
 }
 
-/// Rows of a simulation: the states of one body, or of several bodies in `bodies`.
+/// Rows of a simulation. The states of a single body are in `body`, those of several bodies in
+/// `bodies`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct SimulationRows {
     /// Times of the rows \[s\].
     pub time_s: Vec<f64>,
-    /// Rows of the single body.
+    /// States of the single body; empty if the simulation has several bodies.
     #[serde(flatten)]
     pub body: BodyRows,
-    /// Rows of each of several bodies.
+    /// States of each of several bodies; empty if the simulation has a single body.
     #[serde(default)]
     pub bodies: Vec<BodyRows>,
-    /// Total energy \[J\].
+    /// Total energy in each row \[J\].
     pub energy_j: Vec<f64>,
-    /// Angular momentum, inertial components \[N·m·s\].
+    /// Total angular momentum in each row, in inertial axes \[N·m·s\].
     pub angular_momentum_n_m_s: Vec<[f64; 3]>,
-    /// Orthogonality error `‖I − RᵀR‖` of the rotation matrices.
+    /// Largest orthogonality error `‖I − RᵀR‖` of the rotation matrices in each row.
     pub orthogonality_error: Vec<f64>,
 }
 
-/// Rows of one body in SI units; positions are present if the body moves.
+/// States of one body in SI units, row by row. Positions exist only if the body translates.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
     /// Name of the body, if the simulation has several bodies.
     #[serde(default)]
     pub name: String,
-    /// Attitude quaternions `[w, x, y, z]`.
+    /// Attitude quaternion `[w, x, y, z]` in each row.
     #[serde(default)]
     pub quaternion_wxyz: Vec<[f64; 4]>,
-    /// Angular velocities, body axes \[rad/s\].
+    /// Angular velocity in each row, in body axes \[rad/s\].
     #[serde(default)]
     pub angular_velocity_rad_s: Vec<[f64; 3]>,
-    /// Positions \[m\].
+    /// Position in each row \[m\]; empty if the body does not translate.
     #[serde(default)]
     pub position_m: Vec<[f64; 3]>,
 }
@@ -67,8 +68,8 @@ impl SimulationFile {
     /// Reads the JSON document of a simulation.
     ///
     /// # Errors
-    /// Returns an error if the stream fails, if the text is not a simulation, or if lists differ in
-    /// length.
+    /// Returns an error if the stream fails, if the text is not a simulation, or if the lengths of
+    /// the lists differ.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         let mut file: Self = serde_json::from_reader(BufReader::new(input))?;
         let rows = &mut file.trajectory;

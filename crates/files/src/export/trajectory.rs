@@ -1,4 +1,5 @@
-//! Trajectories as JSON, written and read as a stream, without building a tree of values.
+//! Serialisation of trajectories as JSON: they are written and read without an intermediate tree of
+//! values.
 
 use super::columns::{TrajectoryError, check_finite, columns, costate_width};
 use serde::de::{DeserializeSeed, Deserializer, Error, SeqAccess, Visitor};
@@ -43,11 +44,11 @@ fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), Traject
     expect("input", "rows", trajectory.input.len() / count, rows)
 }
 
-/// A [`Trajectory`] that is serialised with the keys of the file format.
+/// Wrapper that serialises a [`Trajectory`] with the keys of the file format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 
-/// Discrete target of a plan: the end of its discrete motion, which landing has shifted.
+/// Target of the discrete motion of a plan, which landing has shifted from the target of the spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct TargetDocument {
     attitude: Matrix,
@@ -58,15 +59,15 @@ struct TargetDocument {
     velocity_m_s: Option<[f64; 3]>,
 }
 
-/// An attitude in the notation of a spec, row by row. A matrix reads back bit by bit, unlike a
-/// quaternion.
+/// An attitude as a rotation matrix, row by row, in the notation of a spec. Unlike a quaternion, a
+/// matrix is restored without rounding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Matrix {
     matrix: [[f64; 3]; 3],
 }
 
 impl TargetDocument {
-    /// Largest element of `RᵀR − I` with which a matrix R counts as a rotation.
+    /// Largest absolute element of `RᵀR − I` for which a matrix R is accepted as a rotation.
     const ROTATION: f64 = 1e-9;
 
     fn of(target: &State, moves: bool) -> Self {
@@ -78,7 +79,7 @@ impl TargetDocument {
         }
     }
 
-    /// Returns the target as a state; `None` if the attitude is not a rotation.
+    /// Returns the target as a state; `None` if the matrix is not a rotation.
     fn state(&self) -> Option<State> {
         let attitude = Matrix3::from(self.attitude.matrix).transpose();
         let is_rotation = (attitude.transpose() * attitude - Matrix3::identity()).amax() <= Self::ROTATION
@@ -147,7 +148,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
             let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is not a rotation matrix");
             trajectory.target = Some(target.state().ok_or_else(refused)?);
         }
-        // The product of rows and columns alone would not detect that the two were exchanged.
+        // The number of values alone does not show whether rows and columns were exchanged.
         let nodes = trajectory.time.len().max(trajectory.quaternion.len());
         let (width, count) = (keys.wheel_momentum_n_m_s.width, trajectory.wheel_momentum.len());
         if width * nodes != count {
@@ -165,7 +166,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
     }
 }
 
-/// Converts rows to vectors, in place because size and alignment are equal.
+/// Converts rows to vectors without copying, because the two types have the same memory layout.
 fn vectors(rows: Vec<[f64; 3]>) -> Vec<Vector3> {
     rows.into_iter().map(Vector3::from).collect()
 }
@@ -203,7 +204,7 @@ impl<'de> Deserialize<'de> for Flat {
             }
         }
 
-        /// Deserialises one row by appending its numbers; yields the length of the row.
+        /// Deserialises one row: appends its numbers to the array and returns their number.
         struct Row<'a>(&'a mut Vec<f64>);
         impl<'de> DeserializeSeed<'de> for Row<'_> {
             type Value = usize;

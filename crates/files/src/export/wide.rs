@@ -1,5 +1,5 @@
-//! A trajectory as one wide table for CSV and Parquet: one column for each number, with its name
-//! and unit.
+//! A trajectory as one wide table for CSV and Parquet. Every number of a node has its own column,
+//! with name and unit.
 
 use super::ExportError;
 use super::columns::{Column, Names, check_finite, columns, plain};
@@ -10,15 +10,15 @@ use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::verify::{cone_angles, margins_at_nodes};
 use std::io::Write;
 
-/// A column of the wide table: its heading, and a function that returns its number at a node,
-/// `None` for an empty cell.
+/// A column of the wide table: its heading, and a function that returns its number at a node, or
+/// `None` if the cell is empty.
 pub(crate) struct WideColumn<'a> {
     pub head: String,
     pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
 }
 
-/// Returns all columns of the trajectory and, if requested, the columns of the margins and of the
-/// angles to cones.
+/// Returns all columns of the trajectory, optionally followed by the columns of the margins and of
+/// the angles to cones.
 pub(crate) fn wide_table<'a>(
     trajectory: &'a Trajectory,
     problem: &Problem,
@@ -26,7 +26,7 @@ pub(crate) fn wide_table<'a>(
     margins: bool,
 ) -> Vec<WideColumn<'a>> {
     let names = Names::new(problem, identity);
-    // Columns of inputs, whose number depends on the maneuver, follow the columns of fixed number.
+    // The columns of inputs are last, because their number depends on the maneuver.
     let mut ordered = columns(trajectory);
     ordered.sort_by_key(Column::is_flat);
     let mut table = Vec::new();
@@ -45,9 +45,9 @@ pub(crate) fn wide_table<'a>(
 }
 
 /// Writes a trajectory as CSV: a header with units, then one line for each node, with decimal
-/// points and without quotes. Inputs have the names of `identity`, or else numbers. With `margins`,
-/// columns are added for the margin to every limit and constraint of `problem` at each node, and
-/// for the angle between each boresight and each direction.
+/// points and without quotes. Inputs have the names of `identity`, or numbers if they have no
+/// names. If `margins` is true, columns are added for the margin to every limit and constraint of
+/// `problem` at each node, and for the angle between each boresight and each direction.
 ///
 /// # Errors
 /// Returns an error if a number is not finite, or if the stream fails.
@@ -95,12 +95,12 @@ fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'stat
     margins.chain(angles).map(column).collect()
 }
 
-/// Returns a name with underscores in place of blanks.
+/// Returns a name in which blanks are replaced by underscores.
 fn word(name: &str) -> String {
     plain(name).replace(' ', "_")
 }
 
-/// Returns a unit in the notation of the keys of specs.
+/// Returns the notation of a unit in the keys of specs.
 fn key(unit: &str) -> &'static str {
     match unit {
         "N·m" => "n_m",

@@ -1,4 +1,5 @@
-//! Results of `slew fly`: statistics of many cases, each case, and one case step by step.
+//! Results of `slew fly`: statistics over many cases, the result of each case, and one case step by
+//! step.
 
 use super::plan::{Part, PointingRecord, boresights};
 use super::whole::Mark;
@@ -15,69 +16,73 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, Vector6};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use std::io::Write;
 
-/// The cases of one loop.
+/// Simulated flights of a plan in one loop, with the linear prediction.
 #[derive(Debug)]
 pub struct Flight<'a> {
-    /// "closed loop" or "open loop".
+    /// Name of the loop: "closed loop" or "open loop".
     pub name: &'static str,
-    /// The linear prediction.
+    /// Covariance predicted by the motion linearised about the plan.
     pub covariance: &'a Covariance,
-    /// The result of each case.
+    /// Result of each simulated case; an error if the case has no result.
     pub cases: Vec<Result<Flown, Lost>>,
 }
 
-/// The report of `slew fly`.
+/// Document that `slew fly` writes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunRecord {
     /// Name of the maneuver.
     pub name: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// The number of cases.
+    /// Number of cases.
     pub cases: usize,
-    /// Wall time \[s\]: the only key that differs between two runs.
+    /// Wall time \[s\]. No other key differs between two runs.
     pub time_s: f64,
-    /// The results of each loop.
+    /// Statistics of each loop.
     pub loops: Vec<LoopRecord>,
 }
 
-/// The statistics of the cases of one loop.
+/// Statistics over the cases of one loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoopRecord {
-    /// "closed loop" or "open loop".
+    /// Name of the loop: "closed loop" or "open loop".
     pub name: String,
-    /// Cases that could not be followed.
+    /// Number of cases without a result, because the motion could not be propagated.
     pub lost: usize,
-    /// The number of impossible inertias, which were drawn again.
+    /// Number of drawn inertia matrices that were rejected because no rigid body has them. They
+    /// were drawn again.
     pub rejected_inertias: u64,
-    /// Mean part of the steps in which a limit of the inputs cut a command.
+    /// Fraction of the steps in which a commanded torque was clipped to a limit, averaged over the
+    /// cases.
     pub saturated: f64,
-    /// The statistics of the ends.
+    /// Statistics at the end of the flight.
     pub end: CampaignRecord,
-    /// The statistics at each instant at which the craft has to be at a stop, of a sequence.
+    /// Statistics at each instant at which the spacecraft must have reached a stop of a sequence.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stops: Vec<MarkRecord>,
 }
 
-/// The attitude errors of many cases at an instant at which the craft has to be at a stop.
+/// Attitude errors of many cases at an instant at which the spacecraft must have reached a stop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarkRecord {
-    /// The name of the stop.
+    /// Name of the stop.
     pub stop: String,
-    /// What happens then: "hold begins", "hold ends", or "passed".
+    /// Event at this instant: "hold begins", "hold ends" or "passed".
     pub event: String,
-    /// Time from the start of the sequence \[s\].
+    /// Time of the event since the start of the sequence \[s\].
     pub time_s: f64,
-    /// Angle of the attitude error that 50, 90, 99 and 99.73 % of the cases do not exceed \[deg\].
+    /// Quantiles of the attitude error angle \[deg\]: the angles that 50, 90, 99 and 99.73 % of the
+    /// cases do not exceed.
     pub angle_quantiles_deg: [f64; 4],
-    /// One standard deviation of the attitude error, body axes.
+    /// Standard deviation of the attitude error over the cases, in body axes \[deg\].
     pub attitude_sigma_deg: [f64; 3],
-    /// The linear prediction of these deviations.
+    /// Linear prediction of the standard deviations in `attitude_sigma_deg` \[deg\].
     pub attitude_sigma_linear_deg: [f64; 3],
 }
 
 impl MarkRecord {
-    /// Builds the statistics from the errors of all cases.
+    /// Computes the statistics at the instant `mark` from the errors of all cases and the predicted
+    /// covariance.
     fn new(mark: &Mark, errors: &[Vector6], covariance: &Covariance) -> Self {
         let turns = errors.iter().map(|error| error.fixed_rows::<3>(0).norm().to_degrees());
         let turns = sorted(turns);
@@ -94,54 +99,57 @@ impl MarkRecord {
     }
 }
 
-/// The ends of many cases, with their linear prediction.
+/// Statistics at the end of many simulated flights, with their linear prediction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CampaignRecord {
-    /// Mean attitude error, body axes \[deg\].
+    /// Mean attitude error over the cases, in body axes \[deg\].
     pub attitude_mean_deg: [f64; 3],
-    /// One standard deviation of the attitude error.
+    /// Standard deviation of the attitude error over the cases, in body axes \[deg\].
     pub attitude_sigma_deg: [f64; 3],
-    /// The linear prediction of these deviations.
+    /// Linear prediction of the standard deviations in `attitude_sigma_deg` \[deg\].
     pub attitude_sigma_linear_deg: [f64; 3],
-    /// One standard deviation of the error of the angular velocity [deg/s].
+    /// Standard deviation of the angular velocity error over the cases, in body axes \[deg/s\].
     pub rate_sigma_deg_s: [f64; 3],
-    /// The linear prediction of these deviations.
+    /// Linear prediction of the standard deviations in `rate_sigma_deg_s` \[deg/s\].
     pub rate_sigma_linear_deg_s: [f64; 3],
-    /// Angle of the attitude error that 50, 90, 99 and 99.73 % of the cases do not exceed \[deg\].
+    /// Quantiles of the attitude error angle \[deg\]: the angles that 50, 90, 99 and 99.73 % of the
+    /// cases do not exceed.
     pub angle_quantiles_deg: [f64; 4],
-    /// Least and largest eigenvalue of the sampled covariance over the linear one.
+    /// Smallest and largest eigenvalue of the sampled covariance relative to the predicted
+    /// covariance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eigenvalues: Option<[f64; 2]>,
-    /// Cases inside the ellipsoid that holds 99.73 % by the linear covariance.
+    /// Fraction of the cases whose error is inside the ellipsoid that contains 99.73 % according to
+    /// the predicted covariance.
     pub inside_9973: Part,
-    /// The statistics of each boresight.
+    /// Statistics of the pointing error of each boresight.
     pub pointing: Vec<PointedRecord>,
-    /// The statistics of each constraint.
+    /// Statistics of the margin to each constraint.
     pub constraints: Vec<ConstraintRecord>,
-    /// The statistics of each limit of the torques, from commands before saturation.
+    /// Statistics of the margin to each torque limit, for the commanded torques before saturation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<ConstraintRecord>,
 }
 
-/// A boresight at the ends of all cases.
+/// Pointing error of a boresight at the end of all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PointedRecord {
-    /// The linear prediction.
+    /// Linear prediction of the pointing error.
     #[serde(flatten)]
     pub linear: PointingRecord,
-    /// The angle that 99.73 % of the cases do not exceed \[deg\].
+    /// Pointing error that 99.73 % of the simulated cases do not exceed \[deg\].
     pub sampled_9973_deg: f64,
 }
 
-/// A constraint, or a limit, along all cases.
+/// Margin to a constraint or torque limit over all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConstraintRecord {
-    /// The name of the constraint or limit.
+    /// Name of the constraint or torque limit.
     pub name: String,
-    /// Cases that violate it at any time.
+    /// Fraction of the cases that violate the constraint or limit at any time.
     pub violated: Part,
-    /// The room in the median case, in the worst of a thousand, and the least: deg for cones,
-    /// else relative to the limit.
+    /// Smallest margin during a flight: its median over the cases, its 0.1 % quantile, and its
+    /// minimum. The unit is deg for cones; other margins are fractions of the limit.
     pub room_quantiles: [f64; 3],
 }
 
@@ -158,8 +166,8 @@ fn degrees(vector: &Vector6, first: usize) -> [f64; 3] {
 }
 
 impl LoopRecord {
-    /// Builds the statistics of the cases of a loop; `marks` are the instants at which the craft has
-    /// to be at a stop.
+    /// Computes the statistics over the cases of a loop. `marks` are the instants at which the
+    /// spacecraft must have reached a stop.
     pub fn new(problem: &Problem, marks: &[Mark], flight: &Flight<'_>) -> Self {
         let flown: Vec<&Flown> = flight.cases.iter().filter_map(|case| case.as_ref().ok()).collect();
         let ends: Vec<Vector6> = flown.iter().map(|flown| flown.end).collect();
@@ -197,7 +205,7 @@ impl LoopRecord {
         });
         let count = flown.len().max(1) as f64;
         let stops = marks.iter().enumerate().map(|(index, mark)| {
-            // The last instant may be the end.
+            // The last instant may be the end of the flight, which `stops` does not contain.
             let error = |flown: &&Flown| flown.stops.get(index).copied().unwrap_or(flown.end);
             let errors: Vec<Vector6> = flown.iter().map(error).collect();
             MarkRecord::new(mark, &errors, flight.covariance)
@@ -226,8 +234,8 @@ impl LoopRecord {
 }
 
 impl ConstraintRecord {
-    /// Builds the statistics from the rooms of the cases, sorted; a room below `-rounding` is a
-    /// violation.
+    /// Computes the statistics from the margins `rooms` of all cases, sorted in increasing order. A
+    /// margin below `-rounding` is a violation. `unit` converts a margin to the unit of the record.
     fn new(name: &str, rooms: &[f64], rounding: f64, unit: impl Fn(f64) -> f64) -> Self {
         let violated = rooms.iter().filter(|room| **room < -rounding).count();
         Self {
@@ -238,11 +246,12 @@ impl ConstraintRecord {
     }
 }
 
-/// The relative excess with which a command at its limit does not count as a violation.
+/// Relative amount by which a command may exceed its limit without counting as a violation. It
+/// allows for round-off.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the limits of the torques: the name, the first index in [`Flown::input_room`], and the
-/// limits of the craft.
+/// Returns the torque limits: the name, the index of the first margin in [`Flown::input_room`], and
+/// the bounds that the spacecraft has, without reserves.
 fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     let craft = problem.of_craft();
     let mut first = 0;
@@ -255,7 +264,7 @@ fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     told.collect()
 }
 
-/// Returns the number of values of a flight for the room to the limits of the torques.
+/// Returns the number of margins to torque limits that a flight has.
 pub fn input_rooms(problem: &Problem) -> usize {
     input_limits(problem).iter().map(|(_, _, bounds)| bounds.len()).sum()
 }
@@ -265,7 +274,7 @@ fn is_cone(constraint: &slewkit::maneuver::Constraint) -> bool {
 }
 
 impl RunRecord {
-    /// Writes the document.
+    /// Writes the document as JSON.
     ///
     /// # Errors
     /// Returns the errors of the stream.
@@ -274,7 +283,7 @@ impl RunRecord {
     }
 }
 
-/// The columns of a table of cases: the name of each, and its numbers for one case.
+/// Columns of the table of cases: their headings, and their numbers for each case.
 struct Columns<'a> {
     problem: &'a Problem,
     uncertainty: &'a Uncertainty,
@@ -304,7 +313,7 @@ impl Columns<'_> {
         heads
     }
 
-    /// Returns a case that was lost has no numbers.
+    /// Returns the numbers of a case in the order of the columns; NaN if the case has no result.
     fn row(&self, case: &Result<Flown, Lost>) -> Vec<f64> {
         let Ok(flown) = case else { return vec![f64::NAN; self.heads().len()] };
         let mut row: Vec<f64> = flown.end.iter().copied().collect();
@@ -318,8 +327,8 @@ impl Columns<'_> {
     }
 }
 
-/// Writes every case, counted from 1: as a table (CSV; a lost case has empty cells), or as arrays
-/// (NPZ; NaN).
+/// Writes the results of all cases, which are numbered from 1. If `as_arrays` is true, they are NPZ
+/// arrays, with NaN for a case without a result; otherwise a CSV table, with empty cells.
 ///
 /// # Errors
 /// Returns the errors of the stream.
@@ -353,7 +362,7 @@ pub fn write_cases(
     Ok(())
 }
 
-/// Writes one case step by step as CSV.
+/// Writes one case step by step as CSV; `inputs` is the number of inputs.
 ///
 /// # Errors
 /// Returns the errors of the stream.
@@ -378,7 +387,7 @@ pub fn write_trace(inputs: usize, moments: &[Moment], output: &mut dyn Write) ->
         for number in quaternion.iter().chain(rate.iter()).chain(moment.beside.iter()) {
             write!(output, ",{number:?}")?;
         }
-        // The end has no command.
+        // At the end of the flight no command is given, so its cells are empty.
         for index in 0..inputs {
             match moment.commanded.get(index) {
                 Some(number) => write!(output, ",{number:?}")?,

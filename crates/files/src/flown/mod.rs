@@ -1,4 +1,5 @@
-//! Quantities near a plan, and flights of it: records of plan files, results of `slew fly`.
+//! Feedback gains and covariances along a plan, and simulated flights of the plan: the records in
+//! plan files, and the results of `slew fly`.
 
 mod campaign;
 mod plan;

@@ -1,4 +1,4 @@
-//! Gains and covariances in a plan file.
+//! Feedback gains and covariances along a plan, as plan files contain them.
 
 use crate::export::nulls::null_is_nan;
 use crate::spec::ClosedLoop;
@@ -12,43 +12,48 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
-/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins
-/// and held over that step.
+/// Feedback gains K along a plan. The input is `input* - K [ζ; δΩ]`, with the planned input
+/// `input*`, the attitude error ζ and the rate error δΩ. The errors are measured at the node at
+/// which a step begins, and the input is held over this step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeedbackRecord {
-    /// "neighbouring", "tvlqr" or "switching".
+    /// Kind of the gains: "neighbouring", "tvlqr" or "switching".
     pub kind: String,
-    /// The first step whose gains repeat the gains of the step before it.
+    /// Index of the first step with frozen gains. From this step on, each step has the gains of the
+    /// step before it.
     pub frozen_from: usize,
-    /// The number of steps between measurements, over which a correction is held; their gains are
-    /// equal. 1 if absent.
+    /// Number of steps between two measurements. A correction is held over these steps, which have
+    /// equal gains. The value is 1 if the key is absent.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub every_steps: usize,
-    /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes
-    /// \[rad\], three by the deviation of the rate from the plan, body axes [rad/s]. Neighbouring
-    /// gains of wheels have three more by the deviation of their momentum, body axes [N·m·s].
-    /// Bodies that translate have a row for each input, forces first, with six numbers before
-    /// these, by position \[m\] and velocity [m/s].
+    /// Gains for each step, with one row for each torque input. A row has three factors on the
+    /// attitude error `ζ = log(R*ᵀR)` in body axes \[rad\] and three factors on the deviation of
+    /// the rate from the plan in body axes \[rad/s\]. Neighbouring gains of a body with wheels have
+    /// three more factors on the deviation of the wheel momentum in body axes \[N·m·s\]. If the
+    /// body translates, there is a row for each input, forces before torques, which begins with
+    /// three factors on the position \[m\] and three on the velocity \[m/s\].
     ///
-    /// The plan is here the true motion under the held inputs, with the attitude R*. That is the
-    /// recorded one, but if the target is the discrete motion: then the discrete motion is
-    /// recorded, and the true one follows by integration of the held inputs.
+    /// R* is the planned attitude in the continuous motion under the held inputs. This motion is
+    /// recorded in the file, unless the discrete motion meets the target. In that case the discrete
+    /// motion is recorded, and the continuous motion follows by integration of the held inputs.
     pub gains: Vec<Vec<Vec<f64>>>,
-    /// The derivatives of the lengths of arcs by the start, if it is corrected.
+    /// Derivatives of the arc durations with respect to the initial state; empty unless the gains
+    /// correct the switching times.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub arcs: Vec<ArcRecord>,
 }
 
-/// An arc of a plan whose inputs switch. From a start near the start of the plan its length is
+/// An arc of a plan with bang-bang inputs. If the initial state deviates slightly from the plan, by
+/// the attitude error ζ and the rate error δΩ, the duration of the arc becomes
 /// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
-    /// Number of the first step of the arc.
+    /// Index of the first step of the arc.
     pub first_step: usize,
-    /// The length of the arc in the plan \[s\].
+    /// Planned duration of the arc \[s\].
     pub length_s: f64,
-    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate
-    /// [s/(rad/s)].
+    /// Derivatives of the duration with respect to the initial errors in body axes: three for the
+    /// attitude error `ζ = log(R*ᵀR)` \[s/rad\], then three for the rate error \[s/(rad/s)\].
     pub gain: [f64; 6],
 }
 
@@ -60,77 +65,80 @@ fn is_one(steps: &usize) -> bool {
     *steps == 1
 }
 
-/// The uncertainty along a plan, to first order.
+/// Uncertainty along a plan, to first order in the errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyRecord {
-    /// The results without gains.
+    /// Uncertainty without feedback.
     #[serde(deserialize_with = "null_is_nan")]
     pub open_loop: LoopUncertainty,
-    /// The results with the gains of the plan.
+    /// Uncertainty with the feedback gains of the plan; absent if the plan has no gains.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub closed_loop: Option<LoopUncertainty>,
-    /// The margins of chance constraints, if the spec has any.
+    /// Margins that the chance constraints require; absent if the spec has no chance constraints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margins: Option<MarginsRecord>,
 }
 
-/// The uncertainty of a loop.
+/// Uncertainty along a plan in one loop, open or closed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopUncertainty {
-    /// One standard deviation of the attitude at the end, body axes \[deg\].
+    /// Standard deviation of the attitude error at the end, in body axes \[deg\].
     pub end_attitude_sigma_deg: [f64; 3],
-    /// The deviation of the angular velocity at the end [deg/s].
+    /// Standard deviation of the angular velocity error at the end, in body axes \[deg/s\].
     pub end_rate_sigma_deg_s: [f64; 3],
-    /// Half the extent of the attitude's ellipsoid at the end along the body axes \[deg\], if every
-    /// error is anywhere within one deviation, without a distribution.
+    /// Bound on the attitude error at the end about each body axis \[deg\]. It holds if every
+    /// uncertain quantity deviates by at most one standard deviation, with any distribution.
     pub end_attitude_bound_deg: [f64; 3],
-    /// The part of each of these six variances that a parameter causes, for each parameter.
+    /// Names of the uncertain parameters, each with the fraction that it contributes to the three
+    /// attitude variances and the three rate variances at the end.
     pub shares: Vec<(String, [f64; 6])>,
-    /// The pointing error of each boresight at the end.
+    /// Pointing error of each boresight at the end.
     pub pointing: Vec<PointingRecord>,
-    /// The chance of each constraint, then of each limit of the torques with gains.
+    /// Probability of violating each constraint, followed, in closed loop, by the probability of
+    /// exceeding each torque limit.
     pub chances: Vec<ChanceRecord>,
-    /// One standard deviation of the correction of each input, a row for each step; empty in
+    /// Standard deviation of the correction to each input, with one row for each step; empty in
     /// open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_sigma: Vec<Vec<f64>>,
-    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad,
-    /// N·m·s].
+    /// Covariance of the attitude error ζ \[rad\] and the angular momentum error δΠ \[N·m·s\] at
+    /// each node. The 21 numbers are the upper triangle of the 6 × 6 matrix, row by row.
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// The pointing error of a boresight.
+/// Predicted pointing error of a boresight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointingRecord {
-    /// The boresight, body axes.
+    /// Boresight, as a unit vector in body axes.
     pub boresight_body: [f64; 3],
-    /// Standard deviations along the axes of its ellipse on the sky \[deg\].
+    /// Standard deviations of the pointing error along the two axes of its error ellipse \[deg\].
     pub sigma_deg: [f64; 2],
-    /// The angle within which the boresight is with the probability 99.73 % \[deg\].
+    /// Angle that the pointing error does not exceed with a probability of 99.73 % \[deg\].
     pub within_9973_deg: f64,
 }
 
-/// The chance of violating a constraint, or of exceeding a limit of the torques.
+/// Probability of violating a constraint or exceeding a torque limit along a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChanceRecord {
-    /// The name of the constraint or limit.
+    /// Name of the constraint or torque limit.
     pub name: String,
-    /// The largest of all nodes.
+    /// Largest probability at any node or in any step.
     pub largest: f64,
-    /// The time of the largest chance \[s\].
+    /// Time at which the probability is largest \[s\].
     pub time_s: f64,
-    /// The unit of the next two: deg of cones, deg/s of rates, N·m, N·m/s.
+    /// Unit of `sigma` and `room`: deg for cones, deg/s for rates, N·m or N·m/s for torque limits.
     pub unit: String,
-    /// One standard deviation of the limited quantity at that time.
+    /// Standard deviation of the limited quantity at the time `time_s`.
     pub sigma: f64,
-    /// The distance of the plan from the limit at that time, without margin.
+    /// Distance of the planned value from the limit at the time `time_s`; margins are not
+    /// subtracted.
     pub room: f64,
-    /// The chance at each node, or in each step.
+    /// Probability at each node of the plan, or in each of its steps.
     pub nodes: Vec<f64>,
 }
 
 impl ChanceRecord {
-    /// Builds the record of a chance along a plan with these nodes \[s\].
+    /// Creates the record of a probability along a plan; `times` are the times of its nodes \[s\].
     fn new(chance: Chance, times: &[f64]) -> Self {
         let (unit, of) = unit(chance.quantity);
         let worst = chance.worst();
@@ -146,7 +154,7 @@ impl ChanceRecord {
     }
 }
 
-/// Returns the unit of a limit in files, and its size in SI.
+/// Returns the name of the unit in which files give a limited quantity, and its value in SI units.
 pub fn unit(quantity: Quantity) -> (&'static str, f64) {
     match quantity {
         Quantity::Angle => ("deg", 1_f64.to_radians()),
@@ -156,14 +164,14 @@ pub fn unit(quantity: Quantity) -> (&'static str, f64) {
     }
 }
 
-/// A part of the cases with its interval of 95 %.
+/// Fraction of the cases with some property, and its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// The number of cases.
+    /// Number of cases with the property.
     pub count: u64,
-    /// The proportion.
+    /// Fraction of all cases.
     pub part: f64,
-    /// The interval of Clopper and Pearson.
+    /// Clopper–Pearson interval with a confidence of 95 %.
     pub interval: [f64; 2],
 }
 
@@ -173,40 +181,41 @@ impl From<Proportion> for Part {
     }
 }
 
-/// The part of a limit that a plan holds in reserve.
+/// Margin that a plan keeps below a limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldRecord {
-    /// The name of the limit.
+    /// Name of the limit.
     pub name: String,
-    /// The unit of the numbers.
+    /// Unit of the numbers in `held` and `limit`.
     pub unit: String,
-    /// One number for a cone or a norm, else one for each component or input.
+    /// Margin to the limit: one number for a cone or a norm limit, otherwise one for each component
+    /// or input.
     pub held: Vec<f64>,
-    /// The limits of the craft; empty for a cone.
+    /// Limit of the spacecraft, without the margin; empty for a cone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limit: Vec<f64>,
 }
 
-/// The margins that chance constraints need.
+/// Margins with which a plan satisfies its chance constraints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MarginsRecord {
-    /// The margin or reserve of each limit with a chance: the margin of a cone, the reserve of a
-    /// rate or a torque.
+    /// Margin to each limit that has a chance constraint: the margin of a cone, or the reserve of a
+    /// rate or torque limit.
     pub held: Vec<HeldRecord>,
     /// Cost of the plan without margins.
     pub cost_without: f64,
-    /// Plans until margins and covariances agreed.
+    /// Number of plans that were computed until margins and covariances were consistent.
     pub plans: usize,
-    /// Whether they agreed.
+    /// True if the margins and the covariances of the last plan are consistent.
     pub agreed: bool,
-    /// For each chance over the whole motion: the limit, or the joint limits, and the proportion
-    /// of flights of the plan that exceed it.
+    /// For each probability over the whole motion: the name of the limit, or the names of the joint
+    /// limits, and the fraction of the simulated flights that exceed it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counted: Vec<(String, Part)>,
 }
 
 impl MarginsRecord {
-    /// Builds the record for the chances of a spec.
+    /// Creates the record of the margins for the chance constraints of a spec.
     pub fn new(closed_loop: &ClosedLoop, margins: &Margins) -> Self {
         let counted = closed_loop.chances.iter().zip(&margins.counted);
         let held = margins.held.iter().map(|held| {
@@ -227,7 +236,7 @@ impl MarginsRecord {
     }
 }
 
-/// Returns the name of a kind of gains.
+/// Returns the name of a kind of gains in files.
 fn name(kind: &Kind) -> &'static str {
     match kind {
         Kind::Neighbouring { .. } => "neighbouring",
@@ -237,7 +246,7 @@ fn name(kind: &Kind) -> &'static str {
 }
 
 impl FeedbackRecord {
-    /// Builds the record of the gains along a plan; `None` without gains.
+    /// Creates the record of the gains in `beside`; `None` if the plan has no gains.
     pub fn new(problem: &Problem, beside: &Beside) -> Option<Self> {
         let arcs = beside.switching.iter().flat_map(|switching| {
             let gain = |arc: usize| of_rates(problem, switching.row(arc));
@@ -251,7 +260,7 @@ impl FeedbackRecord {
         Some(Self { arcs: arcs.collect(), ..Self::of_gains(problem, beside.gains.as_ref()?) })
     }
 
-    /// Builds the record of gains alone.
+    /// Creates the record of gains without corrections of switching times.
     pub fn of_gains(problem: &Problem, gains: &Gains) -> Self {
         let width = (gains.inputs * gains.states).max(1);
         let row = |row: &[f64]| of_rates(problem, row);
@@ -266,7 +275,8 @@ impl FeedbackRecord {
     }
 }
 
-/// Converts a row by momenta to one by rates, which flight software measures: `K_Ω = K_Π J`,
+/// Converts a row of gains on the errors of angular momentum Π and linear momentum γ to gains on
+/// the errors of rate Ω and velocity v, which flight software measures: `K_Ω = K_Π J`,
 /// `K_v = K_γ m`.
 fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     let j = problem.body.inertia.j();
@@ -280,8 +290,9 @@ fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Designs gains along a plan without a covariance: for a body that translates, or torques fixed
-/// in the reference frame. Returns `None` for other plans, whose gains are in [`Beside`].
+/// Computes feedback gains along a plan without a covariance, for a body that translates or whose
+/// torques act about axes fixed in the reference frame. Returns `None` for other problems, whose
+/// gains are in [`Beside`], and if the spec requests no gains.
 pub fn gains_alone(
     problem: &Problem,
     plan: &Trajectory,
@@ -291,14 +302,14 @@ pub fn gains_alone(
     Some(feedback.along_pose(problem, plan))
 }
 
-/// Returns whether a plan has gains alone: of a body that translates, or under torques fixed in the
-/// reference frame.
+/// Returns true for plans that can have gains but no covariance: the body translates, or its
+/// torques act about axes fixed in the reference frame.
 pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
 
-/// Returns the boresights of the cones and of the end of a maneuver; the body axes if it has no
-/// boresight.
+/// Returns the different boresights of the cones and of the end of a maneuver; the three body axes
+/// if it has no boresight.
 pub fn boresights(problem: &Problem) -> Vec<Vector3> {
     let mut all: Vec<Vector3> = problem.aim().map(|aim| aim.boresight).into_iter().collect();
     for constraint in &problem.constraints {
@@ -316,7 +327,8 @@ pub fn boresights(problem: &Problem) -> Vec<Vector3> {
 }
 
 impl UncertaintyRecord {
-    /// Builds the record of the uncertainty along a plan; `None` without uncertainty.
+    /// Creates the record of the uncertainty along a plan; `None` if the spec states no
+    /// uncertainty.
     pub fn new(problem: &Problem, beside: &Beside, uncertainty: Option<&Uncertainty>) -> Option<Self> {
         let uncertainty = uncertainty?;
         let of = |covariance: &Covariance, gains: Option<&Gains>| {
@@ -374,7 +386,7 @@ impl LoopUncertainty {
     }
 }
 
-/// Returns the upper triangle, row after row.
+/// Returns the elements of the upper triangle of a matrix, row by row.
 fn upper(matrix: &Matrix6) -> Vec<f64> {
     (0..6).flat_map(|row| (row..6).map(move |column| matrix[(row, column)])).collect()
 }

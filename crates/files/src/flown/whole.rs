@@ -1,4 +1,5 @@
-//! A plan that is flown: the plan of a maneuver, or that of a sequence as one motion.
+//! Preparation of simulated flights: the plan of a maneuver, or the plan of a sequence as one
+//! motion.
 
 use crate::export::{ExportError, Own, PlanFile, SequenceFile};
 use crate::spec::{Loaded, LoadedSequence};
@@ -9,46 +10,46 @@ use slewkit::sequence::WholeMotion;
 use slewkit::sequence::flown::{LegMotion, Motion};
 use thiserror::Error;
 
-/// An instant at which the craft has to be at a stop.
+/// An instant at which the spacecraft must have reached a stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// The name of the stop.
+    /// Name of the stop.
     pub stop: String,
-    /// What happens then: "hold begins", "hold ends", or "passed".
+    /// Event at this instant: "hold begins", "hold ends" or "passed".
     pub event: &'static str,
-    /// Time from the start of the sequence \[s\].
+    /// Time of the event since the start of the sequence \[s\].
     pub time: f64,
-    /// The node of the motion.
+    /// Index of the node of the motion at this instant.
     pub node: usize,
 }
 
-/// The motion that is flown, with the quantities near it.
+/// A motion that is to be flown, with the gains and covariances along it.
 #[derive(Clone, Debug)]
 pub struct WholeFlight {
-    /// The maneuver of which it is the motion.
+    /// Maneuver to which the motion belongs; for a sequence, the joined maneuver.
     pub problem: Problem,
-    /// Gains and covariances along it.
+    /// Feedback gains and covariances along the motion.
     pub beside: Beside,
-    /// The instants at which the craft has to be at a stop; none for a single maneuver.
+    /// Instants at which the spacecraft must have reached a stop; empty for a single maneuver.
     pub marks: Vec<Mark>,
 }
 
-/// The reason for which a plan cannot be flown.
+/// Reason why the flights of a plan cannot be simulated.
 #[derive(Debug, Error)]
 pub enum NotFlown {
-    /// A leg does not fit its spec, or has none.
+    /// A leg or hold does not fit its spec, or its file has no spec.
     #[error(transparent)]
     File(#[from] ExportError),
-    /// The motion cannot be followed, or has too many steps.
+    /// The motion cannot be linearised, or has too many steps.
     #[error(transparent)]
     Motion(#[from] Unlinearised),
-    /// The gains or covariances do not exist.
+    /// The gains or covariances cannot be computed.
     #[error(transparent)]
     Near(#[from] NotKnown),
 }
 
 impl NotFlown {
-    /// Returns the remedy, for a message.
+    /// Returns the remedy for the error.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::File(_) => "write the plan again with slew plan",
@@ -59,10 +60,11 @@ impl NotFlown {
 }
 
 impl WholeFlight {
-    /// Computes the quantities near the plan of a maneuver.
+    /// Computes the gains and covariances along the plan of a maneuver.
     ///
     /// # Errors
-    /// [`NotFlown`].
+    /// Returns an error if the trajectory does not fit the maneuver, or if gains or covariances
+    /// cannot be computed.
     pub fn of_maneuver(file: &PlanFile<'_>, loaded: &Loaded) -> Result<Self, NotFlown> {
         let problem = file.on_grid(&loaded.problem)?;
         let closed_loop = &loaded.closed_loop;
@@ -71,10 +73,12 @@ impl WholeFlight {
         Ok(Self { problem, beside, marks: Vec::new() })
     }
 
-    /// Joins the legs and holds of a file, and computes the quantities near their motion.
+    /// Joins the legs and holds of a sequence to one motion, and computes the gains and covariances
+    /// along it.
     ///
     /// # Errors
-    /// [`NotFlown`].
+    /// Returns an error if a leg or hold has no spec or does not fit it, or if gains or covariances
+    /// cannot be computed.
     pub fn of(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Result<Self, NotFlown> {
         let on_grid = |part: &PlanFile<'_>| part.on_grid(&Own::of(part)?.problem);
         let legs = file.legs.iter().map(on_grid).collect::<Result<Vec<_>, _>>()?;

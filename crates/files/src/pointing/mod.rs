@@ -1,26 +1,29 @@
-//! Pointing files, which are timelines of observations: ESA's PTR, and the pointing request
-//! messages of CCSDS (PRM, 509.0-B-1).
+//! Pointing files, which describe a timeline of observations: pointing timeline requests of ESA
+//! (PTR), and pointing request messages of CCSDS (PRM, 509.0-B-1).
 //!
-//! An observation points a body axis `b`, the boresight, at a direction `d`. The roll about `d` is
-//! free, or it is defined by a second body axis `a` and an inertial axis `i`: projected onto the
-//! plane normal to `d`, `a` is turned from `i` by the phase angle φ about `d`. If φ = 0, the body
-//! axis is as close to the inertial axis as the boresight allows. The triad `s` is built from
-//! `b, a` as the triad `t` from `d, i`. The attitude is
+//! An observation points a body axis `b`, the boresight, in a direction `d`. The roll about `d` is
+//! either free or defined by a second body axis `a`, an inertial axis `i` and a phase angle φ. Both
+//! axes are projected onto the plane normal to `d`. The phase angle is the angle about `d` from the
+//! projection of `i` to the projection of `a`. If φ = 0, the body axis is as close to the inertial
+//! axis as the boresight allows. The triad `s` is built from `b, a`, and the triad `t` from `d, i`.
+//! The attitude is
 //!
 //! ```text
 //! R = exp(φ d^) [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ ,   t₁ = d ,   t₂ = d × i / |d × i| ,   t₃ = t₁ × t₂ ,
 //! ```
 //!
-//! which maps body to reference components. ESA's engine (OSVE with AGM) uses its transpose.
+//! which maps body components to reference components. ESA's engine (OSVE with AGM) uses the
+//! transpose.
 //!
-//! The spacecraft slews between two observations. A file may have separate blocks for slews. These
-//! contain no data: the reader checks them, and the writer puts one between any two observations.
+//! The spacecraft slews between two observations. A file may have blocks for the slews, which
+//! contain no data. The reader checks them, and the writer adds one between any two observations.
 //!
 //! # Which subset of the formats is read?
 //!
-//! Inertial targets are read, and of PRM also the Sun (templates 4.2 and 4.3). Every other
-//! construct is rejected with its element and its line, because ignoring a part would change the
-//! timeline. A PTR must be one that OSVE 2.9.0 accepts; `tests/exchange/pointing.py` runs OSVE.
+//! The reader supports inertial targets and, in a PRM, also the Sun (templates 4.2 and 4.3). Every
+//! other construct is rejected with its element and its line, because ignoring a part of the file
+//! would change the timeline. A PTR must be acceptable to OSVE 2.9.0; `tests/exchange/pointing.py`
+//! runs OSVE.
 
 mod prm;
 mod ptr;
@@ -39,33 +42,34 @@ use crate::spec::{Diagnostics, Source};
 use slewkit::{Matrix3, Vector3, lie};
 use std::io::Read;
 
-/// The observations of a spacecraft in chronological order, with the names of the spacecraft and
-/// the frames.
+/// Observations of a spacecraft in chronological order, with the names of the spacecraft and of the
+/// frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointingFile {
     /// Name of the spacecraft.
     pub object: Option<String>,
     /// International designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
-    /// Name of the inertial frame of targets and inertial axes.
+    /// Name of the inertial frame in which targets and inertial axes are given.
     pub reference_frame: String,
-    /// Name of the frame of boresights and body axes.
+    /// Name of the body frame in which boresights and body axes are given.
     pub body_frame: String,
-    /// Name of the orbit file of the spacecraft, from whose position the Sun is seen (PRM).
+    /// Name of the orbit file of the spacecraft, which determines the direction to the Sun (PRM
+    /// only).
     pub orbit: Option<String>,
     /// Observations in chronological order.
     pub observations: Vec<Observation>,
-    /// Statements of the file that were ignored, and assumptions that the reader made; one sentence
-    /// each, without the final period.
+    /// Statements of the file that were ignored, and assumptions of the reader, one sentence each,
+    /// without the final period.
     pub not_taken: Vec<String>,
 }
 
-/// An observation: from one time to another, a boresight points at a target.
+/// An observation: a time interval in which a boresight points at a target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Name of the observation, for people who read the file.
+    /// Name of the observation, which has no effect; `None` if the file does not name it.
     pub name: Option<String>,
-    /// Start of the observation, at which the spacecraft is at rest.
+    /// Start of the observation, at which the slew has ended and the spacecraft is at rest.
     pub begin: Epoch,
     /// End of the observation.
     pub end: Epoch,
@@ -91,27 +95,26 @@ pub enum Target {
 pub enum Roll {
     /// The roll is free.
     Free,
-    /// A body axis is turned from an inertial axis by a phase angle about the direction of the
-    /// target.
+    /// The phase angle between a body axis and an inertial axis defines the roll.
     Referred {
         /// Body axis, as a unit vector in body axes.
         body_axis: Vector3,
         /// Inertial axis, as a unit vector in the axes of the reference frame.
         inertial_axis: Vector3,
-        /// Phase angle \[rad\] about the direction of the target, from the projected inertial axis
-        /// to the projected body axis.
+        /// Phase angle about the direction of the target, from the projection of the inertial axis
+        /// to the projection of the body axis \[rad\].
         angle: f64,
     },
 }
 
-/// Smallest sine of the angle between a boresight and the body axis of its roll, and between a
-/// target and the inertial axis. If the angle is smaller, the roll has fewer than ten significant
-/// digits.
+/// Smallest sine of the angle between a boresight and the body axis that defines the roll, and
+/// between the target direction and the inertial axis. At smaller angles, the roll has fewer than
+/// ten significant digits.
 const LEAST_APART: f64 = 1e-6;
 
 impl Observation {
-    /// Returns the rotation from body to reference components, if the target is in the direction
-    /// `target`; `None` if the roll is free, or if the axes that define it are parallel.
+    /// Returns the rotation from body to reference components if the direction of the target is
+    /// `target`. Returns `None` if the roll is free, or if the axes that define it are parallel.
     pub fn attitude(&self, target: &Vector3) -> Option<Matrix3> {
         let Roll::Referred { body_axis, inertial_axis, angle } = self.roll else { return None };
         let body = triad(&self.boresight, &body_axis)?;
@@ -119,9 +122,9 @@ impl Observation {
         Some(lie::exp(&(angle * target)) * inertial * body.transpose())
     }
 
-    /// Returns the observation at a given attitude, the rotation from body to reference components.
-    /// The target becomes the direction in which the boresight points, and the roll is defined by a
-    /// body axis.
+    /// Returns the observation with a fixed attitude, the rotation from body to reference
+    /// components. The direction of the boresight in this attitude becomes the target, and a body
+    /// axis defines the roll.
     pub fn in_attitude(&self, attitude: &Matrix3) -> Self {
         let body_axis = Matrix3::identity().column(self.boresight.iamin()).into_owned();
         Self {
@@ -142,7 +145,7 @@ impl Observation {
 }
 
 impl PointingFile {
-    /// Returns the file with its inertial directions expressed in another frame; `None` if the
+    /// Returns the file with its inertial directions expressed in the frame `name`; `None` if the
     /// rotation between the two frames is unknown.
     pub fn in_frame(&self, name: &str) -> Option<Self> {
         if self.reference_frame.eq_ignore_ascii_case(name) {
@@ -167,8 +170,8 @@ impl PointingFile {
         Some(found)
     }
 
-    /// Checks that the observations can be written: directions are unit vectors, rolls are defined,
-    /// and times increase.
+    /// Checks that the observations can be written: directions must be unit vectors, rolls must be
+    /// defined, and times must increase.
     fn check(&self) -> Result<(), ExportError> {
         let unit = |vector: &Vector3| (vector.norm() - 1.0).abs() < crate::rounding::ROTATION;
         let sound = |observation: &Observation| {
@@ -191,7 +194,7 @@ impl PointingFile {
     }
 }
 
-/// Reads a pointing file, a PTR or a PRM. `name` is the name of the file in messages.
+/// Reads a pointing file, which is a PTR or a PRM. `name` is the name of the file in messages.
 ///
 /// # Errors
 /// Returns the first error with its line: invalid XML, a construct that is not supported, or
@@ -214,8 +217,8 @@ pub fn read_pointing(input: impl Read, name: &str) -> Result<PointingFile, Diagn
         .map_err(|wrong| Diagnostics(vec![wrong.coded("E0154").resolve(&[Source::new(name, text.as_str())])]))
 }
 
-/// Checks that an observation follows the previous one; `at` is the text of its start time, for
-/// messages.
+/// Checks that the observation `next` begins after the end of the previous one; `at` is the text of
+/// its start time, for messages.
 fn check_order(before: Option<&Observation>, next: &Observation, at: Piece<'_>) -> Result<(), Wrong> {
     if next.lasting() <= 0.0 {
         return at.wrong("the block ends when it begins, or before", "give it an end that is later");
@@ -238,8 +241,7 @@ fn unit(vector: Vector3) -> Option<Vector3> {
     if largest == 0.0 || !largest.is_finite() {
         return None;
     }
-    // A vector that is already of unit length keeps its bits, so that a written vector reads back
-    // unchanged.
+    // A vector of unit length is not changed, so that a written vector reads back to the same bits.
     let length = vector.norm();
     if (length - 1.0).abs() <= 2.0 * f64::EPSILON {
         return Some(vector);
@@ -249,8 +251,8 @@ fn unit(vector: Vector3) -> Option<Vector3> {
     Some((vector / largest).normalize())
 }
 
-/// Returns the triad of the module header as columns `t₁ t₂ t₃`, with t₁ = `first` and t₂ along
-/// `first × second`; `None` if the directions are parallel.
+/// Returns the triad of the module header as the columns `t₁ t₂ t₃` of a matrix, with t₁ along
+/// `first` and t₂ along `first × second`. Returns `None` if the two directions are parallel.
 fn triad(first: &Vector3, second: &Vector3) -> Option<Matrix3> {
     let normal = first.cross(second);
     let length = normal.norm();

@@ -1,9 +1,10 @@
 //! Pointing request messages of CCSDS (PRM, 509.0-B-1 with corrigendum 1) in XML: the templates of
 //! inertial pointing (4.2) and Sun pointing (4.3).
 //!
-//! The metadata of a segment define the form of its blocks; the data contain their times and
-//! numbers. The definition states the axes to which the phase angle refers; without these axes the
-//! roll is free. Blocks that refer to other axes need another segment.
+//! The metadata of a segment define the form of its blocks; the data of the segment contain the
+//! times and numbers of the blocks. The definition in the metadata states the axes between which
+//! the phase angle is measured; if it does not, the roll is free. Blocks with other axes need
+//! another segment.
 //!
 //! # Where is the standard ambiguous?
 //!
@@ -27,34 +28,36 @@ use roxmltree::Node;
 use slewkit::Vector3;
 use std::io::Write;
 
-/// Names of the supported kinds of blocks: inertial pointing (template 4.2) and Sun pointing
-/// (template 4.3).
+/// Name of a block with inertial pointing (template 4.2).
 const INERTIAL: &str = "inertial";
+/// Name of a block with Sun pointing (template 4.3).
 const SUN: &str = "sunPointing";
 
-/// Identifier of the message type.
+/// Identifier of the message type in the attribute `id`.
 const ID: &str = "CCSDS_PRM_VERS";
 /// Version of the message type.
 const VERSION: &str = "1.0";
 
-/// Frames of a definition: the inertial base frame and the frame of the spacecraft.
+/// Frames that a definition declares: the inertial base frame and the frame of the spacecraft.
 #[derive(Clone, Copy, Debug)]
 struct Frames<'t> {
     base: Piece<'t>,
     body: Piece<'t>,
 }
 
-/// Form of the blocks of a segment, as the definition states it.
+/// Form of the blocks of a segment, as its metadata define it.
 #[derive(Clone, Copy, Debug)]
 struct Template<'t> {
     name: &'t str,
-    /// Body axis and inertial axis of the phase angle; `None` if the roll is free.
+    /// Body axis and inertial axis between which the phase angle is measured; `None` if the roll is
+    /// free.
     phase: Option<[Vector3; 2]>,
     /// True if blocks may have an offset angle.
     offset: bool,
     /// True if blocks may have an angular rate.
     rate: bool,
-    /// Name of the orbit file, from whose position the Sun is seen.
+    /// Name of the orbit file that determines the direction to the Sun; `None` for inertial
+    /// targets.
     orbit: Option<Piece<'t>>,
 }
 
@@ -141,7 +144,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Stores a text that all segments must agree on.
+/// Stores a text on which all segments must agree; `of` describes it in messages.
 fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong> {
     match kept {
         Some(kept) if kept != said.text => {
@@ -154,7 +157,7 @@ fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong
     }
 }
 
-/// Stores the name of a frame that all segments must agree on.
+/// Stores the name of a frame on which all segments must agree.
 fn one_frame(kept: &mut String, said: Piece<'_>) -> Result<(), Wrong> {
     let mut named = Some(std::mem::take(kept)).filter(|name| !name.is_empty());
     one(&mut named, said, "the frame")?;
@@ -260,8 +263,8 @@ fn local(part: Part<'_>, name: &str) -> Result<(), Wrong> {
     part.only(&["localName"])?.is("localName", name)?.empty()
 }
 
-/// Reads the direction to the Sun; returns the name of the orbit file from whose position it is
-/// seen.
+/// Reads the definition of the direction to the Sun. Returns the name of the orbit file from which
+/// the direction is computed.
 fn sun(part: Part<'_>) -> Result<Piece<'_>, Wrong> {
     let [origin, target] = part.only(&[])?.parts(["origin", "target"])?;
     let orbit = part.needed(origin, "origin")?.only(&[])?.inner("orbitFile")?.only(&[])?.text()?;
@@ -274,7 +277,7 @@ fn sun(part: Part<'_>) -> Result<Piece<'_>, Wrong> {
     Ok(orbit)
 }
 
-/// Reads a block as an observation; also returns the text of its start time.
+/// Reads a block as an observation. Also returns the text of its start time, for messages.
 fn observation<'t>(
     block: Part<'t>,
     template: &Template<'t>,
@@ -345,13 +348,13 @@ fn observation<'t>(
     Ok((Observation { name, begin, end, boresight, target, roll }, at))
 }
 
-/// Returns the unit of an angle, which is the degree unless the element states another unit (annex
-/// D).
+/// Returns the unit of an angle: the unit that the element states, or the degree if it states none
+/// (annex D).
 fn unit(part: Part<'_>) -> Piece<'_> {
     part.attribute("units").filter(|unit| !unit.text.is_empty()).unwrap_or(Piece { at: 0, text: "deg" })
 }
 
-/// Reads a direction in a frame, as a unit vector. Appends assumptions to `open`.
+/// Reads a direction in the frame `frame`, as a unit vector. Assumptions are appended to `open`.
 fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result<Vector3, Wrong> {
     part.only(&["frame", "coord", "units"])?.is("frame", frame.text)?;
     let text = part.text()?;
@@ -387,16 +390,16 @@ fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result
     part.direction(components)
 }
 
-/// Reads a time: a calendar date, or a year and the day of the year, with the time of day.
+/// Parses a time: a calendar date, or a year and a day of the year, followed by the time of day.
 fn moment(text: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
-    // The standard writes whole seconds with a final decimal point.
+    // In the standard, whole seconds end with a decimal point.
     let said = text.text.strip_suffix('.').unwrap_or(text.text);
     Epoch::in_scale(said, scale)
         .or_else(|error| text.wrong(error.to_string(), "write it as 2032-12-26T10:15:31.000"))
 }
 
-/// Returns the form of the block for an observation: whether the target is the Sun, and the axes of
-/// the roll. Consecutive observations of equal form share a segment.
+/// Returns the properties of an observation that its segment defines: whether the target is the
+/// Sun, and the axes of the roll. Consecutive observations with equal properties share a segment.
 fn shared(observation: &Observation) -> (bool, Option<[Vector3; 2]>) {
     let sun = observation.target == Target::Sun;
     match observation.roll {
@@ -435,7 +438,7 @@ impl PointingFile {
         Ok(xml.output.flush()?)
     }
 
-    /// Writes a segment with observations of equal form.
+    /// Writes a segment with observations that share a target type and the axes of the roll.
     fn write_segment(&self, observations: &[Observation], xml: &mut Xml<'_>) -> Result<(), ExportError> {
         let ([first, ..], [.., last]) = (observations, observations) else { return Ok(()) };
         let scale = self.observations[0].begin.scale();

@@ -10,9 +10,10 @@
 //! phaseAngle[@ref="align"] := SCAxis[@frame="SC"] x y z, inertialAxis[@frame="EME2000"] x y z
 //! ```
 //!
-//! Times are UTC with whole seconds or three decimals, because OSVE 2.9.0 rejects all others. OSVE
-//! also rejects slews at either end, two consecutive slews, and observations without a gap. It
-//! reads `nan` as a number, which this reader does not.
+//! Times are in UTC, with whole seconds or three decimals, because OSVE 2.9.0 rejects all other
+//! notations. OSVE also rejects a slew before the first or after the last observation, two
+//! consecutive slews, and observations without a gap between them. It accepts `nan` as a number,
+//! which this reader rejects.
 
 use super::tree::{Part, angle};
 use super::{LEAST_APART, Observation, PointingFile, Roll, Target, check_order, unit};
@@ -24,12 +25,12 @@ use roxmltree::Node;
 use slewkit::{Vector3, lie};
 use std::io::Write;
 
-/// Name of the inertial frame of targets.
+/// Name of the inertial frame in which targets are given.
 const INERTIAL: &str = "EME2000";
 /// Name of the body frame of the spacecraft.
 const BODY: &str = "SC";
 
-/// Names of the boresights that exist in every mission: the body axes.
+/// Names of the boresights that every mission has, which are the body axes.
 const AXES: [&str; 3] = ["SC_Xaxis", "SC_Yaxis", "SC_Zaxis"];
 
 /// Reads a PTR from its root element.
@@ -80,7 +81,8 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
     Ok(found)
 }
 
-/// Reads an observation and appends it to the file; returns the text of its start time.
+/// Reads an observation and appends it to the file. Returns the text of its start time, for
+/// messages.
 fn observation<'t>(block: Part<'t>, file: &mut PointingFile) -> Result<Piece<'t>, Wrong> {
     let [start, end, attitude, metadata] = block.parts(["startTime", "endTime", "attitude", "metadata"])?;
     let start = block.needed(start, "startTime")?.only(&[])?.text()?;
@@ -117,10 +119,10 @@ fn observation<'t>(block: Part<'t>, file: &mut PointingFile) -> Result<Piece<'t>
     Ok(start)
 }
 
-/// Remark for the user that most of the metadata is ignored.
+/// Note to the user that most of the metadata are ignored.
 const METADATA: &str = "<metadata> names an observation by its first <comment>; the rest is left out";
 
-/// Returns the first comment of the metadata, which becomes the name of the observation.
+/// Returns the first comment of the metadata, which is the name of the observation.
 fn comment(metadata: Part<'_>, file: &mut PointingFile) -> Result<Option<String>, Wrong> {
     let mut parts = metadata.0.children().filter(Node::is_element).map(Part);
     let comment = parts.find(|part| part.name().text == "comment");
@@ -161,7 +163,7 @@ fn target_of(part: Part<'_>) -> Result<Vector3, Wrong> {
     part.spherical(angle_of(lon, "lon", 360.0)?, angle_of(lat, "lat", 90.0)?)
 }
 
-/// Reads x, y and z, and returns the unit vector along them.
+/// Reads the components x, y and z of a vector, and returns the unit vector along it.
 fn cartesian(part: Part<'_>) -> Result<Vector3, Wrong> {
     let names = ["x", "y", "z"];
     let mut components = [0.0; 3];
@@ -171,7 +173,7 @@ fn cartesian(part: Part<'_>) -> Result<Vector3, Wrong> {
     part.direction(components)
 }
 
-/// Reads a time in UTC.
+/// Parses a time in UTC.
 fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
     let (form, remedy) =
         ("times are UTC as 2032-12-26T10:15:31 or 2032-12-26T10:15:31.250", "write it in that form");
@@ -190,15 +192,15 @@ fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
 }
 
 impl PointingFile {
-    /// Writes a resolved PTR: observations with their attitudes, and a slew between any two. Times
-    /// are written to the millisecond. A start is rounded up and an end down, so that an
-    /// observation is within its hold.
+    /// Writes a resolved PTR: observations with their attitudes, and a slew between any two of
+    /// them. Times are written in milliseconds. The start of an observation is rounded up and its
+    /// end down, so that the observation lies within the hold of the plan.
     ///
     /// # Errors
     /// Returns [`Lacking::Roll`] if an observation has a free roll or points at the Sun;
-    /// [`Observation::in_attitude`] resolves both. Returns [`Lacking::PointingFrame`] if the
-    /// reference frame is not inertial, [`Lacking::Observations`] if two observations leave no time
-    /// for a slew or cannot be written, or the error of the stream.
+    /// [`Observation::in_attitude`] removes both causes. Returns [`Lacking::PointingFrame`] if the
+    /// reference frame is not inertial, and [`Lacking::Observations`] if an observation cannot be
+    /// written or leaves no time for a slew. Also returns the errors of the stream.
     pub fn write_ptr(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         self.check()?;
         let file = self.in_frame(INERTIAL).ok_or(Lacking::PointingFrame)?;
@@ -251,15 +253,15 @@ fn vector(xml: &mut Xml<'_>, depth: usize, opening: &str, vector: &Vector3) -> R
     Ok(xml.line(depth, &format!("<{opening}><x>{x}</x><y>{y}</y><z>{z}</z></{name}>"))?)
 }
 
-/// Shortest observation that is written \[s\]; rounding shortens it by less than a millisecond at
-/// either end.
+/// Shortest duration of an observation that is written \[s\]. Rounding shortens an observation by
+/// less than a millisecond at either end.
 const SHORTEST: f64 = 3e-3;
 
-/// Tolerance, in milliseconds, within which a time counts as a whole number of milliseconds. It
-/// equals a nanosecond, the rounding error of sums of seconds over days.
+/// Largest deviation from a whole number of milliseconds that counts as round-off \[ms\]. It is one
+/// nanosecond, the rounding error of sums of seconds over days.
 const WHOLE: f64 = 1e-6;
 
-/// Returns a time in UTC with three decimals, rounded to milliseconds by `round`.
+/// Returns a time in UTC with three decimals; `round` rounds the time in milliseconds.
 fn milliseconds(moment: &Epoch, round: impl Fn(f64) -> f64) -> String {
     let utc = moment.in_other_scale(Scale::Utc);
     let past = utc.fraction() * 1e3;

@@ -19,18 +19,17 @@ use slewkit::sequence::{Ordering, Place, Sequence, SequencePlan, Stop};
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use slewkit_sky::{EarthRotation, Sky};
 
-/// The sequence of stops that a pointing file requests.
+/// A sequence of stops that corresponds to a pointing file.
 #[derive(Clone, Debug)]
 pub struct Timeline {
-    /// The sequence, with a stop for each observation from index [`Self::first`] on.
+    /// The sequence. It has a stop for each observation from index [`Self::first`] on.
     pub sequence: Sequence,
-    /// Date and time of time zero of the sequence.
+    /// Epoch of time zero of the sequence.
     pub zero: Epoch,
-    /// Index of the first observation that is a stop; 1 if the sequence starts at the end of the
-    /// first observation.
+    /// Index of the observation that is the first stop. It is 1 if the sequence starts at the end
+    /// of the first observation, otherwise 0.
     pub first: usize,
-    /// Questions that the file and the spec leave open, one sentence each, without the final
-    /// period.
+    /// Assumptions that could not be verified, one sentence each, without the final period.
     pub open: Vec<String>,
     /// Rotation from components in the reference frame of the spec to components in the frame of
     /// the file.
@@ -38,14 +37,15 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Creates the sequence for a pointing file. `craft` supplies the spacecraft and its start;
-    /// `identity` supplies the names of frames and the epoch of the start. The direction of the Sun
-    /// is computed as seen from the centre of the Earth, in the middle of an observation, and kept
-    /// constant during the observation. `name` is the name of the file in messages.
+    /// Creates the sequence that corresponds to a pointing file. `craft` supplies the spacecraft
+    /// and its start; `identity` supplies the names of the frames and the epoch of the start.
+    /// `name` is the name of the file in messages. The direction of the Sun is computed as seen
+    /// from the centre of the Earth in the middle of an observation, and is constant during the
+    /// observation.
     ///
     /// # Errors
-    /// Returns a diagnostic if the rotation between the frames is unknown, if a slew has no time,
-    /// if the first observation cannot be the start, or if axes do not define a roll.
+    /// Returns a diagnostic if the rotation between the frames is unknown, if no time is left for a
+    /// slew, if the first observation cannot be the start, or if the axes of a roll are parallel.
     pub fn new(
         file: &PointingFile,
         name: &str,
@@ -125,8 +125,8 @@ impl Timeline {
             stops.push(Stop { name: named(index), place: place(index)?, visit, passing: None });
             free_from = window[1];
         }
-        // Minimum-time legs find their own durations; all other legs last as long as the file
-        // allows.
+        // The durations of minimum-time legs are results; all other legs use the time that the file
+        // leaves for them.
         if !matches!(craft.objective, Objective::Time) {
             craft.duration = free_from.into();
         }
@@ -134,8 +134,8 @@ impl Timeline {
         Ok(Self { sequence, zero, first, open, to_file: to_ours.transpose() })
     }
 
-    /// Returns the available time of each leg \[s\], from the end of the previous hold to the start
-    /// of its own hold.
+    /// Returns the time available for each leg \[s\], from the end of the previous hold to the
+    /// start of the hold after the leg.
     pub fn available(&self) -> Vec<f64> {
         let mut free_from = 0.0;
         let gap = |stop: &Stop| {
@@ -146,8 +146,8 @@ impl Timeline {
         self.sequence.stops.iter().map(gap).collect()
     }
 
-    /// Returns the pointing file with the times and attitudes of a plan of the sequence: free rolls
-    /// are replaced by those of the plan, and all targets are inertial.
+    /// Returns the pointing file with the times and attitudes of a plan of the sequence. Free rolls
+    /// are replaced by the rolls of the plan, and every target becomes an inertial direction.
     pub fn resolved(&self, file: &PointingFile, plan: &SequencePlan) -> PointingFile {
         let mut found = file.clone();
         for leg in &plan.legs {

@@ -13,8 +13,8 @@ use slewkit::sequence::Place;
 use slewkit::{Direction, Matrix3, Vector3, lie};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A timeline of two observations. The first is taken from the published sample, which OSVE
-/// resolves.
+/// A timeline of two observations. The first observation is from the published sample, for which
+/// the attitude that OSVE computes is known.
 const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
   <block ref="OBS"><startTime>2032-12-26T10:15:31</startTime><endTime>2032-12-26T10:25:31</endTime>
     <attitude ref="inertial"><boresight ref="SC_Zaxis"/>
@@ -31,7 +31,7 @@ const PTR: &str = r#"<prm><body><segment><data><timeline frame="SC">
 </timeline></data></segment></body></prm>
 "#;
 
-/// A message of two blocks. The first is taken from the published sample.
+/// A message with two blocks. The first block is from the published sample.
 const PRM: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <prm xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" id="CCSDS_PRM_VERS" version="1.0">
 <header><CREATION_DATE>2032-01-01T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>
@@ -170,7 +170,7 @@ fn is_close(found: &Matrix3, wanted: &Matrix3, within: f64) {
     assert!(off < within, "{off:e} rad: {found} {wanted}");
 }
 
-/// Draws a unit vector, uniformly distributed over the sphere.
+/// Draws a random unit vector that is uniformly distributed over the sphere.
 fn random(draws: &mut Stream) -> Vector3 {
     Vector3::from_fn(|_, _| draws.normal()).normalize()
 }
@@ -193,8 +193,8 @@ fn random_observation(draws: &mut Stream, begin: Epoch) -> Observation {
     }
 }
 
-/// The columns of R follow from the boresight along z and the reference axis x. OSVE resolves the
-/// sample to 5e-8 rad.
+/// The columns of R follow from the boresight along z and the reference axis x. OSVE computes the
+/// attitude of the sample with an error of 5e-8 rad.
 #[test]
 fn the_sample_of_a_ptr_has_the_attitude_of_its_engine() {
     let file = read(PTR);
@@ -267,7 +267,8 @@ fn files_read_back_what_was_written() {
         .map(|k| {
             let mut next = random_observation(&mut draws, begin.after(1000.0 * f64::from(k)));
             if let (Roll::Referred { body_axis, .. }, true) = (&mut next.roll, k % 3 == 0) {
-                // Some observations have the roll axes of their neighbour and share its segment.
+                // Some observations have the roll axes of the previous observation and share its
+                // segment.
                 *body_axis = Vector3::new(0.0, 0.6, 0.8);
             }
             next.name = (k % 2 == 0).then(|| format!("<{k}> & \"co\""));
@@ -510,7 +511,7 @@ fn metadata_name_an_observation_and_are_left_out_otherwise() {
     assert_eq!(read(PTR).not_taken.len(), 0);
 }
 
-/// Arbitrary bytes end with an error, in bounded time and without a panic.
+/// Reading arbitrary bytes ends with an error, in bounded time and without a panic.
 #[test]
 fn hostile_bytes_are_refused() {
     let mut utf16 = vec![0xff, 0xfe];

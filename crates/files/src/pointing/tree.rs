@@ -16,8 +16,8 @@ impl<'t> Part<'t> {
         elements::name(self.0)
     }
 
-    /// Checks that the element has no attributes other than `attributes`, and no text beside its
-    /// children. Attributes with a namespace belong to the schema and are ignored.
+    /// Checks that the element has no attributes other than `attributes`, and no text between its
+    /// child elements. Attributes with a namespace belong to the schema and are ignored.
     pub fn only(self, attributes: &[&str]) -> Result<Self, Wrong> {
         let other = self
             .0
@@ -38,7 +38,8 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the child elements in order; reports an error for a name that is not in `names`.
+    /// Returns all child elements in order, or an error if the name of an element is not in
+    /// `names`.
     pub fn all(self, names: &[&str]) -> Result<Vec<Self>, Wrong> {
         let parts: Vec<Self> = self.0.children().filter(Node::is_element).map(Part).collect();
         let other = parts.iter().find(|part| !names.contains(&part.name().text));
@@ -54,7 +55,8 @@ impl<'t> Part<'t> {
         Ok(parts)
     }
 
-    /// Returns the child elements by name; each name may occur at most once.
+    /// Returns the child elements in the order of `names`; `None` for a missing element. Each name
+    /// may occur at most once.
     pub fn parts<const N: usize>(self, names: [&str; N]) -> Result<[Option<Self>; N], Wrong> {
         let mut found = [None; N];
         for part in self.all(&names)? {
@@ -68,7 +70,7 @@ impl<'t> Part<'t> {
         Ok(found)
     }
 
-    /// Returns a required child element; reports an error if it is missing.
+    /// Returns the child element `part`, or an error that names it if it is `None`.
     pub fn needed(self, part: Option<Self>, name: &str) -> Result<Self, Wrong> {
         match part {
             Some(part) => Ok(part),
@@ -78,7 +80,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the only child element, which must have this name.
+    /// Returns the only child element, or an error if its name is not `name`.
     pub fn inner(self, name: &str) -> Result<Self, Wrong> {
         let [part] = self.parts([name])?;
         self.needed(part, name)
@@ -89,7 +91,7 @@ impl<'t> Part<'t> {
         elements::attribute(self.0, name)
     }
 
-    /// Returns a required attribute; reports an error if it is missing.
+    /// Returns the attribute `name`, or an error if it is missing.
     pub fn said(self, name: &str) -> Result<Piece<'t>, Wrong> {
         match self.attribute(name) {
             Some(said) => Ok(said),
@@ -100,7 +102,7 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Checks that a required attribute has the given value.
+    /// Checks that the attribute `name` exists and has the value `value`.
     pub fn is(self, name: &str, value: &str) -> Result<Self, Wrong> {
         let said = self.said(name)?;
         if said.text == value {
@@ -131,7 +133,8 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the unit vector along three components; reports an error for a zero vector.
+    /// Returns the unit vector along a vector with three components, or an error if the vector is
+    /// zero.
     pub fn direction(self, components: [f64; 3]) -> Result<Vector3, Wrong> {
         match unit(components.into()) {
             Some(direction) => Ok(direction),
@@ -139,15 +142,15 @@ impl<'t> Part<'t> {
         }
     }
 
-    /// Returns the unit vector with an azimuth `about` the third axis and an elevation `towards`
-    /// it \[rad\].
+    /// Returns the unit vector with the azimuth `about` around the third axis, and the elevation
+    /// `towards` this axis \[rad\].
     pub fn spherical(self, about: f64, towards: f64) -> Result<Vector3, Wrong> {
         let ((sin, cos), (up, level)) = (about.sin_cos(), towards.sin_cos());
         self.direction([level * cos, level * sin, up])
     }
 }
 
-/// Returns an angle in radians; reports an error if its absolute value exceeds `most` degrees.
+/// Returns an angle in radians, or an error if its absolute value exceeds `most` degrees.
 pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64, Wrong> {
     let number = value.number()?.value;
     let radians = match unit.text {
@@ -158,7 +161,7 @@ pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64,
             return unit.wrong(reason, "give angles in deg or rad");
         }
     };
-    // The limit allows for the rounding of the last digit in the file.
+    // The factor allows for rounding in the last digit of the file.
     if radians.abs() <= most.to_radians() * (1.0 + f64::EPSILON) {
         return Ok(radians);
     }

@@ -10,8 +10,8 @@ use nalgebra::DMatrix;
 use slewkit::maneuver::{Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 
-/// Actuators, effort weights, and the fuel price of each torque and force input, which is 1 by
-/// default.
+/// Actuators with their effort weights, and the fuel price of each torque and force input. The
+/// default price is 1.
 pub(crate) struct Actuated {
     pub actuation: Actuation,
     pub weights: Weights,
@@ -19,8 +19,8 @@ pub(crate) struct Actuated {
     pub force_prices: Option<Vec<f64>>,
 }
 
-/// Reads the actuators and the costs of their inputs; the default actuators depend on the kind of
-/// motion.
+/// Reads the actuators, the effort weights and the fuel prices. The default actuators depend on the
+/// kind of motion, with or without translation.
 pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
         Some(section) => Some(section.number(SHORTEST_PULSE)?),
@@ -32,7 +32,7 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
         set.with_limits(limits).ok()
     };
     let Actuation { torque, force, wheels, thrusters } = found.actuation;
-    // Thrusters that produce both force and torque are one set of inputs with two kinds of axes.
+    // Thrusters that produce both force and torque have one set of inputs with two kinds of axes.
     let force = match force {
         Some(force) if thrusters.is_some() => Some(pulsing(force)?),
         force => force,
@@ -43,7 +43,7 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
 /// Key of the minimum pulse width of the torque inputs \[s\].
 pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
 
-/// Reads the actuators without the minimum pulse width.
+/// Reads the actuators, except for the minimum pulse width.
 fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
@@ -60,7 +60,7 @@ fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> 
     Some(Actuated { actuation, weights, prices, force_prices })
 }
 
-/// Reads the price of each input of a kind from a common price or a list.
+/// Reads the fuel prices of the `count` inputs of one kind, from a common price or from a list.
 fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
     match section.limits(key)? {
         Limits::All(price) => Some(vec![price; count]),
@@ -119,17 +119,18 @@ fn actuation(section: Option<&Section>, motion: Motion) -> Option<(Actuation, We
     Some((Actuation::torques_and_forces(torque, force), weights))
 }
 
-/// Keys of the limits on size, norm and rate of change.
+/// Keys of the limits on each torque, on the norm of the torque, and on the rate of each torque.
 const TORQUE_LIMITS: [&str; 3] = ["torque_limit_n_m", "torque_norm_limit_n_m", "torque_rate_limit_n_m_per_s"];
 const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_rate_limit_n_per_s"];
 
-/// Inputs of one kind, and their weight matrix if the spec has one.
+/// Inputs of one kind, torque or force, with their weight matrix if the spec has one.
 type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 
-/// Tolerance within which the length of an axis must be 1 if its input has a limit in N·m or N.
+/// Largest deviation from unit length of the axis of an input whose limit is in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
-/// Adds the limits of the spec to a set of inputs.
+/// Adds the limits of the spec to a set of inputs. The keys are those of the limits on size, norm
+/// and rate.
 fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
     // The keys are checked in any case, even if the axes are invalid.
     let (channel, weight) = channel?;
@@ -163,7 +164,8 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         .map(|channel| (channel, weight))
 }
 
-/// Reads the limit of each of `count` inputs; returns `Some(None)` if the key is absent.
+/// Reads the limit of each of `count` inputs. Returns `Some(None)` if the key is absent, and `None`
+/// after an error.
 fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<Vec<f64>>> {
     if !section.has(name) {
         return Some(None);
@@ -180,8 +182,8 @@ fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<
     }
 }
 
-/// Reads the inputs of one kind and their weight matrix. The axes may be under either of two keys;
-/// the first is the default.
+/// Reads the inputs of one kind and their weight matrix. The axes are given under one of the two
+/// keys of `names`; the first key is that of the default axes.
 fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);
@@ -241,8 +243,8 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     Some((channel, weight))
 }
 
-/// Returns the name of an actuator for messages, such as "wheel 2", followed by its own name if it
-/// has one.
+/// Returns the description of an actuator for messages, such as "wheel 2", followed by the name in
+/// the spec if it has one.
 fn called(kind: &str, section: &Section, index: usize) -> String {
     match section.word("name") {
         Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),

@@ -1,10 +1,10 @@
-//! Reading of `[[any_of]]`: alternative sets of cones, one of which must hold at each time.
+//! Reading of `[[any_of]]`: alternative sets of cones, one of which must be satisfied at each time.
 
 use super::suggest::nearest;
 use super::{Section, constraint, escape};
 use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
 
-/// Reads all alternatives; `None` if one of them has an error.
+/// Reads all alternative sets of cones; `None` if one of them has an error.
 pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option<Vec<Alternatives>> {
     let sections = root.tables("any_of")?;
     let mut all: Vec<Alternatives> = Vec::new();
@@ -38,8 +38,8 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
     Some(all)
 }
 
-/// Returns the remedy for an unknown constraint name: the most similar name, without regard to
-/// case.
+/// Returns the remedy for an unknown constraint name, which proposes the most similar name,
+/// ignoring case.
 fn unknown(name: &str, constraints: &[Constraint]) -> String {
     let lower: Vec<String> = constraints.iter().map(|one| one.name.to_ascii_lowercase()).collect();
     let near = nearest(name, lower.iter().map(String::as_str));

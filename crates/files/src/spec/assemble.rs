@@ -22,14 +22,14 @@ use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
-/// Contents of the spec of a maneuver; they are valid unless the report has an error.
+/// Contents of the spec of a maneuver. They are valid only if the report has no error.
 pub(crate) struct Assembled {
     pub problem: Problem,
     pub settings: Settings,
     pub expect: Option<Expect>,
     pub identity: Identity,
     pub heavens: Option<sky::Heavens>,
-    /// The stops and their order, if the spec has stops.
+    /// Stops of a sequence and their order; `None` if the spec is a single maneuver.
     pub stops: Option<(Vec<Stop>, Ordering)>,
 }
 
@@ -74,12 +74,12 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     if let (Some(end), Some(_), Some(start)) = (&mut end, &aim, &start) {
         end.rotation.clone_from(&start.rotation);
-        // The angular velocity at the end follows from the target.
+        // The angular velocity at the end is computed from the target.
         end.rate = Some(Vector3::zeros());
     }
     let stops = if has_stops { stops::read(root, &mut sky) } else { Some(Vec::new()) };
     if let (None, true, Some(start)) = (&end, has_stops, &start) {
-        // The end of the last leg is a stop, so this end is not used.
+        // A sequence ends at its last stop, so this end is not used.
         end = Some(Boundary { rate: Some(Vector3::zeros()), ..start.clone() });
     }
     let solver = root.section("solver");
@@ -97,7 +97,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let start_rotation = start.rotation.as_ref()?;
-    // If the end attitude is free, the attitude of the start serves as an initial guess.
+    // If the end attitude is free, the start attitude is used in the initial guess.
     let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
     let end_condition = match aim {
         Some(aim) => EndCondition::Aim(aim),
@@ -108,8 +108,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
-    // Attitudes given relative to other orbital axes are converted to the orbital axes of this
-    // program. The rotation from start to end is not affected.
+    // Attitudes relative to other orbital axes are converted to the orbital axes of this program.
+    // The rotation from the start to the end is not affected.
     let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
         == Some("velocity_antinormal_nadir");
     let axes =
@@ -143,8 +143,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let shortest = minus(&end_state.attitude, &start_state.attitude).norm();
     let angle = match path {
         Path::Shortest => shortest,
-        // `best` tries both directions of rotation, and the rotation along the long way is the
-        // larger one.
+        // The value `best` tries both directions of rotation. The larger rotation is the one along
+        // the long way.
         Path::Long | Path::Best => TAU - shortest,
         Path::AsGiven(vector) => vector.norm(),
     };
@@ -231,7 +231,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens(), stops })
 }
 
-/// Returns the stops of a sequence and their order. If `[end]` is given, it is the last stop.
+/// Returns the stops of a sequence and their order. If the spec has `[end]`, it is the last stop.
 fn sequence(
     root: &Section,
     maneuver: &Section,
@@ -267,8 +267,8 @@ fn sequence(
     stops::check(root, &sequence).then_some((sequence.stops, order))
 }
 
-/// Returns the kind of motion. If any boundary has a position or a velocity, the body also
-/// translates, and all boundaries must have both.
+/// Returns the kind of motion. The body translates if any boundary has a position or a velocity;
+/// then every boundary must have both.
 fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
     let ends = [start, end];
     if !ends.iter().flatten().any(|end| end.moves()) {
@@ -329,7 +329,8 @@ fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
     }
 }
 
-/// Reports an error if the given rotation from the start does not lead to the attitude of the end.
+/// Reports that the end attitude is not the start attitude followed by the rotation that the spec
+/// gives.
 fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     const ROUNDING: f64 = 1e-6;
     let Some(turn) = end.turn else { return };
@@ -351,7 +352,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     }
 }
 
-/// Returns a constraint whose directions are rotated by `axes`.
+/// Returns the constraint with its directions rotated by the matrix `axes`.
 fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     if let Rule::Pointing(pointing) = &mut constraint.rule {
         for direction in &mut pointing.directions {
@@ -361,7 +362,7 @@ fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     constraint
 }
 
-/// Returns whether the maneuver is from rest to rest in a single attitude, without whole turns.
+/// Returns true if the body is at rest in the same attitude at both ends and makes no whole turns.
 fn is_same(start: &State, end: &State, path: &Path) -> bool {
     const SAME: f64 = 1e-14;
     let turned = match path {
@@ -387,7 +388,7 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
     }
 }
 
-/// Reports an error of [`Problem::check`] at its position in the spec.
+/// Reports an error of [`Problem::check`] at the position in the spec that caused it.
 fn refuse(
     error: &ProblemError,
     problem: &Problem,
@@ -460,13 +461,13 @@ fn refuse(
     }
 }
 
-/// Reports that the settings do not suit the maneuver, with a remedy.
+/// Reports that the settings of the solver do not suit the maneuver, with a remedy.
 fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Problem) {
     let reason = cause.to_string();
     let remedy = match cause {
-        // The error has already been reported at the key itself.
+        // The error has already been reported at the key concerned.
         Unsuited::SchemeOfSoughtDuration | Unsuited::SchemeOfSwitching => return,
-        // A rotation without an attitude is reported at its own key.
+        // A rotation without an attitude is reported at the key of the rotation.
         Unsuited::WayToAnyAttitude => {
             if maneuver.has("path") {
                 let reason = format!("{reason}: only path = \"best\" is possible");
@@ -527,8 +528,9 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
     let lacking =
         (of_thrusters || of_directions).then(|| actuators::reach::lacking(&problem.actuation, moves));
     let (reason, remedy) = match lacking.flatten() {
-        // The remedy for thrusters recommends fuel. It must state that fuel needs all directions,
-        // because otherwise the next error would recommend effort again.
+        // The remedy for thrusters proposes minimum fuel. It must also state that minimum fuel
+        // needs torques in all directions; otherwise the next error would propose minimum effort
+        // again.
         Some(way) if of_thrusters => (
             format!("{reason}; and {way}"),
             format!("{remedy}; fuel needs thrusters that reach every direction"),

@@ -1,4 +1,4 @@
-//! Reading of attitudes in all notations, with checks for common mistakes.
+//! Reading of attitudes in all notations, including checks for common mistakes.
 
 pub(super) mod from_file;
 
@@ -8,22 +8,23 @@ use slewkit::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// A rotation as the user wrote it.
+/// A rotation as the spec gives it, with its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Rotation {
-    /// Rotation matrix from body to reference components, or from end body axes to start body axes.
+    /// Rotation matrix. For an attitude, it maps body components to reference components; for a
+    /// rotation from the start, it maps end body axes to start body axes.
     pub matrix: Matrix3,
-    /// Rotation vector \[rad\]: as written if the notation can express whole turns, otherwise the
-    /// shortest.
+    /// Rotation vector \[rad\]. It is the vector in the spec if the notation can express whole
+    /// turns, otherwise the shortest rotation vector.
     pub vector: Vector3,
     /// Position of the attitude in the spec.
     pub spot: Spot,
-    /// Key of the other order of components, if the quaternion would be the identity in that order:
-    /// `[0, 0, 0, ±1]` under wxyz, or `[±1, 0, 0, 0]` under xyzw.
+    /// Key of the quaternion with the other order of components, if the quaternion is the identity
+    /// in that order: `[0, 0, 0, ±1]` under wxyz, or `[±1, 0, 0, 0]` under xyzw.
     pub maybe_identity: Option<&'static str>,
 }
 
-/// Purpose of a rotation, which decides which angles look like mistakes.
+/// Purpose of a rotation, which determines which angles are probably mistakes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     /// An attitude, for which whole turns have no effect.
@@ -32,16 +33,17 @@ pub(crate) enum Use {
     Turn,
 }
 
-/// Largest deviation from orthogonality with which a matrix in a plan file is used unchanged,
-/// because it is round-off.
+/// Largest deviation from orthogonality for which a matrix in a plan file is used unchanged. Such a
+/// deviation is round-off.
 const KEPT: f64 = 1e-6;
 
-/// Reads an attitude table, which must have exactly one notation.
+/// Reads the table of an attitude, which must contain exactly one notation.
 pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     let angle = |name: &str| name == "angle_deg" || name == "angle_rad";
     let mut names: Vec<&str> = Vec::new();
     for given in &section.given {
-        // Axis and angle are one notation, and so are the angles of the x axis and the roll.
+        // The keys of axis and angle are one notation, and so are the keys ra_deg, dec_deg and
+        // roll_deg.
         let name = match given.name.as_str() {
             name if angle(name) => "axis",
             name if POINTED.contains(&name) => POINTED[0],
@@ -97,11 +99,11 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     }
 }
 
-/// Keys of the direction of the body x axis and of the roll about it.
+/// Keys of an attitude that is given by the direction of the body x axis and the roll about it.
 const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
 
 /// Returns `R = Rz(α) Ry(−δ) Rx(ρ)`, with the right ascension α and declination δ of the body x
-/// axis, and the roll ρ.
+/// axis and the roll ρ about it.
 fn pointed(section: &Section) -> Option<Matrix3> {
     if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
         let reason =
@@ -118,8 +120,8 @@ fn pointed(section: &Section) -> Option<Matrix3> {
     Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
 }
 
-/// Returns the rotation with the Rodrigues parameters `e tan(φ/2)` or, if `modified`, the modified
-/// Rodrigues parameters `e tan(φ/4)`.
+/// Returns the rotation for the Rodrigues parameters `e tan(φ/2)`, or for the modified Rodrigues
+/// parameters `e tan(φ/4)` if `modified` is true; e is the axis and φ the angle of the rotation.
 fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
     let length = vector.norm();
     let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };
@@ -155,8 +157,8 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
     Some(axis * if name == "angle_deg" { angle.to_radians() } else { angle })
 }
 
-/// Converts a quaternion `[w, x, y, z]` to a rotation matrix. Corrects a norm that deviates from 1
-/// within rounding, and reports an error for larger deviations.
+/// Converts a quaternion `[w, x, y, z]` to a rotation matrix. A norm that deviates from 1 by
+/// rounding errors is corrected; a larger deviation is reported as an error.
 fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
@@ -180,8 +182,8 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     Some(rotation_from_quaternion(&unit))
 }
 
-/// Reads a rotation matrix. Corrects deviations from orthogonality within rounding, and reports an
-/// error for larger deviations.
+/// Reads a rotation matrix. Deviations from orthogonality by rounding errors are corrected; larger
+/// deviations are reported as an error.
 fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     let matrix = section.matrix("matrix")?;
     let residual = if matrix.amax() > 2.0 {
@@ -244,8 +246,8 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
     Some(Rotation { matrix, vector, spot: section.here(), maybe_identity: None })
 }
 
-/// Warns if angles in degrees are round numbers of radians, or angles in radians are round numbers
-/// of degrees.
+/// Warns if angles in degrees look like radians, or angles in radians like degrees: they are round
+/// numbers in the other unit.
 fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     const ROUND: [f64; 9] = [PI / 6.0, PI / 4.0, PI / 3.0, PI / 2.0, TAU / 3.0, 0.75 * PI, PI, 1.5 * PI, TAU];
     let nonzero: Vec<f64> = angles.iter().map(|angle| angle.abs()).filter(|angle| *angle > 0.0).collect();

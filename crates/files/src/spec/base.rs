@@ -1,4 +1,4 @@
-//! A spec that many cases share.
+//! A spec on which many cases are based.
 
 use super::paths::{self, Place};
 use super::shape::open;
@@ -9,8 +9,8 @@ use super::{
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The spec of a maneuver or a sequence that is parsed once and read many times, each time with
-/// other overrides.
+/// The spec of a maneuver or a sequence that is parsed once and read many times, with different
+/// overrides each time.
 #[derive(Clone, Debug)]
 pub struct Base {
     name: String,
@@ -65,13 +65,13 @@ impl Base {
         Ok(Self { name: name.into(), folder: folder.into(), sources, root, beside })
     }
 
-    /// Returns the name of the file, as the user wrote it.
+    /// Returns the path of the spec as the user wrote it.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Returns all texts of the base: the file, the overrides as written, and the contents of the
-    /// orbit files that the spec refers to.
+    /// Returns all texts on which the base depends: the spec, the overrides as written, and the
+    /// contents of the orbit and attitude files to which the spec refers.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         let own = self.sources.iter().map(|source| source.text.as_str());
         own.chain(self.beside.iter().map(String::as_str))
@@ -85,14 +85,14 @@ impl Base {
     /// Builds the maneuver or the sequence with further overrides.
     ///
     /// # Errors
-    /// Returns all errors of the spec; a simulation is an error.
+    /// Returns all errors of the spec. If the spec is a simulation, this is an error.
     pub fn read(&self, overrides: &[Override]) -> Result<Spec, Diagnostics> {
         let mut sources = self.sources.clone();
         let (root, findings) = overrides::apply(self.root.clone(), overrides, &mut sources);
         understand(&root, findings, &sources, &self.name, &self.folder, Wanted::Planned)
     }
 
-    /// Returns the base without `[dispersion]`, which is not needed for the individual cases.
+    /// Returns the base without `[dispersion]`, which the individual cases do not need.
     pub fn without_dispersion(mut self) -> Self {
         if let Value::Table(entries) = &mut self.root.value {
             entries.retain(|entry| entry.key != "dispersion");
@@ -100,8 +100,8 @@ impl Base {
         self
     }
 
-    /// Checks that a spec can have the key `path`. `at` is the position at which the path is
-    /// written; `None` stands for the command line.
+    /// Checks that specs can have the key `path`. `at` is the position at which the path is
+    /// written; `None` means the command line.
     ///
     /// # Errors
     /// Returns an error that names the most similar key, if the key does not exist.
@@ -117,8 +117,8 @@ impl Base {
         paths::place(&self.root, path)
     }
 
-    /// Checks the type, shape and range of a value without regard to other keys. Contradictions
-    /// with other keys are reported when the case is read.
+    /// Checks the type, shape and range of a value, independent of other keys. Contradictions
+    /// between keys are reported when the case is read.
     ///
     /// # Errors
     /// Returns an error if the key does not exist, or if it cannot have this value.
@@ -138,8 +138,8 @@ impl Base {
     }
 }
 
-/// Reads the contents of the orbit and attitude files that a tree refers to. A file that cannot be
-/// read is skipped, because each case reports it.
+/// Reads the contents of the orbit and attitude files to which a tree refers. A file that cannot be
+/// read is skipped, because every case reports it.
 fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     match &node.value {
         Value::Table(entries) => {
@@ -159,7 +159,7 @@ fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Returns the paths of the orbit and attitude files that a tree refers to.
+/// Returns the paths of the orbit and attitude files to which a tree refers.
 pub(super) fn files_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     match &node.value {
         Value::Table(entries) => entries
@@ -174,7 +174,7 @@ pub(super) fn files_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// Keys whose value is the name of a file with an orbit or an attitude.
+/// Keys whose value is the name of an orbit or attitude file.
 const NAMING: [&str; 3] = ["oem", "omm", "file"];
-/// Largest part of a file that is read \[bytes\], as in the reader of orbits.
+/// Largest number of bytes that are read from a file. It equals the limit of the reader of orbits.
 const MOST: u64 = 1 << 28;

@@ -1,4 +1,4 @@
-//! Reading of `[body]`.
+//! Reading of `[body]`: inertia and mass.
 
 use super::quantity as q;
 use super::{Section, short, show};
@@ -7,22 +7,23 @@ use slewkit::Matrix3;
 use slewkit::mechanics::{Inertia, InertiaError};
 use slewkit::numerics::figures::{rounded, told_apart};
 
-/// Relative asymmetry of an inertia that needs no warning: the last digit of an element.
+/// Largest relative asymmetry of an inertia for which no warning is given: a unit in the last digit
+/// of an element.
 const SILENT_ASYMMETRY: f64 = 1e-15;
-/// Smallest principal moment of inertia \[kg·m²\], weight and length of an axis, with which the
-/// products in the solvers stay in range.
+/// Smallest principal moment of inertia \[kg·m²\], smallest weight and smallest length of an axis.
+/// With smaller numbers, products in the solvers could underflow.
 pub(crate) const SMALLEST: f64 = 1e-30;
-/// Density of a body \[kg/m³\] within its radius of gyration, below which the inertia probably has
-/// another unit.
+/// Smallest plausible density of a body within its radius of gyration \[kg/m³\]. A lower density
+/// suggests that the inertia has another unit.
 const THINNEST: f64 = 1e-5;
 
-/// Reads the inertia and checks it.
+/// Reads the inertia, checks it and returns it.
 pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
     let name = "inertia_kg_m2";
     checked(body.matrix(name)?, body, name)
 }
 
-/// Checks a matrix under the key `key`, and returns it as an inertia.
+/// Checks the inertia matrix under the key `key`, and returns it as an inertia.
 pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<Inertia> {
     let (inertia, excess) = match Inertia::of_rounded(matrix, rounding::MOMENT) {
         Ok(found) => found,
@@ -62,7 +63,7 @@ pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<I
     Some(inertia)
 }
 
-/// Returns code, reason and remedy for an impossible inertia.
+/// Returns the code, the reason and the remedy for an impossible inertia.
 fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     match error {
         InertiaError::NotSymmetric { row, column, upper, lower } => (

@@ -12,11 +12,11 @@ use slewkit::{Matrix3, Vector3};
 #[derive(Clone)]
 pub(crate) struct Boundary<'a> {
     pub section: &'a Section,
-    /// Key that holds the rotation: `attitude` or `rotation_from_start`.
+    /// Key under which the rotation is given: `attitude` or `rotation_from_start`.
     pub key: &'static str,
     pub rotation: Option<Rotation>,
-    /// Rotation vector from the start to the end attitude \[rad\], in body axes at the start, if
-    /// the spec gives it in addition to the attitude.
+    /// Rotation vector from the start attitude to the end attitude, in body axes at the start
+    /// \[rad\]; `None` if the spec does not give it in addition to the attitude.
     pub turn: Option<Vector3>,
     /// Inertial angular velocity in body axes \[rad/s\]; `None` if its value is invalid.
     pub rate: Option<Vector3>,
@@ -27,8 +27,8 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    /// Reads the table. A maneuver passes the `moment` for which it needs the attitude; without it,
-    /// the attitude cannot be in a file.
+    /// Reads the table. In the spec of a maneuver, `moment` is the time at which the attitude is
+    /// needed; if it is `None`, the attitude cannot be read from a file.
     pub fn read(section: &'a Section, key: &'static str, moment: Option<&Moment<'_>>) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation = section.section(key).and_then(|rotation| match moment {
@@ -43,7 +43,7 @@ impl<'a> Boundary<'a> {
         Self { section, key, rotation, turn, rate, position, velocity }
     }
 
-    /// Sets the state of a body that points at a target at the start of the maneuver.
+    /// Sets the state of a body that must point at a target at the start of the maneuver.
     pub fn aimed(&mut self, sky: &mut sky::Reading) {
         if !self.section.has("point") {
             return;
@@ -79,13 +79,14 @@ impl<'a> Boundary<'a> {
         self.key == "rotation_from_start"
     }
 
-    /// Returns whether the attitude is free: the table has a rate, but no attitude.
+    /// Returns true if the attitude is free: the table has an angular velocity but no attitude.
     pub fn is_open(&self) -> bool {
         let attitudes = ["attitude", "rotation_from_start", "point"];
         self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 
-    /// Returns whether the body is to turn with the orbit.
+    /// Returns true if the body is at rest relative to the orbital frame, and so turns with the
+    /// orbit.
     pub fn rests_in_orbit(&self) -> bool {
         self.section.knows(REST_IN_ORBIT) && self.section.has(REST_IN_ORBIT)
     }
@@ -115,13 +116,13 @@ impl<'a> Boundary<'a> {
 }
 
 impl Section {
-    /// Returns the key of the angular velocity that the table has.
+    /// Returns the key under which the table has an angular velocity; `None` if it has none.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
     }
 
-    /// Returns the angular velocity \[rad/s\]: zero if the key is absent, `None` if the value is
-    /// invalid.
+    /// Returns the angular velocity \[rad/s\]: zero if the key is absent, and `None` if its value
+    /// is invalid.
     pub fn rate(&self) -> Option<Vector3> {
         let Some(name) = self.rate_key() else { return Some(Vector3::zeros()) };
         let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };

@@ -9,7 +9,7 @@ use super::{Entry, Finding, Node, Report, Section, Span, Spot, Value, cut};
 
 /// Reads every value of a spec and checks names, types, shapes and ranges.
 ///
-/// `table` has the keys of this kind of spec: a maneuver or a simulation.
+/// `table` has the keys of this kind of spec: of a maneuver or of a simulation.
 pub(crate) fn check(root: &Node, table: &'static Table, findings: Vec<Finding>) -> Section {
     let rounding = root.entry("rounding").map(|entry| &entry.node.value);
     let keeps_rounding = matches!(rounding, Some(Value::Text(word)) if word == "keep");
@@ -26,11 +26,11 @@ struct Checker {
     /// Table of the keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
-    /// Report that the sections pass on to the second pass.
+    /// Report that the sections share with the second pass.
     report: Report,
 }
 
-/// Returns whether a key has an effect with this word of the table's selector.
+/// Returns whether a key has an effect if the selector of its table has the word `selected`.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
@@ -84,8 +84,8 @@ impl Checker {
         });
         let mut suggested = Vec::new();
         for entry in node.entries() {
-            // This key takes a word. Numbers are a rate without a unit, so the key is treated as
-            // unknown.
+            // The value of this key is a word. Numbers are probably a rate whose key lacks the
+            // unit, so the key is treated as unknown.
             let numbers = matches!(entry.node.value, Value::Array(_) | Value::Number(_));
             let key = table.key(&entry.key).filter(|key| !(key.name == REST_IN_ORBIT && numbers));
             let value = match key {
@@ -111,7 +111,7 @@ impl Checker {
             return section;
         }
         self.contradictions(node, table, path);
-        // A key that was probably misspelt is not also reported as missing.
+        // A key that is probably misspelt is not also reported as missing.
         let missing = |name: &str| node.entry(name).is_none() && !suggested.contains(&name);
         for key in table.keys.iter().filter(|key| applies(key, selected) && missing(key.name)) {
             self.missing(node, key, path);
@@ -130,8 +130,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another word of the selector. Reports nothing if the selector
-    /// is invalid, because the selector is then the error.
+    /// Reports a key that has an effect only with another word of the selector. If the selector
+    /// itself is invalid, only that error is reported.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -153,7 +153,7 @@ impl Checker {
         }
     }
 
-    /// Reports keys that exclude each other.
+    /// Reports keys of the same table that exclude each other.
     fn contradictions(&mut self, node: &Node, table: &'static Table, path: &str) {
         for group in table.exclusive {
             let given: Vec<&Entry> =
@@ -166,7 +166,7 @@ impl Checker {
         }
     }
 
-    /// Reports a missing key, if it is required.
+    /// Reports that the key `key` is missing, if it is required.
     fn missing(&mut self, node: &Node, key: &Key, path: &str) {
         let Some(sample) = key.sample else { return };
         let (code, reason) = match key.kind {
@@ -203,7 +203,7 @@ impl Checker {
         None
     }
 
-    /// Reads a direction, or a list of directions.
+    /// Reads one direction or a list of directions.
     fn directions(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
         let items = match &node.value {
@@ -285,7 +285,7 @@ impl Checker {
         Some(Parsed::Tables(tables.collect()))
     }
 
-    /// Returns the error for a table that only the other kind of spec has.
+    /// Returns the error that a table belongs to the other kind of spec; `None` for other entries.
     fn of_the_other_kind(&self, entry: &Entry, path: &str) -> Option<Fault> {
         let simulation = std::ptr::eq(self.root, &raw const SIMULATION_ROOT);
         let other = if simulation { &ROOT } else { &SIMULATION_ROOT };
@@ -309,7 +309,8 @@ impl Checker {
         Some(("E0018", entry.key_span, reason, remedy.into()))
     }
 
-    /// Reports an unknown key; returns the known key that was probably meant.
+    /// Reports an unknown key. Returns the known key that the user probably meant, if one is
+    /// similar.
     fn unknown(&mut self, entry: &Entry, table: &'static Table, path: &str) -> Option<&'static str> {
         let others = table.keys.iter().map(|key| key.name).filter(|name| *name != entry.key);
         let known = nearest(&entry.key, others);
@@ -348,7 +349,7 @@ impl Checker {
     }
 }
 
-/// Returns the position of the header of a table; an empty position for the whole spec.
+/// Returns the position of the header of a table. For the whole spec, the position is empty.
 fn opening(node: &Node, path: &str) -> Span {
     if path.is_empty() {
         return Span::default();
@@ -362,21 +363,22 @@ fn opening(node: &Node, path: &str) -> Span {
     }
 }
 
-/// Returns the remedy for a missing key.
+/// Returns the remedy for a missing key, which proposes to add `sample`.
 fn added(sample: &str) -> String {
     if sample.contains('\n') { format!("add, for example:\n{sample}") } else { format!("add {sample}") }
 }
 
-/// Returns whether `name` is a notation of an attitude and `table` has a key `attitude`, to which
-/// the notation belongs.
+/// Returns true if `name` is a notation of an attitude that was written without the key `attitude`,
+/// which `table` has.
 fn is_notation(name: &str, table: &Table) -> bool {
     table.key("attitude").is_some() && ATTITUDE.key(name).is_some()
 }
 
-/// Beginnings of unknown keys that probably mean Euler angles.
+/// Beginnings of unknown keys that are probably meant as Euler angles.
 const EULER: [&str; 5] = ["euler", "rpy", "ypr", "roll_pitch", "yaw_pitch"];
 
-/// Returns the remedy for a value in place of an attitude; four numbers are taken for a quaternion.
+/// Returns the remedy for a value in place of an attitude table. Four numbers are treated as a
+/// quaternion.
 fn attitude_sample(value: &Value) -> String {
     match value {
         Value::Array(items) if items.len() == 4 => {
@@ -390,7 +392,7 @@ fn attitude_sample(value: &Value) -> String {
     .into()
 }
 
-/// Returns a sample with the required keys of a table.
+/// Returns an inline sample of a table with its required keys.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
     let one_of = table.one_of.iter().map(|(_, sample)| *sample).filter(|sample| !sample.contains('\n'));
@@ -403,8 +405,8 @@ fn table_sample(table: &Table) -> String {
     }
 }
 
-/// Returns advice about an unknown key for which `table` has no similar key: the table that has the
-/// key, or the list of known keys.
+/// Returns advice about an unknown key that is not similar to any key of `table`: the table that
+/// has this key, or the list of the keys of `table`.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     if is_notation(name, table) {
         return format!("write attitude = {{ {name} = … }}");
@@ -418,6 +420,6 @@ pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     }
     let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::HeavenlyBody));
     let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
-    // All keys are listed, because any of them may be meant.
+    // The user may have meant any key, so all keys are listed.
     format!("the keys here are {}", known.join(", "))
 }

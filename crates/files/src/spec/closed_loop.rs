@@ -1,5 +1,5 @@
-//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: the data for flights of a
-//! plan.
+//! Reading of `[feedback]`, `[uncertainty]`, `[plant]` and the chance constraints: the data for
+//! simulated flights of a plan.
 
 mod chances;
 mod uncertain;
@@ -16,41 +16,42 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
-/// The gains, the uncertainty and the plant of a plan; empty if the spec does not have these
-/// tables.
+/// Feedback, uncertainty, plant model and chance constraints of a spec. A part is empty if the spec
+/// does not have it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {
-    /// Gains along the plan.
+    /// Feedback gains that are requested along the plan.
     pub feedback: Option<Feedback>,
-    /// The uncertainty of the craft.
+    /// Uncertain quantities with their distributions; `None` if the spec has no `[uncertainty]`.
     pub uncertainty: Option<Uncertainty>,
-    /// The response of the actuators.
+    /// Model of the actuators and the controller.
     pub plant: Plant,
-    /// The chances of limits.
+    /// Chance constraints: the probabilities with which limits may be violated.
     pub chances: Vec<Chance>,
-    /// The sections as in the spec.
+    /// Contents of the sections as they are written in the spec, by section name.
     written: Map<String, serde_json::Value>,
 }
 
 impl ClosedLoop {
-    /// Returns the sections by name, as in the spec.
+    /// Returns the contents of the sections as they are written in the spec, by section name.
     pub(crate) fn written(&self) -> &Map<String, serde_json::Value> {
         &self.written
     }
 
-    /// Returns the names of the sections that the spec has, as in "feedback".
+    /// Returns the names of the sections that the spec has, such as "feedback".
     pub fn sections(&self) -> impl Iterator<Item = &str> {
         self.written.keys().map(String::as_str)
     }
 
-    /// Returns the individual chance that the limit `name` must keep.
+    /// Returns the chance constraint of the limit `name` alone; `None` if it has only a joint one
+    /// or none.
     pub fn asked(&self, name: &str) -> Option<&Chance> {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
 
-    /// Returns the uncertainty and the chances of limits, if the spec has chances:
-    /// [`slewkit::assured::plan`] plans such a maneuver.
+    /// Returns the uncertainty and the chance constraints, with which [`slewkit::assured::plan`]
+    /// plans the maneuver. Returns `None` if the spec lacks either of them.
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
         let all = self.chances.iter().map(|chance| {
@@ -61,13 +62,13 @@ impl ClosedLoop {
         Some((uncertainty, all.collect()))
     }
 
-    /// Returns whether the spec requests quantities near a plan.
+    /// Returns whether the spec requests gains or covariances along the plan.
     pub fn is_asked(&self) -> bool {
         self.feedback.is_some() || self.uncertainty.is_some()
     }
 }
 
-/// Reads the sections, and adds the reserves of the limits to the maneuver; errors are in the
+/// Reads the sections, and adds the reserves of the limits to the maneuver. Errors are added to the
 /// report.
 pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
@@ -92,8 +93,8 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
         root.error("E0172", "stop", reason, remedy);
     }
     chances::hold(root, problem);
-    // Gains, ticks and covariances need equal steps, on which any constraint may shape the plan. The
-    // legs of a sequence are flown as they are.
+    // Gains, ticks and covariances need equal steps, with which every constraint can be met. The
+    // legs of a sequence are flown with their own steps.
     if !has_stops && problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
         problem.stepping = Stepping::Equal;
     }
@@ -120,20 +121,21 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
 }
 
-/// Returns the step of the plan \[s\], if the spec determines it.
+/// Returns the step of the plan \[s\]; `None` if the spec does not determine it.
 fn step(problem: &Problem) -> Option<f64> {
     let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
     Some(duration / problem.steps as f64)
 }
 
-/// The part by which a time may differ from a whole number of others.
+/// Largest relative deviation of a ratio of times from a whole number.
 const WHOLE: f64 = 1e-6;
 
 fn is_whole(number: f64) -> bool {
     number >= 1.0 - WHOLE && (number - number.round()).abs() <= WHOLE * number
 }
 
-/// Returns the tick of the controller \[s\]; 0: the step.
+/// Returns the interval between two corrections of the controller \[s\]; 0 stands for the step of
+/// the plan. Returns `None` after an error was reported.
 fn every(section: &Section, problem: &Problem) -> Option<f64> {
     if !section.has("every_s") {
         return Some(0.0);
@@ -156,9 +158,10 @@ fn every(section: &Section, problem: &Problem) -> Option<f64> {
     section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
 }
 
-/// Returns the number of steps, some hundred, with which a tick is a whole number of them.
+/// Returns the remedy that proposes a number of steps, about a hundred, with which the interval
+/// `every` \[s\] is a whole number of steps.
 fn remedy_of(every: f64, duration: f64) -> String {
-    /// Steps of a plan by default.
+    /// Default number of steps of a plan.
     const STEPS: f64 = 100.0;
     let ticks = duration / every;
     if !is_whole(ticks) {
@@ -172,7 +175,7 @@ fn remedy_of(every: f64, duration: f64) -> String {
     )
 }
 
-/// Returns the reason for which no linear motion near a plan of the maneuver exists.
+/// Returns the reason why the motion of this maneuver cannot be linearised; `None` if it can.
 fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     if problem.motion == Motion::RigidBody {
         return Some(Unlinearised::Translation);
@@ -180,7 +183,7 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     (problem.actuation.torque.frame() == AxisFrame::Reference).then_some(Unlinearised::Frame)
 }
 
-/// Reads the gains of a sequence: a regulator along the whole.
+/// Reads the feedback of a sequence, which is one regulator along all legs and holds.
 fn feedback_of_sequence(section: &Section, problem: &Problem) -> Option<Feedback> {
     if section.has("kind") && section.word("kind")? != "tvlqr" {
         let reason = "the gains of a sequence are those of a regulator along all legs and holds";
@@ -253,7 +256,7 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
     }
 }
 
-/// Reads the plant, for a plan whose step \[s\] the spec determines if it is given.
+/// Reads the plant model; `step` is the step of the plan \[s\], if the spec determines it.
 fn plant(section: &Section, step: Option<f64>) -> Plant {
     let number = |key: &str| section.number(key).unwrap_or(0.0);
     let tick = number("tick_s");
@@ -278,7 +281,7 @@ fn plant(section: &Section, step: Option<f64>) -> Plant {
     }
 }
 
-/// Returns a value of the tree as JSON.
+/// Converts a value of the tree to JSON.
 fn json(node: &Node) -> serde_json::Value {
     match &node.value {
         Value::Table(entries) => {

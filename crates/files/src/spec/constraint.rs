@@ -5,10 +5,10 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Side};
 use slewkit::optimize::shooting_obstacle;
 
-/// Largest number of pairs of a boresight and a direction in all constraints together.
+/// Largest total number of pairs of a boresight and a direction in all constraints.
 const MAX_PAIRS: usize = 10_000;
 
-/// Names of actuator limits in reports, which must not be names of constraints.
+/// Names of actuator limits in reports. Constraints must not have these names.
 const TAKEN: [&str; 9] = [
     "torque limit",
     "torque norm limit",
@@ -26,7 +26,7 @@ pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
 
-/// Reads all constraints; `None` if the report has an error of a constraint.
+/// Reads all constraints; `None` if one of them has an error.
 pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
     let names = names(sections);
@@ -51,8 +51,8 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
     Some(constraints)
 }
 
-/// Returns the names of the constraints: as given, or made from the kind of the constraint. All
-/// names differ.
+/// Returns the names of the constraints, all of which are different. A constraint without a name is
+/// named after its kind.
 fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
@@ -144,14 +144,14 @@ fn rate_limit(section: &Section) -> Option<Rule> {
     })
 }
 
-/// Reads the half angle and the margin of a cone \[rad\].
+/// Reads the half angle and the margin of a cone, in this order \[rad\].
 fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     let half_angle = if section.has("beyond_limb_deg") {
         section.number("beyond_limb_deg").map(|value| Angle { key: "beyond_limb_deg", value })
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    // A keep-on cone has no margin; an earlier check has reported one.
+    // A keep-on cone has no margin; the first pass has reported a margin as an error.
     let has_margin = !matches!(side, Side::On { .. });
     let margin_given = has_margin && (section.has("margin_deg") || section.has("margin_rad"));
     let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
@@ -210,12 +210,13 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
     (!directions.is_empty()).then_some(directions)
 }
 
-/// Returns the rule of the constraint `name`.
+/// Returns the rule of the constraint with the name `name`; `None` if no constraint has this name.
 fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }
 
-/// Returns the code and remedy for a start or end state that violates the constraint `name`.
+/// Returns the code and the remedy for the error that the state at `end` violates the constraint
+/// `name`.
 pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static str, String) {
     match rule_of(problem, name) {
         Some(Rule::RateNorm(limit)) => (
@@ -237,8 +238,8 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
     }
 }
 
-/// Reports an error if the spec selects the method `shooting`, which supports input limits only,
-/// and the maneuver has other constraints.
+/// Reports an error if the spec selects the method `shooting` and the maneuver has constraints
+/// other than input limits, which this method does not support.
 pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     let limits = |channel: &slewkit::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;
@@ -259,7 +260,8 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
 }
 
-/// Reports an error if the spec selects the method SCP for a maneuver that SCP does not support.
+/// Reports an error if the spec selects the method `scp` for a maneuver that this method does not
+/// support.
 pub(crate) fn refuse_scp(problem: &Problem, solver: &Section) {
     if problem.objective.switches() || problem.duration.known().is_none() {
         let reason = "method = \"scp\" plans least effort in a given duration only";

@@ -10,7 +10,7 @@ use std::fmt::{self, Write};
 pub enum Severity {
     /// An error: the spec cannot be used.
     Error,
-    /// A warning: the spec is used as the reason states.
+    /// A warning: the spec can be used, in the way that the reason states.
     Warning,
 }
 
@@ -27,16 +27,16 @@ pub struct Diagnostic {
     pub line: usize,
     /// Column in characters, counted from 1.
     pub column: usize,
-    /// Path of the key, such as `maneuver.steps`; empty if the finding concerns no key.
+    /// Path of the key, such as `maneuver.steps`; empty if the finding does not belong to a key.
     pub key: String,
     /// Text that caused the finding, shortened, with control characters escaped.
     pub text: String,
-    /// Reason of the finding, with its numbers.
+    /// Reason of the finding, including the numbers concerned.
     pub reason: String,
     /// Remedy for the finding.
     pub remedy: String,
-    /// Line of the spec to show, with the position and the length of the mark below it, in
-    /// characters.
+    /// Line of the spec that is shown, with the position and the length of the mark below it, both
+    /// in characters; `None` if no line is shown.
     #[serde(skip)]
     excerpt: Option<(String, usize, usize)>,
 }
@@ -58,17 +58,17 @@ impl Diagnostic {
         }
     }
 
-    /// Creates an error about the text `text`, which is at `at` in a file.
+    /// Creates an error about the text `text`, whose position in a file is `at`.
     pub(crate) fn in_text(code: &'static str, at: &Origin, text: &str, reason: String, remedy: &str) -> Self {
         let source = Source::new(at.file.as_str(), text).within(at.line, at.column);
         let span = Span { source: 0, start: 0, end: text.len() };
         Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
-    /// Returns the finding as text: position, reason, the line with a mark below it, and the
-    /// remedy.
+    /// Returns the finding as text: position, reason, the line of the spec with a mark below it,
+    /// and the remedy.
     ///
-    /// The text is plain; with `colour`, ANSI colour codes are added.
+    /// If `colour` is true, the text contains ANSI colour codes.
     pub fn render(&self, colour: bool) -> String {
         let (kind, paint) = match self.severity {
             Severity::Error => ("error", "\x1b[1;31m"),
@@ -106,13 +106,13 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All findings about a spec with errors, in the order of the file.
+/// All findings about a spec that has errors, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// Returns whether the spec could not be read, or another file has errors; false if the
+    /// Returns true if the spec or a file to which it refers could not be read, and false if the
     /// contents of the spec have errors.
     pub fn is_io(&self) -> bool {
         self.0.iter().any(|finding| {
@@ -120,7 +120,7 @@ impl Diagnostics {
         })
     }
 
-    /// Returns all findings as text, in order, followed by their number.
+    /// Returns all findings as text, in order, followed by the number of errors.
     pub fn render(&self, colour: bool) -> String {
         let mut out = String::new();
         for finding in &self.0 {
@@ -169,7 +169,7 @@ pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns `text` escaped and shortened to `limit` characters.
+/// Returns `text` with control characters escaped, truncated to `limit` characters.
 pub(crate) fn cut(text: &str, limit: usize) -> String {
     let mut kept: String = text.chars().take(limit).collect();
     if kept.len() < text.len() {
@@ -178,12 +178,11 @@ pub(crate) fn cut(text: &str, limit: usize) -> String {
     escape(&kept)
 }
 
-/// Largest number of characters of a line that an excerpt shows, and how many of them precede the
-/// mark.
+/// Largest number of characters of a line in an excerpt.
 const EXCERPT: usize = 100;
 const LEAD: usize = 60;
 
-/// Returns the part of a line around a span, escaped and shortened to [`EXCERPT`] characters, with
+/// Returns the part of a line around `span`, escaped and truncated to [`EXCERPT`] characters, with
 /// the position and length of the mark.
 fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     let (text, start) = source.line(line);
@@ -204,7 +203,7 @@ fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     (shown.trim_end().to_string(), before.chars().count(), marked.chars().count().max(1))
 }
 
-/// Position of a finding: the span in the text and the path of the key.
+/// Position of a finding: the span of the text and the path of the key.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spot {
     pub span: Span,
@@ -222,7 +221,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// Creates an error in the text that concerns no key.
+    /// Creates an error at a position in the text that does not belong to a key.
     pub fn error(
         code: &'static str,
         span: Span,
@@ -232,7 +231,7 @@ impl Finding {
         Self::error_at(code, Spot { span, key: String::new() }, reason, remedy)
     }
 
-    /// Creates an error at a key.
+    /// Creates an error at the position of a key.
     pub fn error_at(
         code: &'static str,
         spot: Spot,

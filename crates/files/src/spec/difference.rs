@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::fmt;
 
-/// A key in which two specs differ.
+/// A key whose values differ between two specs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Dotted path of the key.
@@ -16,8 +16,8 @@ pub struct Difference {
     pub second: String,
 }
 
-/// Displays the difference between the spec of a plan and the spec against which it is verified;
-/// long lists of numbers are shortened.
+/// Describes the difference between the spec of a plan and the spec against which the plan is
+/// verified. Long lists of numbers are truncated.
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         const SHOWN: usize = 60;
@@ -26,11 +26,11 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Relative difference of numbers that counts as round-off, such as that of an angle on another
-/// machine.
+/// Largest relative difference between two numbers that counts as round-off, for example of an
+/// angle computed on another machine.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Returns the keys in which two trees differ by more than round-off.
+/// Returns the keys whose values in two trees differ by more than round-off.
 pub(super) fn differences(first: &Value, second: &Value) -> Vec<Difference> {
     let mut found = Vec::new();
     compare("", first, second, &mut found);

@@ -1,4 +1,4 @@
-//! Reading of `[dispersion]`: uncertain numbers as linear functions of standard random numbers.
+//! Reading of `[dispersion]`: random quantities as linear functions of standard random numbers.
 
 use super::attitude::{self, Use};
 use super::keys::{Kind, SPREADS};
@@ -8,19 +8,19 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use slewkit::lie::{exp, log};
 use slewkit::{Matrix3, Vector3};
 
-/// Uncertain numbers of a spec, for `slew monte-carlo`.
+/// Random quantities of a spec, for `slew monte-carlo`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
     /// Seed of the random numbers.
     pub seed: u64,
     /// Number of random cases.
     pub cases: u64,
-    /// The uncertain quantities, which are drawn independently of each other.
+    /// Random quantities, which are drawn independently of each other.
     pub varied: Vec<Varied>,
 }
 
-/// An uncertain quantity: its nominal numbers, and their random offset `map · ξ` with standard
-/// random numbers ξ.
+/// A random quantity: its nominal numbers, and their random offset `map · ξ`, where ξ is a vector
+/// of standard random numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Varied {
     /// Key of the spec that a case sets.
@@ -56,14 +56,14 @@ pub enum Nominal {
     Rows(Vec<Vec<f64>>),
     /// An inertia \[kg·m²\]; its numbers are xx, yy, zz, xy, xz, yz.
     Inertia(Matrix3),
-    /// An attitude by its rotation vector \[rad\]; an offset δ changes the attitude from R to R
-    /// exp(δ).
+    /// An attitude R, given by its rotation vector \[rad\]. A random offset δ changes the attitude
+    /// to R exp(δ).
     Attitude(Vector3),
-    /// A rotation vector from the start \[rad\], of any length; whole turns are kept.
+    /// A rotation vector from the start attitude \[rad\], of any length; whole turns are kept.
     Turn(Vector3),
 }
 
-/// Row and column of each number of an inertia, in the order of the numbers.
+/// Row and column of each of the six numbers of an inertia, in the order xx, yy, zz, xy, xz, yz.
 const ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 impl Nominal {
@@ -78,8 +78,8 @@ impl Nominal {
         }
     }
 
-    /// Returns the value with `offset` added to its numbers, in the notation of a spec, exact to
-    /// the last bit.
+    /// Returns the value with `offset` added to its numbers, in the notation of a spec. It reads
+    /// back to the same bits.
     pub fn moved(&self, offset: &[f64]) -> String {
         let at = |index: usize| offset.get(index).copied().unwrap_or_default();
         let row = |numbers: &[f64]| {
@@ -122,17 +122,17 @@ impl Nominal {
     }
 }
 
-/// Returns the rotation vector nearest to `wanted` among those that differ from `shortest` by whole
-/// turns.
+/// Of the rotation vectors that differ from `shortest` by whole turns, returns the one nearest to
+/// `wanted` \[rad\].
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
-    // Whole turns are about the axis of the nominal rotation.
+    // Whole turns are added about the axis of the nominal rotation.
     let axis = if angle > 0.0 { shortest / angle } else { wanted.try_normalize(0.0).unwrap_or_default() };
     let turns = ((wanted.dot(&axis) - angle) / std::f64::consts::TAU).round();
     axis * (angle + turns * std::f64::consts::TAU)
 }
 
-/// Reads `[dispersion]`; `None` if the table is absent, or if the report has an error.
+/// Reads `[dispersion]`. Returns `None` if the table is absent or has an error.
 pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
     let section = root.section("dispersion")?;
     let varied: Vec<Option<Varied>> =
@@ -161,7 +161,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
         _ => Distribution::Ball,
     };
     let numbers = nominal.numbers();
-    // If an inertia has three spreads, only its diagonal varies.
+    // If three spreads are given for an inertia, only its diagonal varies.
     let inertia = matches!(nominal, Nominal::Inertia(_));
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
@@ -199,10 +199,11 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     Some(Varied { key, nominal, distribution, map: map * scale })
 }
 
-/// Returns a matrix `A` with `A Aᵀ` equal to the covariance; reports an error if the covariance is
+/// Returns a matrix `A` for which `A Aᵀ` is the covariance. Reports an error if the covariance is
 /// not symmetric and positive semidefinite.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// Relative tolerance on asymmetry and negative eigenvalues, for the rounding of the elements.
+    /// Relative tolerance on asymmetry and on negative eigenvalues; it allows for rounding of the
+    /// elements.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
@@ -219,8 +220,8 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// Returns the key that a case sets, its nominal value, and the unit in which the spec gives the
-/// spread, relative to the unit of the offset.
+/// Returns the key that each case sets, its nominal value, and the size of the unit in which the
+/// spec gives the spread, relative to the unit of the offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {
         return entry.refuse(code, "key", reason, remedy);

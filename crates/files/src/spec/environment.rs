@@ -1,4 +1,4 @@
-//! Reading of `[environment]`.
+//! Reading of `[environment]`: gravity and other external forces and torques.
 
 use super::boundary::Boundary;
 use super::{Section, short, show};
@@ -10,25 +10,25 @@ use slewkit::mechanics::{
 use slewkit::numerics::figures::{rounded, told_apart};
 use std::sync::Arc;
 
-/// The table `[environment]`, and the data on which it depends.
+/// The table `[environment]`, with the data of the spec that its checks need.
 pub(crate) struct Surroundings<'a> {
     pub section: Option<&'a Section>,
     pub motion: Motion,
     /// Mass of the body \[kg\].
     pub mass: Option<f64>,
-    /// Table of the spec that holds the states, for messages.
+    /// Table of the spec that contains the boundary states, for messages.
     pub place: &'static str,
 }
 
-/// Largest mean motion of an orbit \[rad/s\]: that at the surface of a sphere of osmium, 22 600
-/// kg/m³, √(4πGρ/3). No planet or moon has this density.
+/// Largest mean motion of an orbit \[rad/s\]: √(4πGρ/3), the mean motion at the surface of a sphere
+/// with the density of osmium, ρ = 22 600 kg/m³. No planet or moon is as dense.
 const FASTEST_ORBIT: f64 = 0.0025;
-/// Relative difference between the total mass of the points and the mass of the body that counts as
-/// rounding.
+/// Largest relative difference between the total mass of the points and the mass of the body that
+/// counts as rounding.
 const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
-    /// Reads the environment; without the table, no external force or torque acts.
+    /// Reads the environment. If the table is absent, no external force or torque acts.
     pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;
@@ -114,8 +114,8 @@ impl Surroundings<'_> {
         accept(CentralGravity::of_masses(parameter?, points), section)
     }
 
-    /// Checks that the boundary states fulfil the requirements of the environment; the first state
-    /// is the start.
+    /// Checks that the boundary states satisfy the requirements of the environment; the first state
+    /// in `ends` is the start.
     pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {
@@ -160,7 +160,7 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Warns if the start is not on a closed orbit.
+    /// Warns if the orbit through the start state is not closed.
     fn warn_escape(&self, section: &Section, start: &Boundary<'_>) {
         let parameter = section.number("gravitational_parameter_m3_s2");
         if let (Some(parameter), Some(position), Some(velocity)) = (parameter, start.position, start.velocity)

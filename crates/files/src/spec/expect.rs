@@ -1,75 +1,75 @@
-//! Reading of `[expect]`, the required result of a plan or a motion; the tests of the collection of
-//! problems use it.
+//! Reading of `[expect]`, the required result of a plan or a simulation, which the tests of the
+//! collection of problems check.
 
 use super::attitude::{self, Use};
 use super::{Section, cut};
 use slewkit::maneuver::Sense;
 use slewkit::{Matrix3, Vector3};
 
-/// A required number with a tolerance.
+/// A required number and its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toleranced {
-    /// The required number.
+    /// Required value.
     pub value: f64,
-    /// Largest accepted absolute difference.
+    /// Largest accepted absolute difference from the required value.
     pub tolerance: f64,
 }
 
 /// Required result of the plan of a maneuver or a sequence, from `[expect]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expect {
-    /// Source of the numbers.
+    /// Source of the required numbers, such as a publication.
     pub source: Option<String>,
-    /// Status of the plan; the default is `solved`.
+    /// Required status of the plan; the default is `solved`.
     pub status: String,
-    /// Cost of the plan.
+    /// Required cost of the plan.
     pub cost: Option<Toleranced>,
-    /// Published cost in the unit of `cost`, with its rounding as the tolerance; the plan must not
-    /// cost more.
+    /// Published cost in the unit of `cost`, with its rounding as the tolerance. The plan must not
+    /// have a higher cost.
     pub published: Option<Toleranced>,
-    /// Upper bound on the terminal error: the larger of the attitude error \[rad\] and the relative
-    /// momentum error.
+    /// Upper bound on the terminal error, which is the larger of the attitude error \[rad\] and the
+    /// relative momentum error.
     pub terminal_error: Option<f64>,
-    /// Upper bound on the number of Newton iterations from the initial guess that gave the plan,
-    /// over its whole fallback sequence.
+    /// Upper bound on the number of Newton iterations from the initial guess that led to the plan,
+    /// in all strategies of its fallback sequence.
     pub newton_iterations_at_most: Option<usize>,
-    /// Number of conjugate points of the plan.
+    /// Required number of conjugate points of the plan.
     pub conjugate_points: Option<usize>,
-    /// Cost of the extremal in continuous time, if time or fuel is minimised.
+    /// Required cost of the extremal in continuous time, for minimum time and minimum fuel.
     pub continuous_cost: Option<Toleranced>,
-    /// Number of switches of the inputs, if time or fuel is minimised.
+    /// Required number of switches of the inputs, for minimum time and minimum fuel.
     pub switches: Option<usize>,
-    /// Upper bound on the gap, if time or fuel is minimised.
+    /// Upper bound on the optimality gap, for minimum time and minimum fuel.
     pub gap_at_most: Option<f64>,
-    /// Direction of rotation of the plan: the short or the long way.
+    /// Required direction of rotation of the plan: the short or the long way.
     pub sense: Option<Sense>,
     /// Costs of other extremals that must be found.
     pub rivals: Vec<Toleranced>,
     /// Lower bound on the smallest scaled margin to any limit or constraint.
     pub margin_at_least: Option<f64>,
-    /// Names of all active limits and constraints.
+    /// Names of the limits and constraints that must be active; no others may be active.
     pub active: Option<Vec<String>>,
-    /// Names of the stops in the order of the visit.
+    /// Required order of the visit, as the names of the stops.
     pub order: Option<Vec<String>>,
-    /// A part of the reason why the terminal conditions cannot be met.
+    /// Text that the reason must contain for which the terminal conditions cannot be met.
     pub because: Option<String>,
 }
 
 /// Required result of a simulation, from `[expect]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulationExpect {
-    /// Source of the numbers.
+    /// Source of the required numbers, such as a publication.
     pub source: Option<String>,
-    /// Energy at the start \[J\].
+    /// Required energy at the start \[J\].
     pub energy: Option<Toleranced>,
-    /// Upper bound on the energy error, relative to the energy at the start.
+    /// Upper bound on the energy error as a fraction of the energy at the start.
     pub energy_error_at_most: Option<f64>,
-    /// Upper bound on the change of the angular momentum, relative to its value at the start.
+    /// Upper bound on the change of the angular momentum as a fraction of its norm at the start.
     pub angular_momentum_error_at_most: Option<f64>,
-    /// Upper bound on the change of the linear momentum, relative to the sum of the momentum norms
-    /// of all bodies at the start.
+    /// Upper bound on the change of the linear momentum, as a fraction of the sum of the momentum
+    /// norms of all bodies at the start.
     pub linear_momentum_error_at_most: Option<f64>,
-    /// Upper bound on the orthogonality error `‖I − RᵀR‖` of every body.
+    /// Upper bound on the orthogonality error `‖I − RᵀR‖` of the attitude of every body.
     pub orthogonality_at_most: Option<f64>,
     /// Required states of bodies at the end.
     pub end: Vec<EndExpect>,
@@ -79,19 +79,20 @@ pub struct SimulationExpect {
     pub oscillation: Option<Oscillation>,
 }
 
-/// Required state of one body at the end, in SI units and radians; each quantity has the largest
-/// accepted distance from it.
+/// Required state of one body at the end, in SI units and radians. Each quantity is given with the
+/// largest accepted distance from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndExpect {
     /// Index of the body, counted from 0.
     pub body: usize,
-    /// Rotation matrix from body to reference components.
+    /// Required rotation matrix from body to reference components, and the largest accepted angle
+    /// from it \[rad\].
     pub attitude: Option<(Matrix3, f64)>,
-    /// Angular velocity in body axes \[rad/s\].
+    /// Required angular velocity in body axes, and the largest accepted difference \[rad/s\].
     pub angular_velocity: Option<(Vector3, f64)>,
-    /// Position in the reference frame \[m\].
+    /// Required position in the reference frame, and the largest accepted difference \[m\].
     pub position: Option<(Vector3, f64)>,
-    /// Velocity in the reference frame \[m/s\].
+    /// Required velocity in the reference frame, and the largest accepted difference \[m/s\].
     pub velocity: Option<(Vector3, f64)>,
 }
 
@@ -100,11 +101,11 @@ pub struct EndExpect {
 pub struct Precession {
     /// Index of the body, counted from 0.
     pub body: usize,
-    /// The body axis, as a vector of any length in body axes.
+    /// The rotating axis, as a vector of any length in body axes.
     pub axis: Vector3,
-    /// The direction about which the axis turns, as a vector of any length in the reference frame.
+    /// Direction about which the axis rotates, as a vector of any length in the reference frame.
     pub about: Vector3,
-    /// Mean rate of the axis about the direction \[rad/s\].
+    /// Required mean rate of the axis about the direction \[rad/s\].
     pub rate: Toleranced,
 }
 
@@ -113,12 +114,12 @@ pub struct Precession {
 pub struct Oscillation {
     /// Index of the body, counted from 0.
     pub body: usize,
-    /// The body axis, as a vector of any length in body axes.
+    /// The oscillating axis, as a vector of any length in body axes.
     pub axis: Vector3,
-    /// The direction along which the component of the axis is observed, as a vector of any length
-    /// in the reference frame.
+    /// Direction along which the component of the axis is observed, as a vector of any length in
+    /// the reference frame.
     pub direction: Vector3,
-    /// Mean time between upward zero crossings of this component \[s\].
+    /// Required mean time between upward zero crossings of this component \[s\].
     pub period: Toleranced,
 }
 
@@ -130,13 +131,13 @@ impl Toleranced {
 }
 
 impl Section {
-    /// Returns the number and tolerance in the table `name`.
+    /// Returns the number and the tolerance in the table `name`; `None` if the table is absent.
     pub fn toleranced(&self, name: &str) -> Option<Toleranced> {
         self.section(name).and_then(Toleranced::read)
     }
 }
 
-/// Reads `[expect]` of a maneuver or a sequence. It does not affect the plan.
+/// Reads `[expect]` of a maneuver or a sequence, which does not affect the plan.
 pub(crate) fn of_maneuver(section: &Section) -> Expect {
     Expect {
         source: section.word("source").map(str::to_string),
@@ -158,7 +159,7 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
     }
 }
 
-/// Keys of quantities in `[[expect.end]]`, each with the key of its tolerance.
+/// Keys of the required quantities in `[[expect.end]]`, each with the key of its tolerance.
 const TOLERATED: [(&str, &str); 4] = [
     ("attitude", "attitude_tolerance_rad"),
     ("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
@@ -166,8 +167,8 @@ const TOLERATED: [(&str, &str); 4] = [
     ("velocity_m_s", "velocity_tolerance_m_s"),
 ];
 
-/// Reads `[expect]` of a simulation of bodies with these names; `None` if it refers to an unknown
-/// body.
+/// Reads `[expect]` of a simulation whose bodies have the names `names`. Returns `None` if it
+/// refers to an unknown body.
 pub(crate) fn of_simulation(section: &Section, names: &[&str]) -> Option<SimulationExpect> {
     let body = |section: &Section| {
         let named = section.word("body");

@@ -1,13 +1,14 @@
-//! Reading of the time grid of a plan or a simulation, given by the number of steps or the step.
+//! Reading of the time grid of a plan or a simulation, which is given by the number of steps or by
+//! the duration of a step.
 
 use super::keys::StepsOf;
 use super::{Section, short, show};
 use slewkit::maneuver::Problem;
 
-/// Code, reason and remedy of an error.
+/// Code, reason and remedy of an error message.
 type Words = (&'static str, String, &'static str);
 
-/// Returns the message for a number of steps that is too small.
+/// Returns the error message for too small a number of steps of a plan or a simulation.
 pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     let (what, remedy) = match of {
         StepsOf::Plan => ("a plan", "100 is a good first value; or remove the key"),
@@ -18,12 +19,12 @@ pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     ("E0033", format!("{steps} is too few: {what} needs at least {least} step{plural}"), remedy)
 }
 
-/// Returns the message for a number of steps that is too large.
+/// Returns the error message for too large a number of steps of a plan or a simulation.
 pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     let (why, remedy) = match of {
         StepsOf::Plan => {
-            // A node holds the state, the inputs, the costates and the transition matrix of the
-            // backward sweep, about 1 kB for rotations alone.
+            // A node needs about 1 kB for rotations alone: the state, the inputs, the costates, and
+            // the transition matrix of the backward sweep.
             let gigabytes = short(steps * 1e3 / 1e9);
             let why =
                 format!("they would need about {gigabytes} GB, and the limit of a plan is {}", of.most());
@@ -38,7 +39,8 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
 }
 
-/// Returns the number of steps, given by `steps` or computed from `step_s` and `duration` \[s\].
+/// Returns the number of steps, which is given by `steps`, or computed from `step_s` and `duration`
+/// \[s\].
 pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
     if section.has("steps") {
         return section.whole("steps");

@@ -44,8 +44,8 @@ fn span(range: Range) -> Span {
     Span { source: 0, start: range.start, end: range.end }
 }
 
-/// Returns the first position at which brackets outside of strings are nested too deeply. This is
-/// checked before parsing, because the parser is recursive.
+/// Returns the first byte position at which brackets outside of strings are nested too deeply. The
+/// check precedes parsing, because the parser is recursive.
 fn too_deep(text: &str) -> Option<usize> {
     let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
     for (at, byte) in text.bytes().enumerate() {
@@ -84,8 +84,8 @@ fn node(value: ast::Value<'_>, source: &Source, duplicates: &mut Vec<Finding>) -
                 let node = node(property.value, source, duplicates);
                 entries.push(Entry { key, key_span, node });
             }
-            // Entries are sorted by name, which finds duplicates without comparing all pairs, and
-            // are then restored to the order of the file.
+            // Sorting the entries by name finds duplicates without comparing all pairs. Afterwards,
+            // the order of the file is restored.
             entries.sort_by(|a, b| (&a.key, a.key_span.start).cmp(&(&b.key, b.key_span.start)));
             for pair in entries.windows(2).filter(|pair| pair[0].key == pair[1].key) {
                 let (first, second) = (&pair[0], &pair[1]);
@@ -101,7 +101,7 @@ fn node(value: ast::Value<'_>, source: &Source, duplicates: &mut Vec<Finding>) -
     Node { span: at, value }
 }
 
-/// Returns a syntax error with a message of this program.
+/// Converts a syntax error of the parser to an error with a message of this program.
 fn syntax(kind: &ParseErrorKind, span: Span, source: &Source) -> Finding {
     let word = source.slice(span);
     let not_finite = ["NaN", "Infinity"].iter().any(|name| word.trim_start_matches('-').starts_with(name));

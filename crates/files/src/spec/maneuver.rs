@@ -5,25 +5,25 @@ use super::{Angle, Section, grid, short, show};
 use slewkit::maneuver::{Duration, Method, Problem, Scheme, Settings, Target, Thoroughness};
 use std::time;
 
-/// Largest rotation per step with the default number of steps \[rad\]; Newton's method then needs
-/// two or three iterations per step.
+/// Largest rotation per step with the default number of steps \[rad\]. With it, Newton's method
+/// needs two or three iterations per step.
 const ANGLE_PER_STEP: f64 = 0.3;
-/// Smallest default number of steps.
+/// Lower bound on the default number of steps.
 const DEFAULT_STEPS: f64 = 100.0;
 
-/// Returns the default number of steps: the smallest `N ≥ 100` for which the cubic initial guess
-/// turns by at most 0.3 rad in each step.
+/// Returns the default number of steps: the smallest `N ≥ 100` with which the cubic initial guess
+/// rotates by at most 0.3 rad in each step.
 ///
-/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`, because the rate of the cubic is at most `1.5 φ/T`. `angle`
-/// = φ \[rad\] is the largest rotation that is tried. `rate` = ω \[rad/s\] is the largest boundary
-/// rate plus the rate of the reference frame plus the nutation rate due to the momentum of the
-/// wheels. `duration` = T \[s\].
+/// `N = max(100, ⌈(1.5 φ + ω T)/0.3⌉)`, because the rate of the cubic is at most `1.5 φ/T`. The
+/// parameter `angle` = φ is the largest rotation that is tried \[rad\], and `duration` = T \[s\].
+/// The parameter `rate` = ω \[rad/s\] is the sum of the largest boundary rate, the rate of the
+/// reference frame, and the nutation rate due to the momentum of the wheels.
 pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// Reads the duration. It is required if effort or fuel is minimised without a time weight and
-/// without a bound on the duration; otherwise the plan determines it.
+/// Reads the duration, which is required for minimum effort and minimum fuel without a time weight
+/// or an upper bound on the duration. In all other cases the duration is a result of the plan.
 pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
@@ -40,8 +40,8 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         }
     } else if !priced && !bounded {
         if !section.has("duration_s") {
-            // An unknown key or objective has been reported. It may be the misspelt key that gives
-            // or frees the duration.
+            // An unknown key or objective has already been reported. It may be a misspelt key that
+            // would determine the duration.
             let misspelt = section.given.iter().any(|given| !section.knows(&given.name));
             if misspelt || (section.has("minimize") && minimize.is_none()) {
                 return None;
@@ -67,7 +67,7 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
-    // An invalid number is reported; the duration is then not reported as missing.
+    // An invalid number has already been reported, so the duration is not reported as missing.
     for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
         if given {
             section.number(key)?;
@@ -80,8 +80,8 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
     Some(Duration::Sought { at_most: section.number("duration_at_most_s") })
 }
 
-/// Returns the number of steps of a maneuver with a free duration: as given, or chosen for the
-/// rotation `angle` \[rad\].
+/// Returns the number of steps of a maneuver with a free duration: the number in the spec or, if it
+/// is absent, a default for the rotation `angle` \[rad\].
 pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
     if section.has("steps") {
         section.whole("steps")?.try_into().ok()
@@ -90,7 +90,7 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
     }
 }
 
-/// Reports an error if the spec selects a scheme that does not support switching inputs or a free
+/// Reports an error if the spec selects a scheme that does not support bang-bang inputs or a free
 /// duration.
 pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
@@ -99,7 +99,8 @@ pub(crate) fn refuse_scheme(section: &Section) {
     }
 }
 
-/// Returns the number of steps: as given, or chosen by [`default_steps`] for `angle` and `rate`.
+/// Returns the number of steps: the number in the spec or, if it is absent, [`default_steps`] of
+/// `angle` \[rad\], `rate` \[rad/s\] and `duration` \[s\].
 pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> Option<usize> {
     if section.has("steps") || section.has("step_s") {
         return grid::given(StepsOf::Plan, section, duration)?.try_into().ok();

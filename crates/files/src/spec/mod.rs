@@ -5,14 +5,14 @@
 //!                                                                       └─▶ Simulation
 //! ```
 //!
-//! A spec with `[simulation]` or `[[bodies]]` is simulated. Any other spec is planned: as a
-//! sequence if it has `[[stop]]`, otherwise as a single maneuver. [`load`] reads every kind,
-//! [`read`] a single maneuver.
+//! A spec with `[simulation]` or `[[bodies]]` describes a simulation. Any other spec describes a
+//! sequence if it has `[[stop]]`, and otherwise a single maneuver. [`load`] reads every kind of
+//! spec, [`read`] only a single maneuver.
 //!
 //! The names of keys state their units; in the library all quantities are in SI units. All errors
 //! of a spec are reported at once, each with its position, its reason and a remedy. [`schema()`]
-//! returns the JSON Schema of the format, and [`template`] a spec to start from. [`SpecDocument`]
-//! writes a maneuver with these keys.
+//! returns the JSON Schema of the format, and [`template`] returns a starter spec. [`SpecDocument`]
+//! writes a maneuver with the keys of specs.
 //!
 //! A maneuver has these defaults:
 //!
@@ -133,21 +133,21 @@ impl Format {
 /// A checked spec of a single maneuver, ready to be planned.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The maneuver in SI units.
+    /// Maneuver that the spec describes, in SI units.
     pub problem: Problem,
     /// Settings of the solver.
     pub settings: Settings,
     /// Required result of the plan, if the spec has `[expect]`.
     pub expect: Option<Expect>,
-    /// Names and epoch, for files of other programs.
+    /// Names and epoch of the maneuver, for files of other programs.
     pub identity: Identity,
-    /// Uncertain numbers, if the spec has `[dispersion]`.
+    /// Random quantities, if the spec has `[dispersion]`.
     pub dispersion: Option<Dispersion>,
-    /// Named targets and their directions, if the spec has any.
+    /// Named targets and the sky that determines their directions, if the spec has named targets.
     pub heavens: Option<Heavens>,
-    /// Feedback gains, uncertainty and plant for flights of the plan.
+    /// Feedback, uncertainty and plant model for simulated flights of the plan.
     pub closed_loop: ClosedLoop,
-    /// Files that the spec refers to; no output may replace them.
+    /// Files to which the spec refers; no output may replace them.
     pub files: Vec<PathBuf>,
     /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
@@ -162,11 +162,11 @@ pub struct LoadedSequence {
     pub settings: Settings,
     /// Required result of the plan, if the spec has `[expect]`.
     pub expect: Option<Expect>,
-    /// Names and epoch, for files of other programs.
+    /// Names and epoch of the sequence, for files of other programs.
     pub identity: Identity,
-    /// The gains, the uncertainty and the plant with which the whole is flown.
+    /// Feedback, uncertainty and plant model for simulated flights of the whole sequence.
     pub closed_loop: ClosedLoop,
-    /// Files that the spec refers to; no output may replace them.
+    /// Files to which the spec refers; no output may replace them.
     pub files: Vec<PathBuf>,
     /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
@@ -179,25 +179,25 @@ pub struct LoadedSimulation {
     pub simulation: Simulation,
     /// Shape of each body, in the order of the bodies; `None` for a body without a shape.
     pub shapes: Vec<Option<BodyShape>>,
-    /// Solid of each body, in the order of the bodies; `None` for a body without faces.
+    /// Solid of each body, in the order of the bodies; `None` for a body whose shape has no faces.
     pub solids: Vec<Option<Solid>>,
-    /// Required result of the motion, if the spec has `[expect]`.
+    /// Required result of the simulation, if the spec has `[expect]`.
     pub expect: Option<SimulationExpect>,
-    /// Files that the spec refers to and that were read.
+    /// Files to which the spec refers and which were read.
     pub files: Vec<PathBuf>,
     /// Warnings, in the order of the file.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A homogeneous solid, bounded by faces in the spec or in a file.
+/// A homogeneous solid whose faces are given in the spec or in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// Number of triangular faces.
+    /// Number of triangular faces of the solid.
     pub faces: usize,
-    /// Volume \[m³\].
+    /// Volume of the solid \[m³\].
     pub volume: f64,
-    /// Center of mass in the coordinates of the given vertices \[m\]; the origin of the body is
-    /// moved to this point.
+    /// Center of mass in the coordinates of the given vertices \[m\]. It becomes the origin of the
+    /// body axes.
     pub mass_center: Vector3,
 }
 
@@ -222,8 +222,9 @@ pub enum Spec {
 }
 
 impl LoadedSequence {
-    /// Returns the boresight that points at the target of the stop with this name, as a unit vector
-    /// in body axes; `None` if no stop has this name, or if the stop is an attitude.
+    /// Returns the boresight that points at the target of the stop named `stop`, as a unit vector
+    /// in body axes. Returns `None` if no stop has this name, or if the stop is given by an
+    /// attitude.
     pub fn boresight(&self, stop: &str) -> Option<Vector3> {
         match self.sequence.stops.iter().find(|other| other.name == stop)?.place {
             Place::Aim(ref aim) => Some(aim.boresight),
@@ -233,7 +234,7 @@ impl LoadedSequence {
 }
 
 impl Spec {
-    /// Returns the maneuver, if the spec is a single maneuver.
+    /// Returns the maneuver if the spec is a single maneuver, otherwise `None`.
     pub fn maneuver(self) -> Option<Loaded> {
         match self {
             Self::Maneuver(loaded) => Some(*loaded),
@@ -281,7 +282,7 @@ pub fn load_from_reader(
 /// Reads the maneuver or the sequence at `path` in the format `format`.
 ///
 /// # Errors
-/// Returns all errors of the file and its contents; a simulation is an error.
+/// Returns all errors of the file and its contents. If the spec is a simulation, this is an error.
 pub fn read_planned(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
@@ -320,7 +321,8 @@ pub fn load_from_str(
 /// Reads the maneuver at `path`, as JSON if the file name ends in `.json`, otherwise as TOML.
 ///
 /// # Errors
-/// Returns all errors of the file and its contents; a sequence or a simulation is an error.
+/// Returns all errors of the file and its contents. If the spec is a sequence or a simulation, this
+/// is an error.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     read_as(path, Format::of(path), overrides)
 }
@@ -385,7 +387,8 @@ fn maneuver(
 ) -> Result<Loaded, Diagnostics> {
     match interpret(text, name, folder, format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
-        // Unreachable: `interpret` rejects both kinds if only a maneuver is accepted.
+        // Unreachable: `interpret` rejects sequences and simulations if only a maneuver is
+        // accepted.
         Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
     }
 }
@@ -394,7 +397,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or_else(|| Path::new(""))
 }
 
-/// The kinds of spec that a caller accepts.
+/// Kinds of spec that a caller accepts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Any,
@@ -403,7 +406,7 @@ enum Wanted {
     Maneuver,
 }
 
-/// Reads a spec of the accepted kind. Relative paths in the spec refer to `folder`.
+/// Reads a spec of a kind that `wanted` accepts. Relative paths in the spec refer to `folder`.
 fn interpret(
     text: &str,
     name: &str,
@@ -421,7 +424,7 @@ fn interpret(
     understand(&root, findings, &sources, name, folder, wanted)
 }
 
-/// Checks a tree and builds the spec; adds the findings of the parser to the report.
+/// Checks a tree and builds the spec. The findings of the parser are added to the report.
 fn understand(
     root: &Node,
     findings: Vec<Finding>,
@@ -505,20 +508,20 @@ fn understand(
     }
 }
 
-/// Returns the entry whose key makes the spec a simulation; `None` for a maneuver. If a spec has
-/// keys of both kinds, `[simulation]` makes it a simulation, and otherwise `[maneuver]` makes it a
-/// maneuver.
+/// Returns the entry that makes the spec a simulation; `None` for a maneuver or a sequence. If a
+/// spec has keys of both kinds, it is a simulation if it has `[simulation]`, otherwise a maneuver
+/// if it has `[maneuver]`.
 fn is_simulation(root: &Node) -> Option<&tree::Entry> {
     let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
     root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
 }
 
-/// Returns a commented spec to start from: a three-axis slew.
+/// Returns a commented starter spec of a maneuver: a three-axis slew.
 pub fn template() -> &'static str {
     include_str!("template.toml")
 }
 
-/// Returns a commented simulation to start from: two bodies that attract each other.
+/// Returns a commented starter spec of a simulation: two bodies that attract each other.
 pub fn simulation_template() -> &'static str {
     include_str!("simulation_template.toml")
 }
@@ -568,7 +571,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     }
 }
 
-/// Returns the findings in the order of the file, with their positions.
+/// Returns the findings as diagnostics with line and column, in the order of the file.
 fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
     findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
     findings.truncate(section::MAX_FINDINGS);

@@ -5,7 +5,8 @@ use crate::epoch::{Epoch, EpochError};
 use crate::identity::{Boresights, Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
-/// Reads the identity; `actuation` has the actuators of the maneuver, if they are known.
+/// Reads the names and the epoch; `actuation` has the actuators of the maneuver, or is `None` if
+/// they are invalid.
 pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
     let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
@@ -34,8 +35,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Returns the named boresights: first those of the constraints, then those of the end and of
-/// stops.
+/// Returns the boresights that have a name, first those of the constraints, then those of the end
+/// and of the stops.
 fn boresights(root: &Section) -> Vec<Boresights> {
     let ends = root.section("end").into_iter().chain(root.list("stop"));
     let points = ends.filter_map(|end| end.section("point"));
@@ -55,8 +56,8 @@ fn boresights(root: &Section) -> Vec<Boresights> {
     named.collect()
 }
 
-/// Returns the thrusters if all are defined by position and force; the maneuver has been built from
-/// the same tables.
+/// Returns the thrusters if all of them are defined by position and force, otherwise `None`. The
+/// problem has been built from the same tables.
 fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     let nozzle = |thruster: &Section| {
         Some(Nozzle {
@@ -69,13 +70,13 @@ fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     root.section("actuators")?.list("thruster").iter().map(nozzle).collect()
 }
 
-/// Reads the epoch of a table; `None` if it is absent or invalid.
+/// Reads the epoch of a table. Returns `None` if the key is absent or its value is invalid.
 pub(super) fn epoch(section: &Section) -> Option<Epoch> {
     let date = date("epoch", section.word("epoch")?);
     date.map_err(|(reason, remedy)| section.error("E0130", "epoch", reason, remedy)).ok()
 }
 
-/// Parses a date and time; otherwise returns the reason and the remedy.
+/// Parses a date and time. If the text is invalid, returns the reason and the remedy.
 pub(super) fn date(key: &str, text: &str) -> Result<Epoch, (String, String)> {
     Epoch::parse(text).map_err(|error| {
         let how = match error {
@@ -93,7 +94,7 @@ pub(super) fn date(key: &str, text: &str) -> Result<Epoch, (String, String)> {
     })
 }
 
-/// Reads a name that every format can represent.
+/// Reads a name that must be valid in every file format.
 fn name(names: &Section, key: &str) -> Option<String> {
     let text = names.word(key)?.trim();
     let wrong = |c: &char| !(c.is_ascii_graphic() || *c == ' ');
@@ -119,8 +120,8 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// Returns the names of wheels or thrusters. If only some have names, the others are named by their
-/// numbers; if none has a name, the list is empty.
+/// Returns the names of the wheels or thrusters. A wheel or thruster without a name is named by its
+/// number. If none of them has a name, the list is empty.
 fn names_of(root: &Section, key: &str) -> Vec<String> {
     let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
     if !all.iter().any(|one| one.has("name")) {

@@ -1,5 +1,5 @@
-//! Reading of `[orbit]`, and of the orbit of a targeted satellite: two-line elements, an OMM,
-//! Keplerian elements, a state, or an OEM.
+//! Reading of `[orbit]` and of the orbit of a targeted satellite. An orbit is given by two-line
+//! elements, an OMM, Keplerian elements, a state, or an OEM.
 
 mod table;
 
@@ -14,21 +14,21 @@ use slewkit_sky::{
 };
 use std::path::PathBuf;
 
-/// Age of mean elements above which a warning is given \[days\].
+/// Age above which mean elements cause a warning \[days\].
 const OLD: f64 = 3.0;
-/// Smallest and largest growth of the position error of mean elements per day \[km\].
+/// Lower and upper estimate of the daily growth of the position error of mean elements \[km\].
 const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
-/// Default of the age above which mean elements are rejected \[days\]. At this age, a drag that is
-/// known to 10 % gives an error of a hundred kilometres.
+/// Default age above which mean elements are rejected \[days\]. At this age, an error of 10 % in
+/// the drag leads to a position error of a hundred kilometres.
 const OLDEST: f64 = 30.0;
 
-/// Keys of which an orbit needs exactly one.
+/// Keys that define an orbit; exactly one of them must be given.
 const KINDS: [&str; 5] = ["tle", "omm", "oem", "position_m", "semi_major_axis_m"];
 
 const KEPLERIAN: [&str; 5] =
     ["eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg", "true_anomaly_deg"];
 
-/// All keys of an orbit.
+/// All keys that the table of an orbit may have.
 pub(super) const KEYS: &[&str] = &[
     "tle",
     "omm",
@@ -46,27 +46,27 @@ pub(super) const KEYS: &[&str] = &[
     "model",
 ];
 
-/// Data of a maneuver with which an orbit is read.
+/// Data of the maneuver that are needed to read an orbit.
 #[derive(Clone, Debug)]
 pub(super) struct Around {
-    /// Epoch of the maneuver, at which it begins.
+    /// Epoch at which the maneuver begins.
     pub epoch: Epoch,
     /// Clock whose time zero is the epoch of the maneuver.
     pub clock: Clock,
-    /// UT1 − UTC and polar motion.
+    /// Orientation of the Earth: UT1 − UTC and polar motion.
     pub rotation: EarthRotation,
-    /// Time after the epoch up to which positions are needed \[s\].
+    /// Time after the epoch until which positions are needed \[s\].
     pub ahead: f64,
     /// Folder of the spec, to which relative paths refer.
     pub folder: PathBuf,
 }
 
-/// Reads the orbit in a table of the spec, which messages call `what`.
+/// Reads the orbit in the table `section`, which messages call `what`.
 pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Orbit> {
     let given: Vec<&str> = KINDS.into_iter().filter(|key| section.has(key)).collect();
     let state = section.has("position_m") || section.has("velocity_m_s");
     match given[..] {
-        // For [orbit], the check of its keys has already reported the conflict.
+        // For [orbit], the first pass has already reported the conflict.
         [first, second, ..] => {
             if section.path != "orbit" {
                 let reason = format!("both `{first}` and `{second}` are given");
@@ -141,7 +141,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
 }
 
 fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit> {
-    // A line above the two lines is the name of the satellite.
+    // A line that precedes the two lines is the name of the satellite.
     let (first, second) = match lines {
         [first, second] => (first, second),
         [name, first, second] if !name.starts_with("1 ") => (first, second),
@@ -172,7 +172,7 @@ fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     recent(section, "omm", orbit)
 }
 
-/// Reports the first error of a file that is named by the key `key`.
+/// Reports the first error of the file that the key `key` names.
 fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
         || (1, "it cannot be read".into(), "check it".into()),
@@ -181,8 +181,8 @@ fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
 }
 
-/// Returns an orbit by mean elements if they are not too old. Above some age they cause a warning,
-/// and above a larger age an error.
+/// Checks the age of the mean elements of an orbit. Above [`OLD`] days it causes a warning; above
+/// the limit of the spec, or [`OLDEST`] days, an error.
 fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
     let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
@@ -265,8 +265,8 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     made.map_err(|error| section.error("E0076", "oem", error.to_string(), "check the file")).ok()
 }
 
-/// Returns the rows of a segment with components in the GCRS and times after the epoch of the
-/// maneuver.
+/// Returns the rows of a segment with components in GCRS axes. Times are counted from the epoch of
+/// the maneuver.
 fn tabulated(segment: &Segment, around: &Around) -> Table {
     let time: Vec<f64> = segment.moment.iter().map(|moment| moment.since(&around.epoch)).collect();
     let (clock, rotation) = (&around.clock, &around.rotation);
@@ -276,8 +276,8 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
         EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(clock, time),
         EphemerisAxes::Earth => earth_to_gcrs(clock, time, rotation),
     };
-    // The rotation of Earth-fixed axes contributes to the velocity. Axes of date turn by 8e-12
-    // rad/s, which is negligible.
+    // In Earth-fixed axes, the rotation of the axes contributes to the velocity. The axes of date
+    // turn by 8e-12 rad/s, which is negligible.
     let turning = |time: f64, position: &Vector3| match segment.axes {
         EphemerisAxes::Earth => {
             (earth_to_gcrs(clock, time + 1.0, rotation) - earth_to_gcrs(clock, time - 1.0, rotation))
@@ -294,9 +294,10 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
     Table { time, position, velocity, between: segment.between }
 }
 
-/// Largest distance between two segments that count as one orbit \[m\].
+/// Largest distance between the positions of two segments that count as the same orbit \[m\].
 const ONE_ORBIT: f64 = 10.0;
-/// Tolerance on the equality of times \[s\], for the rounding of sums of seconds.
+/// Largest difference between two times that count as equal \[s\]. It allows for rounding of sums
+/// of seconds.
 const ROUNDED: f64 = 1e-6;
 /// Largest number of segments that a message lists.
 const SHOWN: usize = 3;

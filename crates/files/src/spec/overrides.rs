@@ -1,12 +1,12 @@
-//! Values of keys that are set from outside the file: by `--set`, by a cell of a table of cases, or
-//! by a grid.
+//! Values of keys that are set outside of the spec file: by `--set`, by a cell of a table of cases,
+//! or by a grid.
 
 use super::{Finding, MAX_BYTES, Node, Origin, Source, Span, Spot, Value, cut, toml_text};
 
-/// A key with a value that is set from outside the file, such as `--set maneuver.steps=200`.
+/// A key whose value is set outside of the spec file, as by `--set maneuver.steps=200`.
 ///
-/// The value is parsed as a TOML value or, if that fails, used as text. A number in the path
-/// selects an element of a list, counted from 0.
+/// The value is parsed as a TOML value; if this fails, it is a text. A number in the path selects
+/// an element of a list, counted from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     path: String,
@@ -14,14 +14,14 @@ pub struct Override {
     origin: Option<Origin>,
 }
 
-/// Description of the notation of an override, for messages.
+/// Explanation of the notation of an override, for messages.
 const WANTED: &str = "write key.path=value, for example maneuver.steps=200";
 
 impl Override {
     /// Parses `key.path=value`.
     ///
     /// # Errors
-    /// Returns a text for a usage message, if the path or the value is not valid.
+    /// Returns a message for the user if the path or the value is invalid.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((path, value)) = text.split_once('=') else {
             return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
@@ -29,10 +29,10 @@ impl Override {
         Self::new(path, value)
     }
 
-    /// Creates an override that sets the key at the dotted `path` to `value`.
+    /// Creates an override that sets the key at the dotted path `path` to the value `value`.
     ///
     /// # Errors
-    /// Returns a text for a usage message, if the path or the value is not valid.
+    /// Returns a message for the user if the path or the value is invalid.
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {
@@ -47,7 +47,7 @@ impl Override {
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }
 
-    /// Sets the position that messages report for the value.
+    /// Sets the position of the value that messages report.
     pub fn at(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
@@ -58,13 +58,13 @@ impl Override {
         &self.path
     }
 
-    /// Returns the value as written.
+    /// Returns the value as the user wrote it.
     pub fn value(&self) -> &str {
         &self.value
     }
 
-    /// Returns the text that messages show, the index of its first byte of the path, if it contains
-    /// the path, and the index of the first byte of the value.
+    /// Returns the text that messages show, the byte index of the path in it (`None` if the text
+    /// does not contain the path), and the byte index of the value.
     pub(super) fn source(&self) -> (Source, Option<usize>, usize) {
         const PREFIX: &str = "--set ";
         let Self { path, value, origin } = self;
@@ -80,8 +80,8 @@ impl Override {
     }
 }
 
-/// Parses a value as TOML, and otherwise as text; `offset` is the index of its first byte in the
-/// source.
+/// Parses a value as TOML; if this fails, the value is a text. `offset` is the byte index of the
+/// value in the source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },
@@ -89,7 +89,7 @@ pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     })
 }
 
-/// Sets the overrides in a tree. Each override is a separate source.
+/// Sets the values of the overrides in a tree. Each override is a separate source of text.
 pub(super) fn apply(
     mut root: Node,
     overrides: &[Override],
@@ -116,8 +116,7 @@ pub(super) fn apply(
             findings.push(Finding::error_at("E0025", spot, reason, remedy));
             continue;
         }
-        // A message about a whole value, such as an attitude, then shows the part that the override
-        // has set.
+        // A message about the table that contains the key, such as an attitude, shows the override.
         let inside = keys.len() > 2 && keys[keys.len() - 2].0.parse::<usize>().is_err();
         if inside && let Some(value) = root.at_mut(&keys[..keys.len() - 1]) {
             value.span = shown;

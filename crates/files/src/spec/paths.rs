@@ -1,4 +1,4 @@
-//! Dotted paths of keys, as in `--set` and in the headers of tables of cases.
+//! Dotted paths of keys, as in `--set` and in the header of a table of cases.
 
 use super::check::elsewhere;
 use super::keys::{Key, Kind, ROOT};
@@ -7,16 +7,16 @@ use super::tree::Entry;
 use super::values::{self, Fault};
 use super::{Node, Value, cut};
 
-/// What a path refers to.
+/// Item of a spec to which a path refers.
 pub(super) enum Place {
     /// A key of the spec.
     Key(&'static Key),
-    /// An element of a list, which is the value of a key.
+    /// An element of a list that is the value of a key.
     Element,
 }
 
-/// Returns what `path` refers to in the spec of a maneuver with the tree `root`; otherwise code,
-/// reason and remedy of the error.
+/// Returns the item to which `path` refers in the spec of a maneuver with the tree `root`.
+/// Otherwise returns the code, the reason and the remedy of the error.
 pub(super) fn place(root: &Node, path: &str) -> Result<Place, (&'static str, String, String)> {
     let (mut table, mut node, mut above) = (&ROOT, Some(root), String::new());
     let mut parts = path.split('.').map(str::trim).peekable();
@@ -71,7 +71,7 @@ fn no_element(path: &str, count: usize, index: &str) -> (&'static str, String, S
     ("E0025", reason, "elements are counted from 0".into())
 }
 
-/// Resolves the part `rest` of a path that follows a key whose value is not a table.
+/// Resolves the rest of a path after a key whose value is not a table.
 fn element(
     rest: Option<&str>,
     node: Option<&Node>,
@@ -99,7 +99,7 @@ fn element(
     }
 }
 
-/// Returns the errors of a value of this key that do not depend on other keys.
+/// Returns the errors of the value `node` of a key that do not depend on other keys.
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],

@@ -1,7 +1,7 @@
-//! Physical quantities with the ranges of values that a spec may have.
+//! Physical quantities, with the ranges of values that a spec may contain.
 //!
-//! The ranges are wide. They detect errors in exponents, and keep the products that the solvers
-//! form within the range of double precision.
+//! The ranges are wide. They detect wrong exponents, and ensure that products in the solvers stay
+//! within the range of double precision.
 
 pub(crate) use slewkit::numerics::figures::{exact as show, short};
 
@@ -23,9 +23,9 @@ pub(crate) struct Quantity {
     pub name: &'static str,
     /// Unit in files; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Smallest absolute value of a nonzero number.
+    /// Smallest absolute value, except for zero.
     pub smallest: f64,
-    /// Largest absolute value.
+    /// Largest allowed absolute value.
     pub largest: f64,
     /// Signs that are allowed.
     pub sign: Sign,
@@ -41,8 +41,8 @@ const fn quantity(
     Quantity { name, unit, smallest, largest, sign }
 }
 
-// Elements of matrices and vectors may be tiny, because 1e-17 of a neighbour is a rounded zero, but
-// their squares must not underflow.
+// Elements of matrices and vectors may be tiny, because an element of 1e-17 next to 1 is a rounded
+// zero, but the squares of the elements must not underflow.
 const TINY: f64 = 1e-150;
 
 pub(crate) const INERTIA: Quantity = quantity("an inertia", "kg·m²", 1e-60, 1e30, Sign::Any);

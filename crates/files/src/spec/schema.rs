@@ -34,7 +34,7 @@ fn table(table: &'static Table) -> Value {
     }
 }
 
-/// Returns the schema of a table, with the selector fixed to one word.
+/// Returns the schema of a table whose selector has the given word.
 fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     let mut properties = Map::new();
     let mut required = Vec::new();
@@ -102,7 +102,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     Value::Object(out)
 }
 
-/// Returns the required keys of each notation of an attitude.
+/// Returns, for each notation of an attitude, the schema that requires its keys.
 fn notations() -> Vec<Value> {
     let together = ["axis", "angle_deg", "angle_rad", "ra_deg", "dec_deg", "roll_deg"];
     let alone = ATTITUDE.keys.iter().filter(|key| !together.contains(&key.name));

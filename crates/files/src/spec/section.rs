@@ -1,5 +1,5 @@
-//! A table of the spec after the first pass: values by key. A value is absent without a further
-//! message if the first pass has reported an error of the value.
+//! A table of the spec after the first pass, with its values by key. A value with an error is
+//! absent; the first pass has reported the error.
 
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
@@ -8,11 +8,11 @@ use std::cell::RefCell;
 use std::fmt;
 use std::rc::Rc;
 
-/// Tolerance within which the length of a rounded unit vector counts as 1.
+/// Largest deviation from unit length of a vector that counts as a rounded unit vector.
 const UNIT_ROUNDING: f64 = 1e-9;
 
-/// Largest number of findings that are reported; a megabyte of invalid text could have a hundred
-/// thousand.
+/// Largest number of findings that are reported. A megabyte of invalid text could have a hundred
+/// thousand findings.
 pub(crate) const MAX_FINDINGS: usize = 100;
 
 /// Returns the dotted path `path.name`.
@@ -23,7 +23,7 @@ pub(crate) fn join(path: &str, name: &str) -> String {
 /// Stable code of a finding, such as `E0040` or `W0040`.
 type Code = &'static str;
 
-/// List of findings, which all tables of a spec share.
+/// List of findings that all tables of a spec share.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Report(Rc<RefCell<Vec<Finding>>>);
 
@@ -32,7 +32,7 @@ impl Report {
         self.push(Finding::error_at(code, spot, reason, remedy));
     }
 
-    /// Reports an error and returns `None`.
+    /// Adds an error to the report and returns `None`.
     pub fn refuse<T>(
         &self,
         code: Code,
@@ -44,8 +44,9 @@ impl Report {
         None
     }
 
-    /// Returns the value of a successful result. Otherwise reports the error: its text is the
-    /// reason, and `told` supplies the code, the position and the remedy.
+    /// Returns the value of a successful result. For an error, adds a finding to the report and
+    /// returns `None`; its reason is the text of the error, and `told` supplies the code, the
+    /// position and the remedy.
     pub fn accept<'r, T, E: fmt::Display>(
         &self,
         made: Result<T, E>,
@@ -70,7 +71,7 @@ impl Report {
         }
     }
 
-    /// Appends findings.
+    /// Appends findings to the report.
     pub fn extend(&self, findings: Vec<Finding>) {
         self.0.borrow_mut().extend(findings);
     }
@@ -80,13 +81,13 @@ impl Report {
         self.0.take()
     }
 
-    /// Returns whether the report has an error, so that the spec cannot be used.
+    /// Returns true if the report contains an error, so that the spec cannot be used.
     pub fn failed(&self) -> bool {
         self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
     }
 }
 
-/// Value of a key, by kind.
+/// Value of a key after the first pass, according to the kind of the key.
 #[derive(Clone, Debug)]
 pub(crate) enum Parsed {
     Number(f64),
@@ -101,18 +102,18 @@ pub(crate) enum Parsed {
     Limits(Limits),
     Faces(Vec<[u32; 3]>),
     Flag(bool),
-    /// A table, or the tables of a list.
+    /// A single table, or the tables of a list.
     Tables(Vec<Section>),
 }
 
-/// A limit for each input: a common limit, or one limit per input.
+/// Limits of several inputs: a common limit, or one limit for each input.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Limits {
     All(f64),
     Each(Vec<f64>),
 }
 
-/// An angle as written, with its key, which ends in the unit.
+/// An angle as the user wrote it, with its key, which ends in the unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle {
     pub key: &'static str,
@@ -132,7 +133,7 @@ impl Angle {
         if self.in_degrees() { self.value.to_radians() } else { self.value }
     }
 
-    /// Returns 180° as text in the unit of the angle, for messages.
+    /// Returns half a turn as text in the unit of the angle, for messages.
     pub fn half_turn(self) -> &'static str {
         if self.in_degrees() { "180 deg" } else { "π rad" }
     }
@@ -150,7 +151,8 @@ pub(crate) struct Section {
     pub span: Span,
     pub table: &'static Table,
     pub path: String,
-    /// True if matrices and unit vectors are used to the last bit, without correction of rounding.
+    /// True if matrices and unit vectors are used to the last bit, without correction of rounding
+    /// errors.
     pub keeps_rounding: bool,
     /// Report to which the errors and warnings of the table are added.
     pub report: Report,
@@ -158,7 +160,7 @@ pub(crate) struct Section {
     pub given: Vec<Given>,
 }
 
-/// A key of a table with its value; the key may be unknown.
+/// A key of a table with its value. The key may be unknown.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub name: String,
@@ -229,8 +231,8 @@ impl Section {
         }
     }
 
-    /// Returns the tables under `name`: a single table, the tables of a list, or an empty slice if
-    /// the key is absent. Returns `None` if the value is not a table.
+    /// Returns the tables under `name`: a single table, the tables of a list, or no tables if the
+    /// key is absent. Returns `None` if the value is not a table.
     pub fn tables(&self, name: &str) -> Option<&[Section]> {
         match self.given(name) {
             None => Some(&[]),
@@ -258,7 +260,7 @@ impl Section {
         self.given(name).is_some_and(|given| given.is_empty_list)
     }
 
-    /// Returns whether tables of this kind may have the key `name`.
+    /// Returns whether the key `name` is one of the keys that this table may have.
     pub fn knows(&self, name: &str) -> bool {
         self.table.key(name).is_some()
     }
@@ -315,14 +317,15 @@ impl Section {
         self.report.warn(code, self.here(), reason, remedy);
     }
 
-    /// Returns the angle under the key `degrees` or, if that is absent, under the key `radians`.
+    /// Returns the angle under the key `degrees`; if this key is absent, the angle under the key
+    /// `radians`.
     pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
         let key = if self.has(degrees) { degrees } else { radians };
         Some(Angle { key, value: self.number(key)? })
     }
 
-    /// Returns the vector scaled to length 1. If the spec keeps rounding, a vector of this length
-    /// is returned unchanged.
+    /// Returns the vector scaled to unit length. If the spec keeps rounding, a vector of unit
+    /// length is returned unchanged.
     pub fn unit(&self, vector: Vector3) -> Vector3 {
         if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
             return vector;

@@ -1,4 +1,5 @@
-//! Reading of `[bodies.shape]`: the mass, inertia and gravity of a body with a shape.
+//! Reading of `[bodies.shape]`: the shape of a body, which determines its mass, inertia and
+//! gravity.
 
 use super::{Section, Solid, cut, short};
 use slewkit::Matrix3;
@@ -10,23 +11,24 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Largest total number of faces of all bodies of a spec.
+/// Largest total number of faces of all shapes of a spec.
 pub(crate) const MAX_FACES: usize = 200_000;
-/// Largest total number of points and Gauss points of all bodies of a spec.
+/// Largest total number of points and Gauss points of all shapes of a spec.
 pub(crate) const MAX_POINTS: usize = 2_000_000;
 
-/// Largest total size of all OBJ files of a spec \[bytes\]; reading this much takes seconds.
+/// Largest total size of all OBJ files of a spec \[bytes\]. Reading files of this size takes
+/// seconds.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
-/// Default number of Gauss points along each direction of a tetrahedron.
+/// Default order of the Gauss quadrature in each direction of a tetrahedron.
 const GAUSS_ORDER: usize = 3;
 
-/// What remains of the limits on the total size of all shapes of a spec.
+/// Unused part of the limits on the total size of all shapes of a spec.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     faces: usize,
     points: usize,
-    /// Remaining bytes of OBJ files.
+    /// Number of bytes of OBJ files that may still be read.
     bytes: u64,
     /// Paths of the files that have been read.
     pub files: Vec<PathBuf>,
@@ -37,8 +39,8 @@ impl Budget {
         Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES, files: Vec::new() }
     }
 
-    /// Subtracts the size of a shape from the remaining size; if it is too large, reports an error
-    /// and returns false.
+    /// Subtracts the size of a shape from the unused part of the limits. If the shape is too large,
+    /// reports an error and returns false.
     fn take(&mut self, section: &Section, faces: usize, points: usize) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
@@ -54,8 +56,8 @@ impl Budget {
         false
     }
 
-    /// Subtracts the size of a file from the remaining bytes before the file is read; if it is too
-    /// large, reports an error and returns false.
+    /// Subtracts the size of an OBJ file from the number of bytes that may still be read. If the
+    /// file is too large, reports an error and returns false. It is called before the file is read.
     fn take_file(&mut self, section: &Section, size: u64) -> bool {
         if let Some(bytes) = self.bytes.checked_sub(size) {
             self.bytes = bytes;
@@ -73,22 +75,23 @@ impl Budget {
 /// Shape of a body with its mass properties.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    /// Mass \[kg\].
+    /// Mass of the body \[kg\].
     pub mass: f64,
-    /// Inertia about the center of mass in body axes \[kg·m²\]; singular for points on a line.
+    /// Inertia about the center of mass in body axes \[kg·m²\]. It is singular if all points lie on
+    /// a line.
     pub inertia: Matrix3,
     /// Gravity field of the body.
     pub attractor: Attractor,
-    /// The dumbbell, if the shape is one; its gravity has a closed form.
+    /// The dumbbell, whose gravity has a closed form; `None` for other shapes.
     pub dumbbell: Option<Dumbbell>,
-    /// Distance of the farthest point from the center of mass \[m\].
+    /// Distance of the farthest point of the body from its center of mass \[m\].
     pub reach: f64,
-    /// The solid, if the shape has faces.
+    /// Solid of the shape; `None` if the shape has no faces.
     pub solid: Option<Solid>,
 }
 
-/// Reads the shape of a body; `mass` is the value of `mass_kg`, if given. Returns `None` if the
-/// report has an error.
+/// Reads the shape of a body. `mass` is the value of `mass_kg`, if the spec gives it. Returns
+/// `None` if an error was reported.
 pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &mut Budget) -> Option<Shape> {
     let section = body.section("shape")?;
     let kind = section.word("kind")?;
@@ -180,7 +183,7 @@ fn points(section: &Section, budget: &mut Budget) -> Option<Shape> {
     Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
 
-/// Returns the shape of a homogeneous solid, whose center of mass is moved to the origin.
+/// Returns the shape of a homogeneous solid, translated so that its center of mass is the origin.
 fn homogeneous(
     solid: &Polyhedron,
     section: &Section,
@@ -218,7 +221,7 @@ fn listed(section: &Section) -> Option<Polyhedron> {
         return section.refuse("E0021", "vertices_m", reason, remedy);
     }
     let (vertices, faces) = (section.vectors("vertices_m")?, section.faces("faces")?);
-    // The reader has checked that vertex numbers are at least 1.
+    // The first pass has checked that vertex numbers are at least 1.
     let faces = faces.into_iter().map(|face| face.map(|corner| corner.saturating_sub(1))).collect();
     let remedy = "check the faces: closed, each edge in two of them, counterclockwise seen from outside";
     section.report.accept(Polyhedron::new(vertices, faces), |_| ("E0088", section.spot("faces"), remedy))
@@ -245,7 +248,7 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
     section.report.accept(read, |_| ("E0089", section.spot("obj"), remedy))
 }
 
-/// Opens a file in the folder of the spec or below; a spec cannot refer to other files.
+/// Opens a file that a spec refers to. It must be in the folder of the spec or in a subfolder.
 pub(super) fn open(
     written: &str,
     folder: &Path,
@@ -279,7 +282,7 @@ pub(super) fn open(
     Ok((path, file))
 }
 
-/// Returns the shape, or reports an error of its numbers.
+/// Returns the shape `made`, or reports the error of its numbers and returns `None`.
 fn accept<T>(made: Result<T, FullBodyError>, section: &Section) -> Option<T> {
     section.report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
 }

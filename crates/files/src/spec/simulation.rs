@@ -1,4 +1,4 @@
-//! Second pass over the spec of a simulation: from the checked tree to a [`Simulation`].
+//! Second pass over the spec of a simulation: builds a [`Simulation`] from the checked tree.
 
 use super::boundary::Boundary;
 use super::environment::Surroundings;
@@ -16,7 +16,7 @@ use slewkit::propagate::simulate::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Contents of a spec of a simulation; they are valid unless the report has an error.
+/// Contents of the spec of a simulation. They are valid only if the report has no error.
 pub(crate) struct Assembled {
     pub simulation: Simulation,
     pub shapes: Vec<Option<BodyShape>>,
@@ -25,11 +25,11 @@ pub(crate) struct Assembled {
     pub files: Vec<PathBuf>,
 }
 
-/// Largest rotation in a step for which the implicit equation of the variational integrators has a
-/// solution, as `h|Ω|` with the step h and the angular velocity Ω \[rad\].
+/// Largest rotation per step `h|Ω|` for which the implicit attitude equation of the variational
+/// integrators has a solution \[rad\]; h is the step and Ω the angular velocity.
 const LONGEST_TURN: f64 = 1.0;
 
-/// A body as the spec defines it.
+/// A body as defined in the spec.
 struct Member<'a> {
     name: String,
     boundary: Boundary<'a>,
@@ -119,7 +119,8 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-/// Checks that the forces of the spec are compatible with the number of bodies.
+/// Checks that the gravity and the environment of the spec are compatible with the number of
+/// bodies.
 fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section]) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
@@ -203,7 +204,7 @@ impl Member<'_> {
         Some(Body { inertia: self.inertia.clone()?, mass: self.mass.filter(|_| self.moves) })
     }
 
-    /// Returns the state of the body at the start, from velocities or momenta.
+    /// Returns the state of the body at the start, computed from velocities or momenta.
     fn state(&self) -> Option<State> {
         let section = &self.boundary.section;
         let mut state = self.boundary.state(self.boundary.rotation.as_ref()?.matrix)?;
@@ -228,7 +229,8 @@ fn names_differ(members: &[Member<'_>]) {
     }
 }
 
-/// Returns `[environment]` and its data, if the simulation has a single body.
+/// Returns the table `[environment]` with the data that its checks need; `None` unless the
+/// simulation has a single body.
 fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surroundings<'a>> {
     let section = root.section("environment")?;
     let [member] = members else { return None };
@@ -245,7 +247,8 @@ fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surround
     Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
 }
 
-/// Builds the mutual gravity of the bodies; only dumbbells have the closed form.
+/// Builds the mutual gravity of the bodies. The closed form is used only if the bodies are
+/// dumbbells.
 fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potential>> {
     let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
         Some(constant) => constant,
@@ -276,11 +279,11 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
     gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
-/// Smallest number of point interactions in an evaluation for which a step takes a noticeable part
-/// of a second.
+/// Number of point interactions per evaluation of the forces above which a step takes a noticeable
+/// part of a second.
 const LONG: f64 = 1e8;
 
-/// Warns if a step will take long, because progress is shown only between steps.
+/// Warns if a step takes long, because progress is reported only between steps.
 fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]) {
     let interactions = gravity.interactions();
     if interactions < LONG {
@@ -302,12 +305,12 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     section.warn_here("W0137", reason, remedy);
 }
 
-/// Approximate number of point interactions per second on one processor;
-/// `cargo bench -p benches --bench bodies` prints the time of 10⁸ interactions.
+/// Approximate number of point interactions that one processor evaluates per second.
+/// `cargo bench -p benches --bench bodies` prints the time for 10⁸ interactions.
 const PER_SECOND: f64 = 2e8;
 
-/// Checks that the steps are short enough for the implicit attitude equation to have a solution at
-/// the start.
+/// Checks that the steps are so short that the implicit attitude equation has a solution at the
+/// start.
 fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>]) {
     let limited = matches!(
         simulation.kind,
@@ -334,7 +337,7 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
     }
 }
 
-/// Checks that the bodies do not overlap at the start.
+/// Checks that no two bodies overlap at the start.
 fn apart(simulation: &Simulation, members: &[Member<'_>]) {
     let poses = simulation.start.poses();
     let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);

@@ -1,8 +1,8 @@
-//! Reading of `epoch` and `[orbit]`, and of the named targets of ends and cones.
+//! Reading of `epoch` and `[orbit]`, and of named targets at which ends and cones are directed.
 //!
-//! When a spec is read, targets become direction vectors as functions of time. The maneuver holds
-//! these functions, and a plan file holds their coefficients (`at = "track"`), so that later
-//! commands need neither an orbit nor an ephemeris. The axes are those of the GCRS.
+//! When a spec is read, each target becomes a direction vector as a function of time, in GCRS axes.
+//! The maneuver contains these functions, and a plan file contains their coefficients
+//! (`at = "track"`), so that later commands need neither an orbit nor an ephemeris.
 
 mod acting;
 mod scenery;
@@ -20,21 +20,22 @@ use std::path::Path;
 pub(super) use target::star;
 use target::{axis, named, own_keys, station, track};
 
-/// Time over which targets are computed if the duration is free and has no bound \[s\].
+/// Time after the epoch until which targets are computed if the duration has no upper bound \[s\].
 const HORIZON: f64 = 7_200.0;
 
-/// Longest time over which targets are computed \[s\]; reading the vectors of a day takes a second.
+/// Largest time after the epoch until which targets are computed \[s\]. Reading the vectors of a
+/// day takes a second.
 const MOST_AHEAD: f64 = 86_400.0;
 
-/// Remedy for a spec without an epoch.
+/// Remedy for the error that the spec has no epoch.
 const ADD_EPOCH: &str = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top";
 
-/// Time within which the next pass over a station is searched for \[s\].
+/// Time within which the next pass of the spacecraft over a ground station is searched for \[s\].
 const PASSES: f64 = 86_400.0;
 
-/// Returns the time over which the targets of a sequence are computed \[s\]. `least` is the
-/// smallest possible duration of the sequence, and `open` the end of the last window, both in
-/// seconds.
+/// Returns the time after the epoch until which the targets of a sequence are computed \[s\].
+/// `least` is the shortest possible duration of the sequence, and `open` is the end of its last
+/// window, both in seconds.
 pub(crate) fn ahead_of([least, open]: [f64; 2]) -> f64 {
     if least < MOST_AHEAD { (least.max(open) + HORIZON).min(MOST_AHEAD) } else { least }
 }
@@ -42,41 +43,42 @@ pub(crate) fn ahead_of([least, open]: [f64; 2]) -> f64 {
 /// A named target of a spec.
 #[derive(Clone, Debug)]
 pub struct Named {
-    /// Where the target is used: "end", or the name of the constraint.
+    /// Item of the spec that uses the target: "end", or the name of a constraint.
     pub used_by: String,
     /// Name of the target, such as "sun".
     pub name: String,
-    /// The target itself.
+    /// Position or direction of the target.
     pub target: Target,
 }
 
-/// The named targets of a spec and the sky with which their directions are computed.
+/// Named targets of a spec, and the sky that determines their directions.
 #[derive(Clone, Debug)]
 pub struct Heavens {
-    /// The spacecraft on its orbit.
+    /// Orbit of the spacecraft and positions of celestial bodies.
     pub sky: Sky,
-    /// Named targets of the spec.
+    /// Named targets, in the order in which they were read.
     pub targets: Vec<Named>,
 }
 
 /// Data on the sky and its targets, collected while a spec is read.
 pub(crate) struct Reading {
-    /// Epoch and folder for reading orbits; `None` without an epoch.
+    /// Epoch, folder and other data for reading orbits; `None` if the spec has no epoch.
     around: Option<Around>,
-    /// True if the epoch is invalid, which has been reported, so that it is not reported as
-    /// missing.
+    /// True if the epoch is invalid. This error has been reported, so the epoch is not also
+    /// reported as missing.
     epoch_is_wrong: bool,
-    /// The sky; `None` without an epoch, or if an error was reported.
+    /// The sky; `None` if the spec has no epoch, or if an error was reported.
     sky: Option<Sky>,
-    /// Time that the tracks of targets cover \[s\].
+    /// Time after the epoch until which targets are computed \[s\].
     ahead: f64,
     targets: Vec<Named>,
-    /// How the target of the end is shown, if it has a name.
+    /// Description of the target of the end for pictures; `None` if it has no name.
     goal: Option<TargetShown>,
 }
 
 impl Reading {
-    /// Reads `[orbit]`. Relative paths refer to `folder`.
+    /// Reads `[orbit]`. `duration` is the time until which targets are needed \[s\], if it is
+    /// known. Relative paths refer to `folder`.
     pub fn new(root: &Section, epoch: Option<Epoch>, duration: Option<f64>, folder: &Path) -> Self {
         let section = root.section("orbit");
         let number = |name: &str| section.and_then(|section| section.number(name)).unwrap_or(0.0);
@@ -134,12 +136,12 @@ impl Reading {
         Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
     }
 
-    /// Reads the direction in a table; `used_by` is the end or constraint that uses it.
+    /// Reads the direction in a table; `used_by` is the name of the end or constraint that uses it.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
             let star = star(section)?;
-            // A direction given as a vector is used as it is. A star, given by angles, is displaced
-            // by aberration.
+            // A direction given as a vector is used unchanged. The direction of a star, given by
+            // angles, is corrected for aberration.
             return match &self.sky {
                 Some(sky) if sky.light().aberrates && section.has("ra_deg") => {
                     self.known_ahead(section, "ra_deg")?;
@@ -232,7 +234,8 @@ impl Reading {
         Some(direction)
     }
 
-    /// Reports an error if the maneuver may last longer than the targets are computed.
+    /// Reports an error if the maneuver may last longer than the time for which targets are
+    /// computed.
     fn known_ahead(&self, section: &Section, key: &str) -> Option<()> {
         if self.ahead <= MOST_AHEAD {
             return Some(());
@@ -245,7 +248,7 @@ impl Reading {
         section.refuse("E0076", key, reason, "shorten the maneuver, or bound it by duration_at_most_s")
     }
 
-    /// Returns the epoch of the spec and the data that orbits need. If the spec has no epoch,
+    /// Returns the epoch of the spec and the data for reading orbits. If the spec has no epoch,
     /// reports that `what` depends on the date.
     fn around(
         &self,
@@ -261,8 +264,8 @@ impl Reading {
         self.around.as_ref()
     }
 
-    /// Returns the epoch of the spec, which is needed to convert the date under `key` to seconds.
-    /// If the spec has no epoch, reports an error.
+    /// Returns the epoch of the spec, which converts the date under `key` to seconds. If the spec
+    /// has no epoch, reports an error.
     pub fn epoch(&self, section: &Section, key: &str) -> Option<Epoch> {
         if self.around.is_none() && !self.epoch_is_wrong {
             let reason = format!("`{key}` is a date, and the spec has no `epoch` at which time begins");
@@ -283,7 +286,7 @@ impl Reading {
         found.map_err(|error| section.error("E0076", key, format!("\"{what}\": {error}"), remedy)).ok()
     }
 
-    /// Reports keys that have an effect only with `point`, if `point` is absent.
+    /// Reports an error for each key that requires the key `point`, if the spec lacks `point`.
     pub fn check_boundary(boundary: &Section) {
         for key in ["second", "rate", "roll_rate_deg_s"] {
             if boundary.has(key) && !boundary.has("point") {
@@ -314,14 +317,14 @@ impl Reading {
             let within = second.number("roll_within_deg").unwrap_or(0.0).to_radians();
             aim = aim.with_roll_towards(axis?, at?, within);
         }
-        // A stop has no angular velocity of its own.
+        // A stop does not have an angular velocity in the spec.
         let is_still = boundary.knows("rate") && boundary.word("rate") == Some("zero");
         let aim = if is_still { Aim { rate: AimRate::Zero, ..aim } } else { aim };
         let spin = spin(boundary, &aim)?;
         Some(aim.spinning(spin))
     }
 
-    /// Reports an error if a targeted station is below the horizon at `time` \[s\].
+    /// Reports an error if a ground station is the target but is below the horizon at `time` \[s\].
     fn above_the_horizon(&self, section: &Section, time: f64) -> Option<()> {
         let Some(Named { target: Target::Ground { latitude_deg, longitude_deg, height_m }, .. }) =
             self.targets.last()
@@ -363,17 +366,17 @@ impl Reading {
     }
 }
 
-/// Returns the name of a target's position, for messages.
+/// Returns the description of a target that is given by a word, for messages.
 fn of_word(word: &str) -> String {
     format!("the position of \"{word}\"")
 }
 
-/// Largest component of an angular velocity perpendicular to the boresight, relative to its norm,
-/// that counts as round-off.
+/// Largest component of an angular velocity perpendicular to the boresight, as a fraction of its
+/// norm, that counts as round-off.
 const ACROSS: f64 = 1e-6;
 
-/// Reads the rate about the boresight \[rad/s\]: from its own key, or from an angular velocity,
-/// which must then be along the boresight.
+/// Reads the rate about the boresight \[rad/s\]. It is given by a separate key, or by an angular
+/// velocity, which must be parallel to the boresight.
 fn spin(boundary: &Section, aim: &Aim) -> Option<f64> {
     if boundary.has("roll_rate_deg_s") {
         return boundary.number("roll_rate_deg_s").map(f64::to_radians);

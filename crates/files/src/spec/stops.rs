@@ -1,4 +1,4 @@
-//! `[[stop]]`: the stops of a sequence, and their order.
+//! Reading of `[[stop]]`: the stops of a sequence and their order.
 
 use super::attitude::{self, Use};
 use super::{Section, constraint, cut, escape, names, short, sky};
@@ -9,15 +9,15 @@ use slewkit::sequence::order::Visit;
 use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 
-/// The keys of a table that have no meaning beside stops, with the reason.
+/// Keys that cannot be combined with stops, each with the reason.
 const ALONE: [(&str, &str); 1] = [("dispersion", "cases are of one maneuver")];
 
-/// Returns whether a spec has stops.
+/// Returns whether the spec has stops, so that it describes a sequence.
 pub(crate) fn has_stops(root: &Section) -> bool {
     root.knows("stop") && !root.list("stop").is_empty()
 }
 
-/// Reads all stops; `None` if the report has an error of one.
+/// Reads all stops; `None` if one of them has an error.
 pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> {
     for (key, why) in ALONE {
         if root.has(key) {
@@ -42,8 +42,8 @@ pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> 
     all_read.then_some(stops)
 }
 
-/// Returns how long a sequence lasts at least, by its holds and the begins of its windows, and until
-/// when its windows are open, both \[s\].
+/// Returns the shortest possible duration of a sequence, according to its holds and the starts of
+/// its windows, and the time at which the last window ends, both in seconds.
 pub(crate) fn lasting(root: &Section, epoch: Option<Epoch>) -> [f64; 2] {
     let mut rests = 0.0;
     let (mut least, mut open) = (0.0_f64, 0.0_f64);
@@ -57,24 +57,25 @@ pub(crate) fn lasting(root: &Section, epoch: Option<Epoch>) -> [f64; 2] {
     [least.max(rests), open]
 }
 
-/// The time in which a hold is allowed.
+/// Time interval in which a hold must take place.
 struct Opening {
-    /// The key that states it.
+    /// Key under which the spec states the interval.
     key: &'static str,
-    /// The interval that contains the hold \[s\].
+    /// Interval that must contain the hold \[s\].
     window: [f64; 2],
-    /// Whether the hold begins when the interval begins.
+    /// True if the hold must begin at the start of the interval.
     pinned: bool,
 }
 
-/// The fault of a window: code, key, reason, remedy; `None` if the report already has it.
+/// Code, key, reason and remedy of the error of a window; `None` if the error has been reported.
 type Fault = Option<(&'static str, &'static str, String, String)>;
 
-/// Returns the window of a stop, if it has one. Dates count from `epoch`.
+/// Returns the time interval of the hold at a stop; `None` if the spec does not state one. Dates
+/// are converted to seconds after `epoch`.
 fn opening(stop: &Section, epoch: Option<Epoch>) -> Result<Option<Opening>, Fault> {
     const WINDOW: &str = "window";
     const START: &str = "start";
-    // Seconds from the epoch to a date; a date before the epoch can only be a mistake.
+    // Converts a date to seconds after the epoch. A date before the epoch is an error.
     let seconds = |key: &'static str, text: &str| {
         let wrong =
             |(reason, remedy)| Some(("E0130", key, format!("{reason}: \"{}\"", cut(text, 60)), remedy));
@@ -134,12 +135,12 @@ fn opening(stop: &Section, epoch: Option<Epoch>) -> Result<Option<Opening>, Faul
     Ok(None)
 }
 
-/// Returns the name of a stop, which is its number if it has none.
+/// Returns the name of a stop, or its number if it has no name.
 fn name(section: &Section, index: usize) -> String {
     section.word("name").map_or_else(|| (index + 1).to_string(), String::from)
 }
 
-/// Reads one stop.
+/// Reads a stop, whose name is `name`.
 fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop> {
     let place = if section.has("point") {
         let aim = sky.aim(section, None)?;
@@ -195,8 +196,8 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
     Some(Stop { name, place, visit: Visit { settling, hold, window, pinned }, passing })
 }
 
-/// Reads the order of stops, of which one that stays last is moved to the end of the list.
-/// `with_end` tells whether [end] is the last of them.
+/// Reads the order of the stops. The stop that must remain last is moved to the end of the list.
+/// `with_end` is true if `[end]` is the last stop.
 pub(crate) fn order(maneuver: &Section, stops: &mut Vec<Stop>, with_end: bool) -> Option<Ordering> {
     let free = maneuver.word("order") == Some("free");
     if !maneuver.has("last") {
@@ -226,7 +227,7 @@ pub(crate) fn order(maneuver: &Section, stops: &mut Vec<Stop>, with_end: bool) -
     Some(Ordering::FreeBeforeLast)
 }
 
-/// Refuses the order of stops where there are none.
+/// Reports an error if the spec has an order of stops but no stops.
 pub(crate) fn refuse_order(maneuver: &Section) -> Option<()> {
     for key in ["order", "last"] {
         if maneuver.has(key) {
@@ -237,20 +238,20 @@ pub(crate) fn refuse_order(maneuver: &Section) -> Option<()> {
     Some(())
 }
 
-/// Returns an attitude in which a boresight points at a target that stands still.
+/// Returns an attitude in which the boresight points at the target; `None` if the target moves.
 fn pointing(aim: &Aim, sequence: &Sequence) -> Option<Matrix3> {
     let zero = Vector3::zeros();
     let ends = aim.ends(0.0, &sequence.craft.start.attitude, &zero).ok();
     ends.filter(|_| !aim.moves(&zero)).map(|ends| ends.at(0.0).0)
 }
 
-/// Returns whether a constraint is of cones for one boresight alone.
+/// Returns whether a constraint consists of cones for the boresight `boresight` only.
 fn is_of(constraint: &Constraint, boresight: &Vector3) -> bool {
     matches!(&constraint.rule, Rule::Pointing(cone) if cone.boresights == [*boresight])
 }
 
-/// Reports the stops that violate a constraint, and what sequences cannot have; returns whether
-/// there is none.
+/// Reports the stops that violate a constraint, and contents of the spec that sequences do not
+/// support. Returns true if nothing was reported.
 pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
     let mut sound = true;
     for (index, section) in root.list("stop").iter().enumerate() {
@@ -264,7 +265,7 @@ pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
         let (key, there) = match &stop.place {
             Place::Attitude(attitude) => ("attitude", there(*attitude)),
             Place::Aim(aim) => {
-                // Where the axis that points is in a cone, no roll helps.
+                // Constraints on other boresights depend on the roll and are not checked here.
                 let Some(attitude) = pointing(aim, sequence) else { continue };
                 let mut there = there(attitude);
                 there.constraints.retain(|constraint| !aim.has_roll() || is_of(constraint, &aim.boresight));

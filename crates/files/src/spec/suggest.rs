@@ -3,10 +3,11 @@
 
 use strsim::osa_distance;
 
-/// Returns the known word that the user probably meant by `word`; `None` if no word is similar.
+/// Returns the known word that the user probably meant by `word`; `None` if no known word is
+/// similar.
 pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // A long word is not a misspelling of a short one, and the time grows with the product of the
-    // lengths.
+    // A long word is not a misspelling of a known word, and the computing time grows with the
+    // product of the lengths.
     if word.is_empty() || word.chars().count() > 64 {
         return None;
     }
@@ -24,8 +25,8 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         .map(|(_, candidate)| candidate)
 }
 
-/// Returns a small distance if both words begin with the same parts, of at least six letters in
-/// total.
+/// Returns a small distance if the two words begin with the same parts, which have at least six
+/// letters in total.
 fn tail_changed(word: &str, candidate: &str) -> usize {
     let common = word.bytes().zip(candidate.bytes()).take_while(|(a, b)| a == b).count();
     let whole_words = word[..floor(word, common)].rfind('_').is_some_and(|at| at >= 6);

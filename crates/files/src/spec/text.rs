@@ -1,4 +1,4 @@
-//! Reading of files as text, with checks of size, kind of file and encoding.
+//! Reading of files as text, with checks of their size, kind and encoding.
 
 use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Source, Span, short};
 use slewkit::numerics::encoding::{self, NoText};
@@ -10,7 +10,7 @@ fn refuse(code: &'static str, file: &str, reason: String, remedy: &str) -> Diagn
     Diagnostics(vec![Diagnostic::about_file(code, file, reason, remedy)])
 }
 
-/// Returns the bytes of a file, or of a pipe up to the size limit.
+/// Reads the bytes of a file, or of a pipe, up to the size limit.
 pub(super) fn from_file(path: &Path, name: &str) -> Result<Vec<u8>, Diagnostics> {
     let unreadable = |error: std::io::Error| {
         let remedy = "check the path; `slew init` writes a first spec";
@@ -38,8 +38,7 @@ fn is_pipe(_: fs::FileType) -> bool {
     false
 }
 
-/// Returns the bytes of a stream up to the size limit; `size` is the size if it is known in
-/// advance.
+/// Reads the bytes of a stream up to the size limit; `size` is its size, if it is known in advance.
 pub(super) fn from_stream(reader: impl Read, name: &str, size: Option<u64>) -> Result<Vec<u8>, Diagnostics> {
     let remedy = "a spec holds one maneuver or one simulation; put a large shape into an OBJ file";
     let limit = MAX_BYTES as u64;
@@ -68,11 +67,11 @@ fn too_large(bytes: &[u8], name: &str) -> Result<(), Diagnostics> {
     Ok(())
 }
 
-/// Remedy for a file in another encoding.
+/// Remedy for a file that is not in UTF-8.
 const SAVE: &str = "save it as UTF-8";
 
-/// Decodes the text of a spec, which must be UTF-8 without control characters; a byte order mark is
-/// allowed.
+/// Decodes the text of a spec. It must be UTF-8 without control characters; a byte order mark is
+/// accepted.
 pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnostics> {
     too_large(bytes, name)?;
     let text = match encoding::text(bytes) {

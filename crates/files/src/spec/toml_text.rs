@@ -5,12 +5,12 @@ use super::{Entry, Finding, Node, Span, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Largest depth of nesting of a spec; the format itself needs four levels.
+/// Largest accepted depth of nesting of a spec; a valid spec has at most four levels.
 pub(crate) const MAX_DEPTH: usize = 32;
 
 /// Largest number of duplicate keys that are reported.
 const MAX_SYNTAX: usize = 20;
-/// Beginning of the messages of the crate `toml` about duplicate keys.
+/// Text with which the messages of the crate `toml` about duplicate keys begin.
 const DUPLICATE: &str = "duplicate key";
 
 /// Parses a TOML document.
@@ -19,8 +19,8 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     let mut converter = Converter { source: 0, offset: 0, too_deep: None, graveyard: Vec::new() };
     let root = converter.node(0..text.len(), DeValue::Table(table.into_inner()), 0);
     let too_deep = converter.finish();
-    // Each duplicate key is an independent error. Of the other syntax errors only the first is
-    // reported, because the others may follow from it.
+    // Each duplicate key is an independent error. Only the first of the other syntax errors is
+    // reported, because the rest may follow from it.
     let duplicate = |error: &&toml::de::Error| error.message().starts_with(DUPLICATE);
     let duplicates = errors.iter().filter(duplicate).take(MAX_SYNTAX);
     let first = errors.iter().find(|error| !duplicate(error));
@@ -33,7 +33,7 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     if findings.is_empty() { Ok(root) } else { Err(findings) }
 }
 
-/// Parses a TOML value of an override; returns `None` if the text is not a TOML value.
+/// Parses the value of an override as TOML. Returns `None` if the text is not a TOML value.
 pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<Node> {
     let value = DeValue::parse(text).ok()?;
     let mut converter = Converter { source, offset, too_deep: None, graveyard: Vec::new() };
@@ -47,13 +47,13 @@ pub(crate) fn nesting(span: Span) -> Finding {
     Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
 }
 
-/// Converts the tree of the crate `toml` without recursing deeper than [`MAX_DEPTH`].
+/// Converter of the tree of the crate `toml`. It does not recurse deeper than [`MAX_DEPTH`] levels.
 struct Converter<'i> {
     source: usize,
     offset: usize,
     too_deep: Option<Span>,
-    /// Subtrees that are too deep to be converted. They are dropped without recursion, because
-    /// dotted keys in inline tables can nest thousands of levels in a few kilobytes.
+    /// Subtrees that are nested too deeply to be converted. They must be dropped without recursion,
+    /// because dotted keys in inline tables can nest thousands of levels in a few kilobytes.
     graveyard: Vec<DeValue<'i>>,
 }
 
@@ -101,8 +101,8 @@ impl<'i> Converter<'i> {
         self.node(value.span(), value.into_inner(), depth)
     }
 
-    /// Drops the subtrees that are too deep without recursion; returns the position of the first of
-    /// them.
+    /// Drops, without recursion, the subtrees that are nested too deeply. Returns the position of
+    /// the first of them; `None` if there are none.
     fn finish(mut self) -> Option<Span> {
         while let Some(value) = self.graveyard.pop() {
             match value {
@@ -117,7 +117,7 @@ impl<'i> Converter<'i> {
     }
 }
 
-/// Returns a syntax error with a message of this program.
+/// Converts a syntax error of the crate `toml` to an error with a message of this program.
 fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let range = error.span().unwrap_or(0..0);
     let span = Span { source: 0, start: range.start, end: range.end };
@@ -163,11 +163,11 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     finding("E0010", format!("not valid TOML: {message}"), remedy)
 }
 
-/// Returns the number of the line that set `key` before byte `at`: the last such line in the same
-/// table, or the header of the table.
+/// Returns the number of the line, before the byte `at`, in which `key` was set for the first time
+/// in the same table, or the line of the table's header.
 ///
-/// The crate `toml` does not report this position, so it is searched for in the text. It only
-/// supplements a message, so the result may be `None`.
+/// The crate `toml` does not report this position, so it is searched for in the text. The result
+/// only supplements a message, so it may be `None`.
 fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     if key.is_empty() {
         return None;
@@ -192,7 +192,7 @@ fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     None
 }
 
-/// Returns whether a key ends before `rest`.
+/// Returns whether the text `rest`, which follows a key, shows that the key has ended.
 fn ends_name(rest: &str) -> bool {
     matches!(rest.trim_start().chars().next(), Some('=' | ']' | '.'))
 }

@@ -1,4 +1,4 @@
-//! Tree of a spec in TOML or JSON: the contents of the text, with the position of every key and
+//! Tree of a spec in TOML or JSON, with the contents of the text and the position of every key and
 //! value.
 
 use super::{Span, cut};
@@ -10,7 +10,7 @@ pub(crate) struct Node {
     pub value: Value,
 }
 
-/// A value as the user wrote it.
+/// A value of a spec, without interpretation.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Table(Vec<Entry>),
@@ -22,14 +22,15 @@ pub(crate) enum Value {
     Null,
 }
 
-/// A number as the user wrote it, with its value and its interpretation as an integer.
+/// A number as the user wrote it, with its floating-point value and its interpretation as an
+/// integer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number {
     pub value: f64,
     pub integer: Integer,
 }
 
-/// Result of interpreting a number as an integer.
+/// Result of the attempt to interpret a number as an integer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Integer {
     Exact(i64),
@@ -46,15 +47,15 @@ pub(crate) struct Entry {
 }
 
 impl Number {
-    /// Parses a decimal literal of TOML, without underscores, or of JSON.
+    /// Parses a decimal literal of JSON, or of TOML without underscores.
     pub fn decimal(text: &str) -> Self {
         let value: f64 = text.parse().unwrap_or(f64::NAN);
         let whole = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-' || byte == b'+');
         let integer = match text.parse() {
             Ok(integer) => Integer::Exact(integer),
             Err(_) if whole => Integer::TooLarge,
-            // 1000.0 and 1e3 count as integers, as in JSON. A float above 2⁵³ does not determine an
-            // integer.
+            // 1000.0 and 1e3 count as integers, as in JSON. A floating-point number above 2⁵³ does
+            // not identify a single integer.
             Err(_) if value.fract() == 0.0 && value.abs() < 9e15 => Integer::Exact(value as i64),
             Err(_) if value.fract() == 0.0 => Integer::TooLarge,
             Err(_) => Integer::Fraction,
@@ -62,7 +63,7 @@ impl Number {
         Self { value, integer }
     }
 
-    /// Parses an integer literal of another base.
+    /// Parses an integer literal with the base `radix`.
     pub fn radix(digits: &str, radix: u32) -> Self {
         match i64::from_str_radix(digits, radix) {
             Ok(integer) => Self { value: integer as f64, integer: Integer::Exact(integer) },
@@ -78,7 +79,7 @@ impl Number {
 }
 
 impl Value {
-    /// Returns the kind of the value for messages, as in "found a table".
+    /// Returns a name for the kind of the value, for messages such as "found a table".
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Table(_) => "a table",
@@ -93,7 +94,7 @@ impl Value {
 }
 
 impl Node {
-    /// Returns the entries of a table; empty for other values.
+    /// Returns the entries of a table, or an empty list for any other value.
     pub fn entries(&self) -> &[Entry] {
         match &self.value {
             Value::Table(entries) => entries,
@@ -101,12 +102,12 @@ impl Node {
         }
     }
 
-    /// Returns the entry with this key, if the node is a table that has it.
+    /// Returns the entry with the key `key`; `None` if the node is not a table or lacks the key.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries().iter().find(|entry| entry.key == key)
     }
 
-    /// Returns the node at `path` below this one.
+    /// Returns the node to which `path` leads from this node; `None` if it does not exist.
     pub fn at_mut(&mut self, path: &[(String, Span)]) -> Option<&mut Self> {
         path.iter().try_fold(self, |node, (key, _)| match &mut node.value {
             Value::Table(entries) => {
@@ -117,9 +118,9 @@ impl Node {
         })
     }
 
-    /// Sets the node at `path` below this one to `value`; creates missing tables. A number in the
-    /// path selects an element of a list, counted from 0. If a node on the path prevents this, the
-    /// error has its position and a description.
+    /// Sets the node to which `path` leads from this node to `value`, and creates missing tables. A
+    /// number in the path selects an element of a list, counted from 0. If a node on the path
+    /// prevents this, the error contains its position and a description.
     pub fn set(&mut self, path: &[(String, Span)], value: Node) -> Result<(), (Span, String)> {
         let Some(((key, key_span), rest)) = path.split_first() else {
             *self = value;

@@ -1,5 +1,5 @@
-//! Reading of single values: checks the type, shape and range of a value, and returns it or all its
-//! errors.
+//! Reading of single values. The type, shape and range of a value are checked; the result is the
+//! value or a list of all its errors.
 
 mod lists;
 
@@ -14,13 +14,13 @@ use slewkit::{Matrix3, Vector3};
 
 pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 
-/// An error of a value: code, position, reason, remedy.
+/// Code, position, reason and remedy of an error in a value.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
-/// A value, or all its errors.
+/// The result of reading: a value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
-/// Returns a single error of a value.
+/// Returns the result of reading a value that has one error.
 pub(crate) fn wrong<T>(
     code: &'static str,
     node: &Node,
@@ -30,7 +30,7 @@ pub(crate) fn wrong<T>(
     Err(vec![(code, node.span, reason.into(), remedy.into())])
 }
 
-/// Reads a value of kind `kind`, which must not be a table.
+/// Reads a value of the kind `kind`; tables are read elsewhere.
 pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     let several = |vectors: Vec<[f64; 3]>| Parsed::Vectors(vectors.into_iter().map(Vector3::from).collect());
     let matrix = |rows: [[f64; 3]; 3]| Parsed::Matrix(Matrix3::from_fn(|row, column| rows[row][column]));
@@ -70,7 +70,7 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     })
 }
 
-/// Returns the error that the value has a wrong type; `wanted` describes the expected type.
+/// Returns the error that a value has the wrong type; `wanted` describes the expected type.
 fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     let remedy = match &node.value {
         Value::Text(text) if wanted.contains("number") && text.trim().parse::<f64>().is_ok() => {
@@ -89,7 +89,7 @@ fn flag(node: &Node) -> Read<bool> {
     }
 }
 
-/// Reads a number within the range of its quantity.
+/// Reads a number, which must lie in the range of its quantity.
 fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
     let Quantity { name, unit, smallest, largest, sign } = *quantity;
     let Value::Number(number) = &node.value else {
@@ -152,7 +152,7 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
 const HEAVENLY: [&str; 10] =
     ["sun", "moon", "earth", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune"];
 
-/// Returns the error that the direction is the name of a celestial body, whose position is unknown
+/// Returns the error that a celestial body is given as a direction. Its direction is unknown
 /// without an ephemeris and an epoch.
 pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { \
@@ -226,10 +226,10 @@ fn text(node: &Node, most: usize) -> Read<&str> {
     Ok(text)
 }
 
-/// Reads a word that must be in the list `now`. A word in the list `later` is reported as not
-/// available yet.
+/// Reads a word, which must be in the list `now`. A word in the list `later` is reported as not yet
+/// supported.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
-    /// Largest number of words that every message lists in full.
+    /// Largest number of words that a message lists in full.
     const LONG: usize = 12;
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");

@@ -1,17 +1,18 @@
 //! Writing of a maneuver and its settings with the keys of specs.
 //!
-//! The output reads back to the same numbers, bit for bit. It is in SI units and radians, with
-//! attitudes as matrices. It sets `rounding = "keep"`, so that matrices and unit vectors are not
-//! corrected a second time. The keys and their order come from the tables of the reader.
+//! The output reads back to the same numbers, bit for bit. It uses SI units, radians and rotation
+//! matrices. It contains `rounding = "keep"`, so that matrices and unit vectors are not corrected a
+//! second time. The keys and their order are those of the key tables, which the reader also uses.
 //!
 //! # Why are specs written, and what is the purpose of `rounding = "keep"`?
 //!
-//! A plan file holds the maneuver in the notation of specs, so that `slew verify plan.json` needs
-//! no other file. The writer uses the key tables of the reader, and chooses the notations that read
-//! back to the same bits: radians and matrices. The reader corrects attitudes to exact rotations
-//! and axes to exact unit vectors, which would change rounded values again; `rounding = "keep"`
-//! uses such numbers unchanged. A spec cannot express a force field that a library caller defines:
-//! then `spec` is null in the plan file, and `verify` requires a spec.
+//! A plan file contains the maneuver in the notation of specs, so that `slew verify plan.json`
+//! needs no other file. The writer uses the key tables of the reader, and chooses notations that
+//! read back to the same bits: radians and matrices. The reader corrects attitudes to exact
+//! rotations and axes to exact unit vectors, which would change rounded values again; with
+//! `rounding = "keep"` it uses the numbers unchanged. A spec cannot express a force field that a
+//! caller of the library defines. In this case `spec` is null in the plan file, and `verify` needs
+//! the original maneuver.
 
 use super::closed_loop::ClosedLoop;
 use super::difference::{Difference, differences};
@@ -32,21 +33,21 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// The spec of a maneuver as a JSON value, with all contents of [`Problem`] and [`Settings`].
+/// The spec of a maneuver as a JSON value. It has all contents of [`Problem`] and [`Settings`].
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(transparent)]
 pub struct SpecDocument(Value);
 
-/// Part of a problem that a library caller can plan but a spec cannot express.
+/// Part of a problem that no spec can express, although the library can plan it.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("a spec has no notation for {0}")]
 pub struct Unwritable(&'static str);
 
 impl SpecDocument {
-    /// Writes a maneuver and its settings as a spec.
+    /// Creates the spec of a maneuver and of its solver settings.
     ///
     /// # Errors
-    /// Returns the part that a spec cannot express, such as an environment defined by the caller.
+    /// Returns the part that a spec cannot express, such as an environment that the caller defines.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Unwritable> {
         let moves = problem.motion == Motion::RigidBody;
         let mut spec = Writing::new(&ROOT);
@@ -119,7 +120,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// Writes a sequence and its settings as a spec.
+    /// Creates the spec of a sequence and of its solver settings.
     ///
     /// # Errors
     /// Returns the part that a spec cannot express.
@@ -144,7 +145,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// Adds the identity of the maneuver, which consists of names and the epoch.
+    /// Adds the names and the epoch of the maneuver.
     pub fn with_identity(self, identity: &Identity) -> Self {
         let Self(Value::Object(keys)) = self else { return self };
         let mut spec = Writing { table: &ROOT, keys };
@@ -176,7 +177,7 @@ impl SpecDocument {
         Self(Value::Object(spec.keys))
     }
 
-    /// Adds the sections for flights of the plan, as the user wrote them.
+    /// Adds the sections for simulated flights of the plan, as the user wrote them.
     pub fn with_closed_loop(self, closed_loop: &ClosedLoop) -> Self {
         let Self(Value::Object(mut keys)) = self else { return self };
         for (name, section) in closed_loop.written() {
@@ -205,24 +206,25 @@ impl SpecDocument {
         Self(Value::Object(keys))
     }
 
-    /// Reads the maneuver; `name` is the name of the spec in messages.
+    /// Reads the maneuver that the spec describes; `name` is the name of the spec in messages.
     ///
     /// # Errors
-    /// Returns all errors and warnings of the spec, in its order.
+    /// Returns all errors and warnings of the spec, in the order of the spec.
     pub fn read(&self, name: &str, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
         let folder = std::path::Path::new("");
         match interpret(&self.to_string(), name, folder, Format::Json, overrides, Wanted::Maneuver)? {
             Spec::Maneuver(loaded) => Ok(*loaded),
-            // Unreachable: `interpret` rejects both kinds if only a maneuver is accepted.
+            // Unreachable: `interpret` rejects sequences and simulations if only a maneuver is
+            // accepted.
             Spec::Sequence(_) | Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
         }
     }
 
-    /// Reads the sequence; `name` is the name of the spec in messages. Returns `None` if the spec
-    /// has no stops.
+    /// Reads the sequence that the spec describes; `name` is the name of the spec in messages.
+    /// Returns `None` if the spec has no stops.
     ///
     /// # Errors
-    /// Returns all errors and warnings of the spec, in its order.
+    /// Returns all errors and warnings of the spec, in the order of the spec.
     pub fn read_sequence(
         &self,
         name: &str,
@@ -235,7 +237,7 @@ impl SpecDocument {
         })
     }
 
-    /// Returns whether a key affects a plan; names and the epoch do not.
+    /// Returns whether a key can affect a plan. Names and the epoch cannot.
     pub(crate) fn is_asked(key: &str) -> bool {
         let section = key.split('.').next().unwrap_or_default();
         key != "epoch"
@@ -244,8 +246,8 @@ impl SpecDocument {
             && !key.ends_with(".chance_over")
     }
 
-    /// Returns the keys in which two specs differ by more than round-off, with both values. The
-    /// name and the grid (`maneuver.steps` and `solver.scheme`) are not compared.
+    /// Returns the keys whose values in the two specs differ by more than round-off, with both
+    /// values. The name and the grid (`maneuver.steps` and `solver.scheme`) are not compared.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
         let mut found = differences(&self.0, &other.0);
         found.retain(|found| !["name", "maneuver.steps", "solver.scheme"].contains(&found.key.as_str()));
@@ -253,7 +255,7 @@ impl SpecDocument {
     }
 }
 
-/// Displays the spec as JSON, which is a format of spec files.
+/// Writes the spec as JSON, which is one of the formats of spec files.
 impl std::fmt::Display for SpecDocument {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(&serde_json::to_string_pretty(self).map_err(|_| std::fmt::Error)?)
@@ -266,7 +268,7 @@ impl Serialize for SpecDocument {
     }
 }
 
-/// A JSON value that is serialised with the keys of every table in the order of the key tables.
+/// A JSON value whose tables are serialised with the keys in the order of the key tables.
 struct InOrder<'a>(&'a Value, Option<&'static Table>);
 
 impl Serialize for InOrder<'_> {
@@ -287,7 +289,7 @@ impl Serialize for InOrder<'_> {
     }
 }
 
-/// A table that is being written.
+/// A table of the spec that is being written.
 struct Writing {
     table: &'static Table,
     keys: Map<String, Value>,
@@ -298,7 +300,7 @@ impl Writing {
         Self { table, keys: Map::new() }
     }
 
-    /// Returns the kind of a key; a key that is not in the tables is a bug of this module.
+    /// Returns the kind of the key `name`. If the key is not in the tables, this module has a bug.
     fn kind(&self, name: &str) -> Option<Kind> {
         let key = self.table.key(name);
         debug_assert!(key.is_some(), "no key {name} to write");
@@ -317,7 +319,7 @@ impl Writing {
         }
     }
 
-    /// Writes into the table `name`, which is created if it does not exist.
+    /// Calls `write` on the table `name`, which is created if it does not exist.
     fn table(&mut self, name: &str, write: impl FnOnce(&mut Self)) {
         let Some(table) = self.kind(name).and_then(Kind::table) else { return };
         let keys = match self.keys.remove(name) {
@@ -329,8 +331,8 @@ impl Writing {
         self.keys.insert(name.into(), inner.keys.into());
     }
 
-    /// Replaces thrusters that are defined by their torque by thrusters that are defined by
-    /// position and force, as in the original spec.
+    /// Replaces the thrusters, which are defined by their torques, by the thrusters of the original
+    /// spec, which are defined by position and force.
     fn by_force(&mut self, nozzles: &[Nozzle]) {
         let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
         let Some(all) =
@@ -352,7 +354,7 @@ impl Writing {
         });
     }
 
-    /// Adds the names of boresights to the constraints, the end and the stops.
+    /// Adds the names of the boresights to the constraints, the end and the stops.
     fn with_boresights(&mut self, identity: &Identity) {
         let vector = |value: &Value| {
             let row: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
@@ -394,8 +396,8 @@ fn rows<'a>(vectors: impl IntoIterator<Item = &'a Vector3>) -> Vec<Value> {
     vectors.into_iter().map(row).collect()
 }
 
-/// Writes a symmetric matrix with `count` columns, as its diagonal if it is diagonal, otherwise as
-/// rows.
+/// Converts a symmetric matrix with `count` columns to its diagonal if it is diagonal, otherwise to
+/// a list of rows.
 fn symmetric(matrix: &[f64], count: usize) -> Value {
     let off = |index: &usize| index / count != index % count;
     let is_zero = |index: usize| matrix[index].to_bits() == 0;
@@ -415,7 +417,7 @@ fn boundary(table: &mut Writing, state: &State, moves: bool, has_attitude: bool)
     table.some("velocity_m_s", moves.then(|| row(&state.velocity)));
 }
 
-/// Checks that a spec can express the targets of an aim.
+/// Checks that a spec can express the targets to which an end or a stop points.
 fn writable(aim: &Aim) -> Result<(), Unwritable> {
     let targets = match &aim.roll {
         Roll::Free => vec![&aim.at],
@@ -463,7 +465,7 @@ fn rows_of(matrix: &Matrix3) -> Vec<Value> {
     <[[f64; 3]; 3]>::from(matrix.transpose()).map(Value::from).to_vec()
 }
 
-/// Writes a target; a moving target is written by its coefficients.
+/// Writes a target. A moving target is written as Chebyshev coefficients.
 fn target(table: &mut Writing, direction: &Direction) {
     let track = match direction {
         Direction::Fixed(vector) | Direction::InFrame(vector) => return table.put("vector", row(vector)),

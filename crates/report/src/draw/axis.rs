@@ -1,22 +1,23 @@
-//! Axes: limits, ticks and labels.
+//! Axes of charts: their limits, ticks and labels.
 
-/// The scale of an axis.
+/// Scale of an axis, linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences have equal lengths on the axis.
+    /// Equal differences of the values have equal lengths on the axis.
     Linear,
-    /// Equal ratios have equal lengths on the axis. Zero and negative values have no position.
+    /// Equal ratios of the values have equal lengths on the axis. Zero and negative values have no
+    /// position.
     Logarithmic,
 }
 
 /// An axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// The name and the unit of the quantity, as in "time, s".
+    /// Name and unit of the quantity on the axis, such as "time, s".
     pub label: String,
-    /// The scale.
+    /// Scale of the axis, linear or logarithmic.
     pub scale: Scale,
-    /// The smallest and the largest value on the axis; `None` to fit the data.
+    /// Smallest and largest value on the axis; `None` if the axis is to fit the data.
     pub limits: Option<(f64, f64)>,
 }
 
@@ -32,18 +33,18 @@ impl Axis {
     }
 }
 
-/// An axis with its position in the drawing, from pixel `from` to pixel `to`.
+/// An axis with its position in the drawing, which extends from pixel `from` to pixel `to`.
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
     scale: Scale,
-    /// The smallest and the largest value; on a logarithmic axis, their decimal logarithms.
+    /// Smallest value on the axis; on a logarithmic axis, its decimal logarithm.
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
 
-/// A tick mark at pixel `at`. A tick without a label is short.
+/// A tick mark at pixel `at`; a tick without a label is drawn shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
@@ -73,7 +74,8 @@ impl Laid {
         Self { scale: axis.scale, low, high, from, to }
     }
 
-    /// Returns the pixel of a value; `None` if it is not on the axis.
+    /// Returns the pixel of a value; `None` if the value has no position, as zero on a logarithmic
+    /// axis.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);
@@ -110,7 +112,7 @@ impl Laid {
             let value = index as f64 * step;
             Tick { at: self.pixel(value), label: Some(linear_label(value, step, largest)) }
         };
-        // The bound on the number of ticks also holds if rounding makes the step too small.
+        // The limit on the number of ticks is necessary if rounding makes the step too small.
         (first..=last).take(50).map(tick).collect()
     }
 
@@ -120,7 +122,7 @@ impl Laid {
         // A label takes about 40 pixels along the axis.
         let every = (decades / (length / 40.0)).ceil().max(1.0) as i64;
         let (first, last) = (self.low.floor() as i64, self.high.ceil() as i64);
-        // Either all labels are written out, or all are powers of ten.
+        // All labels are decimal numbers, or all are powers of ten.
         let plain = self.low >= -2.3 && self.high < 4.0;
         let mut ticks = Vec::new();
         for decade in (first..=last).take(700) {

@@ -1,4 +1,4 @@
-//! Charts: curves over two axes, with marks, bands, and a legend next to the plot.
+//! Charts: curves over two axes with marks and bands, and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
 use super::clear::crosses;
@@ -7,18 +7,18 @@ use super::legibility;
 use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
 use super::{COLOURS, colour};
 
-/// A chart.
+/// A chart: curves over two axes, with limits and shaded intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// The title.
+    /// Title of the chart.
     pub title: String,
-    /// The subtitle, one line below the title, which states the conditions of the data.
+    /// Subtitle below the title, a single line that states the conditions of the data.
     pub subtitle: String,
-    /// The horizontal axis.
+    /// Horizontal axis of the plot.
     pub x: Axis,
-    /// The vertical axis.
+    /// Vertical axis of the plot.
     pub y: Axis,
-    /// The curves. The first one is drawn over the others.
+    /// Curves of the chart, of which the first is drawn on top.
     pub curves: Vec<Curve>,
     /// Horizontal lines across the plot, such as limits.
     pub levels: Vec<Level>,
@@ -26,12 +26,12 @@ pub struct Chart {
     pub spans: Vec<Span>,
 }
 
-/// A horizontal line at a limit.
+/// A horizontal line across the plot, such as a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     /// The position on the vertical axis.
     pub value: f64,
-    /// The label at the line. An empty text means no label.
+    /// Label of the line; an empty text for a line without a label.
     pub label: String,
 }
 
@@ -42,24 +42,28 @@ pub struct Span {
     pub from: f64,
     /// The end of the interval, a value of the horizontal axis.
     pub to: f64,
-    /// The name of the state during the interval, such as "coast".
+    /// Name of the state during the interval, such as "coast".
     pub label: String,
 }
 
 /// Left edge of the plot [px].
 const LEFT: f64 = 92.0;
+/// Right edge of the plot \[px\].
 const RIGHT: f64 = 610.0;
+/// Upper edge of the plot \[px\].
 const TOP: f64 = 64.0;
+/// Lower edge of the plot \[px\].
 const BOTTOM: f64 = 418.0;
 
-/// Colours of shaded spans, one for each name, and of limits.
+/// Colours of shaded intervals; intervals of the same name have the same colour.
 const SHADES: [&str; 4] = ["#f4e7c4", "#d6e6f2", "#dfeed6", "#efdfee"];
-/// The colour of the edges of a shaded span.
+/// Colour of the edges of a shaded interval.
 const EDGE: &str = "#b9b29c";
+/// Colour of the lines at limits.
 const LIMIT: &str = "#a01818";
 
 impl Chart {
-    /// Builds a chart of curves, without lines at limits and without shaded spans.
+    /// Creates a chart of curves, without horizontal lines and shaded intervals.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
         let (title, subtitle) = (title.into(), String::new());
         Self { title, subtitle, x, y, curves, levels: Vec::new(), spans: Vec::new() }
@@ -72,8 +76,8 @@ impl Chart {
         svg.end()
     }
 
-    /// Returns the curves as they are drawn. A diverging curve is cut, and its name states at which
-    /// abscissa.
+    /// Returns the curves as they are drawn. A diverging curve is cut off, and its name states the
+    /// abscissa at which this happens.
     pub fn legible_curves(&self) -> Vec<Curve> {
         legibility::cut(&self.curves, self.y.scale)
     }
@@ -122,14 +126,15 @@ impl Chart {
     }
 }
 
-/// The font size of the name of a limit \[px\], the width of a character relative to the font size,
-/// and the distance between the positions that are tried for the name \[px\].
+/// Font size of the name of a limit \[px\].
 const NAME: f64 = 11.0;
+/// Width of a character of the name of a limit, as a fraction of the font size.
 const WIDE: f64 = 0.6;
+/// Distance between the positions that are tried for the name of a limit \[px\].
 const PLACES: f64 = 24.0;
 
-/// Returns the position of the name of a limit, as the pixel of its right end: above or below the
-/// line at `level`, and as far to the right as possible without crossing a curve.
+/// Returns the position of the right end of the name of a limit \[px\]. The name is above or below
+/// the line at the height `level`, and as far to the right as possible without crossing a curve.
 fn beside(name: &str, level: f64, lines: &[Vec<(f64, f64)>]) -> (f64, f64) {
     let width = WIDE * NAME * name.chars().count() as f64;
     let sides: Vec<f64> = [level - 5.0, level + 15.0]
@@ -198,7 +203,7 @@ fn draw(svg: &mut Svg, curve: &Curve, x: &Laid, y: &Laid) {
     }
 }
 
-/// Draws a line through points. `None` interrupts the line.
+/// Draws a polyline through points. `None` interrupts the line.
 fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, style: &str) {
     let mut stretch = Vec::new();
     for point in points.chain([None]) {
@@ -216,7 +221,7 @@ fn stretches(svg: &mut Svg, points: impl Iterator<Item = Option<(f64, f64)>>, st
 
 fn stroke(style: usize, width: f64) -> String {
     const DASHES: [&str; 4] = ["", "9 4", "4 3", "11 3 2.5 3"];
-    // The ninth curve has the colour of the first one, but another dash pattern.
+    // The ninth curve has the colour of the first curve, but a different dash pattern.
     let dash = match DASHES[(style + style / COLOURS.len()) % DASHES.len()] {
         "" => String::new(),
         dash => format!(" stroke-dasharray=\"{dash}\""),
@@ -245,9 +250,9 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// The largest number of characters in the first line of a legend entry, and in the smaller lines
-/// below it.
+/// Largest number of characters in the first line of a legend entry.
 const ROOM: usize = 22;
+/// Largest number of characters in the smaller lines of a legend entry.
 const ROOM_SMALL: usize = 27;
 
 /// Draws the legend next to the plot. Returns the vertical position of the next entry \[px\].
@@ -261,7 +266,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     };
     let names: Vec<(Vec<String>, Vec<String>)> = curves.iter().map(named).collect();
     let lines: usize = names.iter().map(|(first, more)| first.len() + more.len()).sum();
-    // The distance between entries decreases if the legend has many of them.
+    // A legend with many entries has a smaller distance between them.
     let row =
         (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
     for (curve, (first, more)) in curves.iter().zip(names) {
@@ -311,8 +316,8 @@ fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// Shades a span between two pixels. If the chart has spans of several names, the name is written
-/// into the span, provided that it fits.
+/// Shades an interval between two pixels. If the chart has intervals with different names, the name
+/// is written into the interval, provided that it fits.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     /// The width of a character of the small font \[px\].
     const WIDTH: f64 = 6.5;
@@ -327,7 +332,7 @@ fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     }
 }
 
-/// Draws the colour and the name of each kind of span below the legend.
+/// Draws the colour and the name of each kind of shaded interval below the legend.
 fn shades(svg: &mut Svg, names: &[&str], mut y: f64) {
     for name in names.iter().filter(|name| !name.is_empty()) {
         if y > BOTTOM + 40.0 {
@@ -353,8 +358,8 @@ mod tests {
     fn the_name_of_a_limit_is_off_the_curves() {
         let level = 0.5 * (TOP + BOTTOM);
         assert_eq!(beside("limit", level, &[]), (RIGHT - 6.0, level - 5.0));
-        // First a curve above the line of the limit, then one that runs along the right part above
-        // and below the line.
+        // The first curve is above the line of the limit. The second one passes above and below the
+        // right part of the line.
         let above = vec![(LEFT, level - 8.0), (RIGHT, level - 8.0)];
         let (x, y) = beside("limit", level, std::slice::from_ref(&above));
         assert_eq!((x, y), (RIGHT - 6.0, level + 15.0));

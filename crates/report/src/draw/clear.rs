@@ -1,7 +1,7 @@
-//! The test whether a curve passes through the rectangle of a text.
+//! Test whether a curve passes through the rectangle of a text.
 
-/// Returns whether the polyline through `points` passes through the rectangle with the edges left,
-/// top, right and bottom.
+/// Returns whether the polyline through `points` passes through the rectangle with the given left,
+/// top, right and bottom edges.
 ///
 /// The part of a segment within the rectangle is computed axis by axis (Liang and Barsky 1984).
 pub(super) fn crosses(points: &[(f64, f64)], [left, top, right, bottom]: [f64; 4]) -> bool {

@@ -1,20 +1,22 @@
 //! The curves of a chart.
 
-/// A curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
+/// A curve of a chart. Points that are not finite are omitted, and so are points that are not
+/// positive on a logarithmic axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// The name in the legend. Text after a line feed is a second, smaller line.
+    /// Name of the curve in the legend. Text after a line feed is written in a second, smaller
+    /// line.
     pub name: String,
     /// The index of the curve's colour, mark and dash pattern.
     pub style: usize,
-    /// The shape of the curve.
+    /// Shape of the curve, with its points.
     pub shape: Shape,
 }
 
-/// The shape of a curve.
+/// Shape of a curve: a line, a line with marks, or a band.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A line.
+    /// A line through these points.
     Line(Vec<(f64, f64)>),
     /// A line with a mark at each point.
     Marked(Vec<(f64, f64)>),

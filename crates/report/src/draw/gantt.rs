@@ -1,5 +1,6 @@
-//! Timeline charts: one row for each thruster or other object, with a bar while the object is on.
-//! The time axis leaves out long intervals in which all objects are off.
+//! Timeline charts, with one row for each thruster or other object and a bar for each time interval
+//! in which the object is on. Long intervals in which all objects are off are omitted from the time
+//! axis.
 
 use super::axis::{Axis, Laid};
 use super::colour;
@@ -9,50 +10,57 @@ use slewkit::numerics::figures::significant;
 /// A timeline chart with one row of bars for each object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gantt {
-    /// The title.
+    /// Title of the chart.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The end of the time axis, which begins at 0 \[s\].
+    /// End of the time axis, which begins at 0 \[s\].
     pub end: f64,
-    /// The rows: the name of the object, and the intervals from start to end \[s\] in which it is
-    /// on, in chronological order.
+    /// Rows of the chart. Each has the name of an object, and the start and the end of every
+    /// interval in which the object is on \[s\], in chronological order.
     pub rows: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// Left edge of the rows [px]. Long names move the left edge.
+/// Left edge of the rows \[px\]; long names move it to the right.
 const LEFT: f64 = 118.0;
+/// Right edge of the rows \[px\].
 const RIGHT: f64 = 776.0;
+/// Upper edge of the rows of a chart with a title \[px\].
 const TOP: f64 = 64.0;
 const UNTITLED: f64 = 12.0;
+/// Lower edge of the area for rows \[px\].
 const BOTTOM: f64 = 418.0;
-/// The largest height of a row [px], and the fraction of a row that a bar fills.
+/// Largest height of a row \[px\].
 const ROW: f64 = 34.0;
+/// Fraction of the height of a row that a bar fills.
 const BAR: f64 = 0.62;
 /// The smallest width of a bar [px].
 const NARROW: f64 = 1.6;
-/// The width of a character of a name [px], the distance between names and rows [px], and the
-/// largest number of characters of a name.
+/// Width of a character of a name \[px\].
 const LETTER: f64 = 7.0;
+/// Distance between a name and its row \[px\].
 const BESIDE_ROWS: f64 = 8.0;
+/// Largest number of characters of a name.
 const LONGEST: usize = 28;
-/// The width of the gap that stands for a left-out interval [px].
+/// Width of the gap in place of an omitted interval \[px\].
 const BREAK: f64 = 26.0;
-/// An interval without bars is left out if it is longer than `LONG` times the total time with bars,
-/// and longer than `NOTED` times the whole duration.
+/// Factor in the first of two conditions for omitting an interval without bars: it must be longer
+/// than this factor times the total time with bars.
 const LONG: f64 = 0.4;
+/// Fraction of the whole duration that an omitted interval must exceed, which is the second
+/// condition.
 const NOTED: f64 = 0.05;
-/// The part of a left-out interval that is still shown next to the bars at each side, relative to
-/// the total time with bars. It is less than half of [`LONG`].
+/// Length of the part of an omitted interval that is shown at each of its ends, as a fraction of
+/// the total time with bars. It must be less than half of [`LONG`].
 const BESIDE: f64 = 0.15;
-/// The smallest width of a shown interval [px].
+/// Smallest width of an interval that is shown \[px\].
 const LEAST: f64 = 24.0;
 
 /// An interval of the time axis \[s\] with its position in the drawing.
 struct Piece {
     from: f64,
     to: f64,
-    /// The pixels of the left and the right end of the interval.
+    /// Pixel of the left end of the interval.
     left: f64,
     right: f64,
     left_out: bool,
@@ -82,7 +90,7 @@ impl Gantt {
         if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
     }
 
-    /// Returns the intervals in which at least one object is on, in chronological order.
+    /// Returns the time intervals in which at least one object is on, in chronological order.
     fn busy(&self) -> Vec<[f64; 2]> {
         let mut all: Vec<[f64; 2]> = self.rows.iter().flat_map(|(_, bars)| bars.iter().copied()).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -96,7 +104,8 @@ impl Gantt {
         joined
     }
 
-    /// Divides the time axis into shown and left-out intervals, and places them.
+    /// Divides the time axis into intervals that are shown and intervals that are omitted, and
+    /// places them.
     fn pieces(&self) -> Vec<Piece> {
         let busy = self.busy();
         let on: f64 = busy.iter().map(|[from, to]| to - from).sum();
@@ -106,7 +115,7 @@ impl Gantt {
         gaps.extend(busy.last().map(|last| [last[1], self.end]));
         gaps.retain(|[from, to]| to - from > long);
         gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        // A short part of each left-out interval is shown next to the bars.
+        // A short part at each end of an omitted interval is shown next to the bars.
         let beside = BESIDE * on;
         let piece = |from: f64, to: f64, left_out: bool| Piece { from, to, left: 0.0, right: 0.0, left_out };
         let mut pieces = Vec::new();
@@ -186,8 +195,8 @@ impl Gantt {
     }
 }
 
-/// Places the intervals side by side, beginning at pixel `left`. All shown intervals have the same
-/// scale, except those that would be narrower than [`LEAST`].
+/// Places the intervals side by side from pixel `left` on. All shown intervals have the same scale,
+/// except for intervals that would be narrower than [`LEAST`].
 fn laid_out(pieces: &mut [Piece], left: f64) {
     let length = |piece: &Piece| piece.to - piece.from;
     let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;
@@ -209,7 +218,7 @@ fn laid_out(pieces: &mut [Piece], left: f64) {
     }
 }
 
-/// Returns the pixel of a time \[s\]; `None` outside of the axis.
+/// Returns the pixel of a time \[s\]; `None` if the axis does not contain it.
 fn place(pieces: &[Piece], time: f64) -> Option<f64> {
     let piece = pieces.iter().find(|piece| time <= piece.to).or(pieces.last())?;
     let part = ((time - piece.from) / (piece.to - piece.from)).clamp(0.0, 1.0);
@@ -220,8 +229,8 @@ fn place(pieces: &[Piece], time: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// On a time axis without gaps, pulses of 0.1 s at both ends of 200 s would be a third of a
-    /// pixel wide.
+    /// On a time axis without gaps, pulses of 0.1 s at both ends of a maneuver of 200 s would be a
+    /// third of a pixel wide.
     #[test]
     fn short_pulses_are_wide_where_the_coast_between_them_is_long() {
         let rows = vec![("A".into(), vec![[0.0, 0.1]]), ("B".into(), vec![[0.1, 0.2], [199.9, 200.0]])];

@@ -8,42 +8,44 @@ use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken};
 use slewkit::Vector3;
 use std::f64::consts::PI;
 
-/// A map of ground tracks.
+/// A map of ground tracks and named places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The ground tracks.
+    /// Ground tracks that the map shows.
     pub tracks: Vec<GroundTrack>,
     /// Named places, such as ground stations.
     pub places: Vec<(String, Place)>,
 }
 
-/// A place on the ground: latitude and east longitude \[deg\].
+/// A place on the ground, given by its latitude and east longitude \[deg\].
 pub type Place = [f64; 2];
 
-/// A ground track.
+/// The track on the ground of a spacecraft or of a line of sight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTrack {
-    /// The name of the track.
+    /// Name of the track in the legend.
     pub name: String,
     /// The index of the track's colour.
     pub style: usize,
-    /// The connected parts of the track. A track has several parts if its line of sight leaves the
-    /// Earth and returns.
+    /// Connected parts of the track. A boresight track has several parts if its line of sight
+    /// leaves the Earth and returns.
     pub stretches: Vec<Vec<Place>>,
 }
 
-/// Middle and radius of the map on the drawing \[px\].
+/// Position of the middle of the map in the drawing \[px\].
 const MIDDLE: (f64, f64) = (300.0, 264.0);
+/// Radius of the map in the drawing \[px\].
 const RADIUS: f64 = 196.0;
-/// The possible distances between grid lines \[deg\]. The map uses the first one with which at most
-/// `MOST_LINES` lines lie between the middle and the rim.
+/// Possible distances between grid lines \[deg\]. The map uses the first of them for which at most
+/// [`MOST_LINES`] grid lines lie between its middle and its rim.
 const STEPS: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0];
+/// Largest number of grid lines between the middle and the rim of the map.
 const MOST_LINES: f64 = 3.5;
-/// The distance between the points of a grid line \[deg\].
+/// Distance between two points with which a grid line is drawn \[deg\].
 const FINE: f64 = 2.0;
 /// The length of one degree on the ground \[km\].
 const KM_PER_DEG: f64 = 111.19;
@@ -86,9 +88,9 @@ impl Ground {
         let reach = view.reach.to_degrees();
         let step =
             STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
-        // A grid line that crosses the map has points on the map, or at most one point distance
-        // outside of it. Points near the antipode of the middle are excluded, because the
-        // projection is discontinuous there.
+        // Grid lines are cut off outside of the map, at most one point distance beyond the rim.
+        // Points near the antipode of the middle are excluded, because the projection is
+        // discontinuous there.
         let farthest = (reach + 1.5 * FINE).min(174.0).to_radians().cos();
         for line in grid(step) {
             let near = |at: &Place| direction(at).dot(&view.middle) > farthest;
@@ -111,8 +113,8 @@ impl Ground {
             tracks.map(|stretch| stretch.iter().map(place).collect()).collect();
         for (text, at) in labels(&view, step) {
             let ((x, y), width) = (place(&at), LETTER * text.chars().count() as f64);
-            // A number stands at the crossing of two grid lines, in a quadrant that no track passes
-            // through.
+            // A label is at the crossing of two grid lines, in a quadrant through which no track
+            // passes.
             let [right, left, above, below] = [x + 2.0, x - 2.0 - width, y - 2.0, y + 10.0];
             let quarters = [(right, above), (right, below), (left, above), (left, below)];
             let is_free = |(x, y): &&(f64, f64)| {
@@ -198,8 +200,8 @@ fn grid(step: f64) -> Vec<Vec<Place>> {
     parallels.chain(meridians).collect()
 }
 
-/// Returns the labels of the grid lines, with their places along the parallel and the meridian
-/// nearest to the middle.
+/// Returns the labels of the grid lines. They are placed along the parallel and the meridian that
+/// are nearest to the middle of the map.
 fn labels(view: &SkyView, step: f64) -> Vec<(String, Place)> {
     let latitude = view.middle.z.clamp(-1.0, 1.0).asin().to_degrees();
     let longitude = view.middle.y.atan2(view.middle.x).to_degrees();
@@ -248,7 +250,8 @@ mod tests {
         assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
         assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
     }
-    /// Without the cut at the rim, most of the file would be grid lines outside of the map.
+    /// If grid lines were not cut off at the rim, most of the file would consist of grid lines
+    /// outside of the map.
     #[test]
     fn the_grid_of_a_small_map_is_that_of_the_map() {
         let map = |stretch: Vec<Place>| Ground {

@@ -1,19 +1,19 @@
-//! Remarks in the legend of a chart: which curve is cut because it diverges, and which curve is
-//! hidden under another.
+//! Remarks in the legend of a chart: that a curve is cut off because it diverges, or that a curve
+//! is hidden behind another curve.
 
 use super::axis::Scale;
 use super::curve::{Curve, Shape};
 use slewkit::numerics::figures::significant;
 
-/// The growth of a curve, relative to its typical size and to every other curve, beyond which it
-/// counts as diverged; the second value applies to a logarithmic axis, where many decades are
-/// ordinary.
+/// Growth beyond which a curve counts as diverged, relative to its typical size and to every other
+/// curve. The second value applies to logarithmic axes, on which many decades are normal.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
-/// The height up to which a diverged curve is drawn, relative to the other curves of the chart.
+/// Height up to which a diverged curve is drawn, relative to the other curves of the chart.
 const FOLLOWED: f64 = 10.0;
 
-/// A curve whose last value exceeds this fraction of its largest value counts as not returning.
+/// Fraction of the largest value of a curve above which the last value shows that the curve has not
+/// returned.
 const ESCAPED: f64 = 1e-3;
 
 /// The distance below which two points look like one point \[px\].
@@ -22,8 +22,9 @@ const APART: f64 = 0.7;
 /// The position of a point in the drawing; `None` if the point cannot be drawn.
 type Place = Option<(f64, f64)>;
 
-/// Cuts diverging curves of a chart whose vertical axis has this scale. A curve is cut where it
-/// leaves the chart and does not return, or where it stops being finite, and its name states this.
+/// Cuts off the diverging curves of a chart whose vertical axis has the scale `scale`. A curve is
+/// cut off where it leaves the chart for good, or where its values are no longer finite. The name
+/// of the curve states this.
 pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     let threshold = if scale == Scale::Logarithmic { DIVERGED.1 } else { DIVERGED.0 };
     let reach = |curve: &Curve| -> f64 {
@@ -31,8 +32,8 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         finite.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let reaches: Vec<f64> = curves.iter().map(reach).collect();
-    // Only the typical size of a diverging curve counts when the other curves are judged, not its
-    // largest value.
+    // In the comparison with other curves, a diverging curve counts with its typical size and not
+    // with its largest value.
     let standard = |(curve, reach): (&Curve, &f64)| match &curve.shape {
         Shape::Line(points) | Shape::Marked(points) => {
             let usual = share(points, 2);
@@ -47,15 +48,15 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
         let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
         let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
-        // The lowest tenth of the values can be small because the body is at rest, but it is not as
-        // small as the start of a diverging curve is relative to its end.
+        // The lowest tenth of the values may be small because the body is at rest, but not as small
+        // as the start of a diverging curve is relative to its end.
         let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
         let beyond = |point: &(f64, f64)| {
             !point.1.is_finite() || (grown && point.1.abs() > FOLLOWED * others.max(began))
         };
-        // A gap is not a divergence. Only the part after which the curve never returns is cut.
+        // A gap is no divergence. A curve is cut off only where it leaves the chart for good.
         let last = points.iter().rposition(|point| !beyond(point)).map_or(0, |last| last + 1);
         if let Some(&(x, _)) = points.get(last) {
             points.truncate(last);
@@ -72,12 +73,12 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     curves.iter().enumerate().map(one).collect()
 }
 
-/// Returns the absolute value of the last finite value; 0 if no value is finite.
+/// Returns the absolute value of the last finite ordinate; 0 if no ordinate is finite.
 fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
 
-/// Returns the quantile `1/of` of the absolute values.
+/// Returns the quantile `1/of` of the absolute values of the ordinates.
 fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
@@ -85,7 +86,7 @@ fn share(points: &[(f64, f64)], of: usize) -> f64 {
     sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
-/// Adds to the name of every hidden curve the name of the curve that is drawn over it.
+/// Adds to the name of each hidden curve the name of the curve behind which it is hidden.
 pub(super) fn name_hidden(curves: &mut [Curve], place: impl Fn((f64, f64)) -> Place) {
     let places: Vec<Vec<Place>> = curves
         .iter()

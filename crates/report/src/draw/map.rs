@@ -1,32 +1,36 @@
-//! Maps of a value over two quantities, as coloured cells. Cells without a value are marked.
+//! Maps of a value as a function of two quantities, drawn as coloured cells. Cells without a value
+//! are marked.
 
 use super::svg::{Anchor, FAINT, FONT_SIZE, INK, SIZE, Svg, shortened};
 use slewkit::numerics::figures::short;
 
-/// A map of a value over two quantities.
+/// A map of a value as a function of two quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The name of the horizontal quantity, and its values.
+    /// Name and values of the quantity on the horizontal axis.
     pub x: (String, Vec<String>),
-    /// The name of the vertical quantity, and its values.
+    /// Name and values of the quantity on the vertical axis.
     pub y: (String, Vec<String>),
     /// The name of the quantity that the colours show.
     pub value: String,
     /// The meaning of cells without a value, as text for the legend.
     pub none: String,
-    /// The values of the cells, row by row, beginning with the lowest row. `None` marks a cell
-    /// without a value.
+    /// Values of the cells, row by row from the lowest row upwards. A cell without a value is
+    /// `None`.
     pub cells: Vec<Option<f64>>,
 }
 
 /// Left edge of the cells \[px\].
 const LEFT: f64 = 110.0;
+/// Right edge of the cells \[px\].
 const RIGHT: f64 = 610.0;
+/// Upper edge of the cells \[px\].
 const TOP: f64 = 64.0;
+/// Lower edge of the cells \[px\].
 const BOTTOM: f64 = 410.0;
 /// The largest number of labels along each axis.
 const MOST_LABELS: usize = 10;
@@ -34,7 +38,7 @@ const MOST_LABELS: usize = 10;
 /// increases, so that it can also be read in print and by colour-blind readers.
 const COLOURS: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
-/// The ratio of the largest to the smallest value above which the colour scale is logarithmic.
+/// Ratio of the largest to the smallest value above which the colour scale is logarithmic.
 const WIDE: f64 = 30.0;
 
 impl Map {
@@ -63,7 +67,8 @@ impl Map {
             let (x, y) = (LEFT + column * width, BOTTOM - (row + 1.0) * height);
             let corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)];
             match cell {
-                // The outline in the colour of the cell closes the gap between neighbouring cells.
+                // The outline of a cell has the colour of the cell and closes the gaps to its
+                // neighbours.
                 Some(value) => {
                     let fill = colour(part(*value));
                     svg.path(
@@ -131,7 +136,7 @@ impl Map {
     }
 }
 
-/// Returns the colour at a fraction of the range, from 0 to 1.
+/// Returns the colour of a value, which is given as a fraction of the range from 0 to 1.
 fn colour(part: f64) -> String {
     let place = part.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
     let below = (place.floor() as usize).min(COLOURS.len() - 2);

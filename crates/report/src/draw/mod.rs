@@ -1,5 +1,5 @@
-//! Charts as SVG: curves over linear or logarithmic axes, maps, timelines and paths in space.
-//! Tables of text.
+//! Charts as SVG: curves over linear or logarithmic axes, maps, timelines and paths in space. Also
+//! formats tables of text.
 //!
 //! The SVG files have no style sheet and no script, and do not depend on measured text widths. They
 //! look the same in every browser and vector editor, and in print. The colours are the palette of

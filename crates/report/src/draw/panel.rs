@@ -7,18 +7,18 @@ use super::map::Map;
 use super::sky::Sky;
 use super::svg::{Anchor, INK, SIZE, Svg};
 
-/// A picture.
+/// A picture of any kind, which can be drawn as SVG.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Picture {
     /// Curves over two axes.
     Chart(Chart),
     /// Tracks and cones on the sphere of directions.
     Sky(Sky),
-    /// A value over two quantities.
+    /// A value as a function of two quantities, as coloured cells.
     Map(Map),
-    /// Ground tracks.
+    /// Ground tracks on a map of the Earth.
     Ground(Ground),
-    /// A chart of the times at which each of several things is on.
+    /// Time intervals in which thrusters or other objects are on.
     Gantt(Gantt),
 }
 
@@ -56,8 +56,8 @@ impl Picture {
     }
 }
 
-/// Returns the pictures, arranged in columns, as the text of one SVG file. Each picture is marked
-/// with a letter. Fonts keep their size.
+/// Returns several pictures as the text of one SVG file. They are arranged in columns and marked
+/// with letters. The font size does not change.
 pub fn panel(pictures: &[&Picture], columns: usize) -> String {
     let columns = columns.clamp(1, pictures.len().max(1));
     let rows = pictures.len().div_ceil(columns).max(1);

@@ -1,5 +1,5 @@
-//! Converts the SVG of charts to PNG and PDF with `resvg` and `svg2pdf`. Only this file uses these
-//! crates.
+//! Conversion of the SVG text of charts to PNG and PDF with `resvg` and `svg2pdf`. No other file
+//! uses these crates.
 //!
 //! The font is the first family named in the SVG that the system has. Sizes in a PDF are absolute:
 //! 13 px are 9.75 points. The size of a PNG in pixels depends on the scale.
@@ -12,8 +12,8 @@ use thiserror::Error;
 /// The reason why a picture cannot be converted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
-    /// The system has no font. This is an error, because the labels would otherwise be missing
-    /// without notice.
+    /// The system has no font. This is an error, because the labels of the picture would be
+    /// missing.
     #[error("the system has no fonts")]
     NoFont,
     /// The picture is too large, or is not valid SVG.
@@ -21,7 +21,8 @@ pub enum PaperError {
     Unreadable(String),
 }
 
-/// Font families of similar appearance, in order of preference. The families of the SVG come first.
+/// Font families of similar appearance, in order of preference. They are used if the system has
+/// none of the families that the SVG names.
 const FAMILIES: [&str; 6] =
     ["Helvetica", "Arial", "DejaVu Sans", "Liberation Sans", "Noto Sans", "Open Sans"];
 

@@ -1,4 +1,4 @@
-//! Drawings of paths and bodies in space, in parallel projection. Near items cover far ones.
+//! Drawings of paths and bodies in space, in parallel projection. Near items hide far items.
 
 use super::axis::{Axis, Laid};
 use super::colour;
@@ -8,44 +8,44 @@ use slewkit::Vector3;
 /// A three-dimensional drawing in parallel projection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The title.
+    /// Title of the drawing.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
-    /// The unit of the axes.
+    /// Unit of the three axes, such as "m".
     pub unit: String,
     /// The names of the bodies in the legend, in the order of their colours.
     pub names: Vec<String>,
-    /// The items of the drawing.
+    /// Items that are drawn: paths, rods and balls.
     pub items: Vec<Item>,
 }
 
-/// An item of the drawing.
+/// An item of the drawing: a path, a rod or a ball.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
-    /// A path.
+    /// A path through points in space.
     Path {
         /// Points of the path \[m\].
         points: Vec<Vector3>,
-        /// The index of the colour.
+        /// Index of the colour of the path.
         style: usize,
-        /// Whether the item is drawn thin and pale.
+        /// True if the path is drawn thin and pale.
         faint: bool,
     },
-    /// A rod.
+    /// A straight rod between two points.
     Rod {
         /// Ends of the rod \[m\].
         ends: [Vector3; 2],
-        /// The index of the colour.
+        /// Index of the colour of the rod.
         style: usize,
     },
-    /// A ball.
+    /// A ball with a center and a radius.
     Ball {
         /// Center of the ball \[m\].
         center: Vector3,
-        /// Radius of the ball \[m\]; a small one is drawn large enough to be seen.
+        /// Radius of the ball \[m\]. A small ball is drawn large enough to be visible.
         radius: f64,
-        /// The index of the colour.
+        /// Index of the colour of the ball.
         style: usize,
     },
 }
@@ -55,8 +55,9 @@ const SIZE: (f64, f64) = (800.0, 620.0);
 const TOP: f64 = 70.0;
 const MARGIN: f64 = 62.0;
 
-/// The direction of view: azimuth, and elevation above the x-y plane [deg].
+/// Azimuth of the direction of view \[deg\].
 const AZIMUTH: f64 = -62.0;
+/// Elevation of the direction of view above the x-y plane \[deg\].
 const ELEVATION: f64 = 34.0;
 
 /// The number of parts in which a rod is drawn.
@@ -72,7 +73,7 @@ struct View {
     shift: (f64, f64),
 }
 
-/// A piece of an item. Pieces are drawn from the farthest to the nearest.
+/// A piece of an item. Pieces are drawn in the order of decreasing distance from the viewer.
 struct Piece {
     depth: f64,
     draw: Draw,
@@ -165,8 +166,8 @@ impl Scene {
         svg.end()
     }
 
-    /// Returns two opposite corners of a box around all items, with a margin. Their coordinates are
-    /// not rounded.
+    /// Returns two opposite corners of a box that contains all items, with a margin. Their
+    /// coordinates are not rounded to ticks.
     fn bounds(&self) -> (Vector3, Vector3) {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         let mut see = |point: &Vector3, radius: f64| {
@@ -189,7 +190,7 @@ impl Scene {
         if !(size.is_finite() && size > 0.0) {
             return (Vector3::repeat(-1.0), Vector3::repeat(1.0));
         }
-        // A box without height has no floor.
+        // A box of zero height has no floor.
         let middle = 0.5 * (low + high);
         let half = (0.5 * (high - low)).map(|half| (1.04 * half).max(0.08 * size));
         (middle - half, middle + half)
@@ -219,8 +220,8 @@ impl Scene {
                 Item::Rod { ends, style } => {
                     let colour = mix(colour(*style), -0.35);
                     let style = format!("stroke=\"{colour}\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
-                    // The path is drawn in parts, so that each part can lie in front of or behind
-                    // other items.
+                    // The path is drawn in parts, so that some parts can be in front of other items
+                    // and other parts behind them.
                     let at = |part: usize| ends[0] + (ends[1] - ends[0]) * (part as f64 / PARTS as f64);
                     for part in 0..PARTS {
                         line(&at(part), &at(part + 1), style.clone());

@@ -1,8 +1,9 @@
 //! Maps of the sphere of directions: boresight tracks, keep-out cones and keep-in cones.
 //!
-//! The projection is azimuthal equidistant about the middle of the tracks and cones: a direction at
+//! The projection is azimuthal equidistant about the middle of the tracks and cones. A direction at
 //! the angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth. A
-//! track is interrupted only at the antipode of the middle, and a cone is always one closed curve.
+//! track is interrupted only at the antipode of the middle, and a cone is always a single closed
+//! curve.
 
 mod disc;
 mod names;
@@ -15,65 +16,65 @@ use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken, shortened};
 use slewkit::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 
-/// A map of directions.
+/// A map of the sphere of directions, with tracks and cones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
-    /// The title.
+    /// Title of the map.
     pub title: String,
     /// The subtitle, one line below the title.
     pub subtitle: String,
     /// True to show the whole sphere; false to show only the part with tracks and cones.
     pub whole: bool,
-    /// The cones.
+    /// Cones that the map shows.
     pub cones: Vec<SkyCone>,
     /// The moving discs, such as Earth, Moon and Sun.
     pub discs: Vec<SkyDisc>,
-    /// The tracks of directions.
+    /// Tracks of directions over the sphere that the map shows.
     pub tracks: Vec<SkyTrack>,
     /// Closed curves around points of the tracks, such as covariance ellipses.
     pub rings: Vec<SkyRing>,
-    /// Marked single directions.
+    /// Single directions that are marked on the map.
     pub marks: Vec<SkyMark>,
     /// The names of the azimuth about z and of the elevation above the x-y plane, such as right
     /// ascension and declination.
     pub angles: [String; 2],
 }
 
-/// A cone.
+/// A pointing constraint as a cone on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCone {
-    /// The name of the constraint.
+    /// Name of the pointing constraint.
     pub name: String,
-    /// The axis of the cone at the start, a unit vector.
+    /// Axis of the cone at the start, as a unit vector.
     pub axis: Vector3,
-    /// The half angle at the start \[rad\].
+    /// Half angle of the cone at the start \[rad\].
     pub half_angle: f64,
-    /// Whether boresights must stay outside, inside or on the surface of the cone.
+    /// Condition on boresights: they must stay outside, inside or on the surface of the cone.
     pub asks: ConeAsks,
-    /// The intervals in which the cone is active, as fractions of the duration from 0 to 1; `None`
-    /// if it is always active.
+    /// Time intervals in which the cone is active, as fractions of the duration from 0 to 1; `None`
+    /// if the cone is always active.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// The intervals in which the cone is active, as text: "from 0 to 40 s". Empty if it is always
-    /// active.
+    /// Time intervals in which the cone is active as text, such as "from 0 to 40 s"; empty if the
+    /// cone is always active.
     pub when: String,
-    /// The motion of the cone: axis and half angle \[rad\] at equally spaced times from start to
-    /// end. Empty if the cone does not move.
+    /// Axis and half angle \[rad\] of the cone at equally spaced times from the start to the end;
+    /// empty if the cone does not move.
     pub way: Vec<(Vector3, f64)>,
 }
 
 /// The condition that a cone imposes on boresights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConeAsks {
-    /// Boresights stay outside.
+    /// Boresights must stay outside of the cone.
     KeepOut,
-    /// Boresights stay inside.
+    /// Boresights must stay inside the cone.
     KeepIn,
-    /// Boresights stay on the surface of the cone.
+    /// Boresights must stay on the surface of the cone.
     HoldOn,
 }
 
 impl ConeAsks {
-    /// Returns the condition in words.
+    /// Returns the name of the condition for pages.
     pub fn word(self) -> &'static str {
         match self {
             Self::KeepOut => "keep out",
@@ -86,9 +87,9 @@ impl ConeAsks {
 /// The track of a direction over the sphere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
-    /// The name of the direction.
+    /// Name of the direction, such as a boresight.
     pub name: String,
-    /// The index of its colour.
+    /// Index of the colour of the track.
     pub style: usize,
     /// The unit vectors along the track.
     pub points: Vec<Vector3>,
@@ -97,9 +98,9 @@ pub struct SkyTrack {
 /// A closed curve on the sphere, such as the covariance ellipse of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyRing {
-    /// The index of its colour.
+    /// Index of the colour of the curve.
     pub style: usize,
-    /// True to shade the inside; false to draw the outline only.
+    /// True if the inside is shaded, false if only the outline is drawn.
     pub filled: bool,
     /// The unit vectors along the closed curve.
     pub points: Vec<Vector3>,
@@ -108,49 +109,51 @@ pub struct SkyRing {
 /// A marked direction with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyMark {
-    /// The name of the direction.
+    /// Name of the marked direction.
     pub name: String,
-    /// A unit vector.
+    /// Direction of the mark, as a unit vector.
     pub at: Vector3,
 }
 
 /// The projection of a map: its middle, orientation and angular radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyView {
-    /// The unit vector of the middle of the map.
+    /// Direction at the middle of the map, as a unit vector.
     pub middle: Vector3,
-    /// The unit vector that points to the right at the middle of the map.
+    /// Unit vector that points to the right at the middle of the map.
     pub right: Vector3,
-    /// The unit vector that points upwards at the middle of the map.
+    /// Unit vector that points upwards at the middle of the map.
     pub up: Vector3,
     /// The angle from the middle to the rim \[rad\], at most π.
     pub reach: f64,
 }
 
-/// Middle and radius of the map on the drawing \[px\].
+/// Position of the middle of the map in the drawing \[px\].
 const MIDDLE: (f64, f64) = (320.0, 264.0);
+/// Radius of the map in the drawing \[px\].
 const RADIUS: f64 = 196.0;
 
-/// The font size of names on the map \[px\], and the largest number of characters of a name.
+/// Font size of names on the map \[px\].
 const NAME: f64 = 11.0;
+/// Largest number of characters of a name on the map.
 const LONGEST_NAME: usize = 30;
 
-/// The upper edge of the area for names, and the smallest distance of names from the ends of tracks
-/// \[px\].
+/// Upper edge of the area in which names are placed \[px\].
 const TOP: f64 = 56.0;
+/// Smallest distance of names from the ends of tracks \[px\].
 const END: f64 = 6.0;
 
 /// Half the size of the cross at a mark \[px\].
 const CROSS: f64 = 5.0;
 
-/// The number of points on the edge of a cone.
+/// Number of points with which the edge of a cone is drawn.
 const AROUND: usize = 180;
 
-/// The colour of forbidden areas.
+/// Colour of the areas that constraints forbid.
 const FORBIDDEN: &str = "#a01818";
 
 impl SkyView {
-    /// Projects a direction, in units of the radius of the map.
+    /// Projects a direction onto the map. The coordinates are in units of the radius of the map.
     pub fn project(&self, direction: &Vector3) -> (f64, f64) {
         let part =
             Vector3::new(direction.dot(&self.right), direction.dot(&self.up), direction.dot(&self.middle));
@@ -159,9 +162,9 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Returns whether a track is interrupted between two neighbouring points: both lie on the half
-    /// sphere opposite to the middle, and their azimuths on the map differ by more than an eighth
-    /// of a turn.
+    /// Returns whether a track is interrupted between two neighbouring points. This is the case if
+    /// both points lie in the hemisphere opposite to the middle of the map, and their azimuths on
+    /// the map differ by more than an eighth of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
@@ -182,7 +185,8 @@ impl Sky {
         let forbidden = self.cones.iter().map(|cone| angle(&cone.axis) + cone.half_angle);
         let reach =
             shown().chain(rings().copied()).map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
-        // East is to the right: the sphere is seen from outside, like the body in its centre.
+        // East is to the right, because the sphere is seen from outside, like the body at its
+        // centre.
         let right = Vector3::z().cross(&middle).try_normalize(1e-6).unwrap_or_else(Vector3::y);
         SkyView {
             middle,
@@ -234,7 +238,7 @@ impl Sky {
                 svg.path(&edge, true, &style);
             }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
-            // On this map, the inside of a closed curve is the part that does not contain the
+            // On the map, the inside of a closed curve is the part that does not contain the
             // antipode of the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
             if cone.asks != ConeAsks::HoldOn {
@@ -283,7 +287,7 @@ impl Sky {
         let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
         let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
         let marks = self.marks.iter().map(|mark| (mark.at, &mark.name));
-        // Points beyond the rim are not shown.
+        // Points beyond the rim of the map are not drawn.
         let shown = |at: &Vector3| {
             let (x, y) = view.project(at);
             x.hypot(y) <= 1.0
@@ -313,8 +317,8 @@ impl Sky {
         self.legend(svg);
     }
 
-    /// Returns the labels of the grid lines that cross the middle of the map, with their
-    /// directions.
+    /// Returns the labels of the grid lines through the middle of the map, with the directions at
+    /// which they are placed.
     pub fn labels(&self, view: &SkyView) -> Vec<(String, Vector3)> {
         let inside = |at: &Vector3| {
             let (x, y) = view.project(at);
@@ -329,7 +333,7 @@ impl Sky {
             let at = sphere(tilt.to_radians(), about.to_radians());
             let about = (about + 360.0) % 360.0;
             let text = if kind == 0 { format!("{tilt}°") } else { format!("{about}°") }.replace('-', "−");
-            // Two labels would stand at the same crossing.
+            // At this crossing, two labels would overlap.
             let twice = kind == 1 && ((about - middle) % 360.0).abs() < 1.0;
             (!twice && inside(&at)).then_some((text, at))
         };
@@ -384,10 +388,10 @@ impl Sky {
     }
 }
 
-/// The position of the remarks below the legend \[px\].
+/// Vertical position of the remarks below the legend \[px\].
 const BOTTOM_LINE: f64 = 430.0;
 
-/// Draws a ring at the start and a filled disc at the end.
+/// Draws a ring at the start of a track and a filled disc at its end.
 fn ends(svg: &mut Svg, start: (f64, f64), end: (f64, f64), colour: &str) {
     svg.circle(start, 4.5, &format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"2\""));
     svg.circle(end, 5.0, &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"1\""));
@@ -397,7 +401,7 @@ fn sphere(tilt: f64, about: f64) -> Vector3 {
     Vector3::new(tilt.cos() * about.cos(), tilt.cos() * about.sin(), tilt.sin())
 }
 
-/// Returns the directions at `angle` \[rad\] from `axis`.
+/// Returns directions on the circle at the angle `angle` \[rad\] from the axis `axis`.
 pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
     let other = if axis.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let u = axis.cross(&other).normalize();
@@ -409,7 +413,7 @@ pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
     (0..AROUND).map(at).collect()
 }
 
-/// Returns the meridians and parallels every 30°.
+/// Returns meridians and parallels with a spacing of 30°.
 fn graticule() -> Vec<Vec<Vector3>> {
     const PARTS: i32 = 90;
     let along = |k: i32, length: f64| length * f64::from(k) / f64::from(PARTS);
@@ -451,7 +455,7 @@ mod tests {
         assert!((x - 0.3 / PI).abs() < 1e-15 && y.abs() < 1e-15, "{x} {y}");
         let (x, y) = view.project(&sphere(1.2, 0.0));
         assert!(x.abs() < 1e-15 && (y - 1.2 / PI).abs() < 1e-15, "{x} {y}");
-        // All points lie on the map.
+        // The map contains all points.
         sky.marks.push(mark(sphere(0.4, 2.5)));
         let view = sky.view();
         for mark in &sky.marks {
@@ -460,8 +464,8 @@ mod tests {
         }
     }
 
-    /// One track goes once around the sphere past the antipode of the middle, the other stays in
-    /// front.
+    /// One track goes around the sphere and passes near the antipode of the middle. The other track
+    /// remains in the hemisphere about the middle.
     #[test]
     fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
         let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };
@@ -470,7 +474,8 @@ mod tests {
         };
         let torn = |track: &[Vector3]| track.windows(2).filter(|pair| view.tears(&pair[0], &pair[1])).count();
         assert_eq!(torn(&around(0.5)), 1);
-        // A track that passes the antipode at a distance of 40° is bent on the map, not interrupted.
+        // A track that passes the antipode at a distance of 40° is curved on the map but not
+        // interrupted.
         assert_eq!(torn(&around(40.0)), 0);
         assert_eq!(torn(&circle(&Vector3::x(), 1.5)), 0);
     }

@@ -1,28 +1,31 @@
-//! The SVG elements that charts need.
+//! SVG elements of which charts consist.
 
 use std::fmt::Write;
 
-/// The font families of all text, and the font size \[px\].
+/// Font families of all texts.
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
+/// Font size of texts \[px\].
 pub(super) const FONT_SIZE: f64 = 13.0;
-/// The font size of superscripts \[px\]. It is not a percentage, because some viewers take
-/// percentages relative to the page.
+/// Font size of superscripts \[px\]. It is not given in percent, because some viewers relate
+/// percentages to the page.
 const RAISED_SIZE: f64 = 9.75;
 
 /// The width and height of charts and sky maps \[px\].
 pub(super) const SIZE: (f64, f64) = (800.0, 480.0);
 
-/// The colours of text and frames, of faint text, and of grid lines.
+/// Colour of texts and frames.
 pub(super) const INK: &str = "#222222";
+/// Colour of faint text.
 pub(super) const FAINT: &str = "#666666";
+/// Colour of grid lines.
 pub(super) const GRID: &str = "#dddddd";
 
-/// An SVG document under construction.
+/// An SVG document that is being written.
 pub(super) struct Svg {
     text: String,
 }
 
-/// The end of a text that is placed at the given point.
+/// Part of a text that is placed at a given point: its start, middle or end.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -47,7 +50,7 @@ impl Svg {
         self.text
     }
 
-    /// Adds the text of an SVG element unchanged.
+    /// Adds the text of an SVG element without escaping it.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
@@ -71,7 +74,7 @@ impl Svg {
         self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
     }
 
-    /// Fills the area that several closed curves enclose, by the fill rule in `style`.
+    /// Fills the area between several closed curves, according to the fill rule in `style`.
     pub fn area(&mut self, curves: &[&[(f64, f64)]], style: &str) {
         let mut path = String::new();
         for curve in curves {
@@ -99,7 +102,7 @@ impl Svg {
     }
 }
 
-/// Returns the escaped text, in which `^{…}` becomes a superscript.
+/// Escapes a text, and converts each part in `^{…}` to a superscript.
 fn rich(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -107,7 +110,7 @@ fn rich(text: &str) -> String {
         let (before, after) = (&rest[..at], &rest[at + 2..]);
         let Some(end) = after.find('}') else { break };
         let raised = escape(&after[..end]);
-        // The second shift moves the following text back to the baseline.
+        // The second shift returns to the baseline for the text that follows.
         let _ =
             write!(out, "{}<tspan dy=\"-5\" font-size=\"{RAISED_SIZE}\">{raised}</tspan>", escape(before));
         rest = &after[end + 1..];
@@ -130,7 +133,7 @@ pub fn escape(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            // XML files must not contain control characters, not even escaped ones.
+            // Control characters are not allowed in XML files, even if they are escaped.
             c if c.is_control() => out.push('\u{fffd}'),
             c => out.push(c),
         }
@@ -138,7 +141,8 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Breaks a name at spaces into lines of at most `room` characters. A longer word is cut.
+/// Breaks a name at spaces into lines of at most `room` characters. A word that is longer is
+/// truncated.
 pub(super) fn broken(name: &str, room: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in name.split(' ').filter(|word| !word.is_empty()) {
@@ -154,7 +158,7 @@ pub(super) fn broken(name: &str, room: usize) -> Vec<String> {
     if lines.is_empty() { vec![String::new()] } else { lines }
 }
 
-/// Shortens a name to at most `room` characters.
+/// Truncates a name to at most `room` characters.
 pub(super) fn shortened(name: &str, room: usize) -> String {
     if name.chars().count() <= room {
         return name.into();

@@ -1,8 +1,8 @@
 //! Tables of text.
 
-/// Formats rows of cells as lines. A column is as wide as its widest cell, and columns are two
-/// spaces apart. Columns whose index is in `left` are left-aligned, the others right-aligned. A row
-/// with fewer cells than the first row is a remark, whose last cell continues to the end of the
+/// Formats rows of cells as lines. A column is as wide as its widest cell, and two spaces separate
+/// the columns. The columns with an index in `left` are left-aligned, all others right-aligned. A
+/// row with fewer cells than the first row is a remark: its last cell extends to the end of the
 /// line.
 pub fn table(rows: &[Vec<String>], left: &[usize]) -> Vec<String> {
     let columns = rows.first().map_or(0, Vec::len);

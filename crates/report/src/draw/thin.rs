@@ -1,8 +1,8 @@
-//! Reduces the points of a curve without a visible change.
+//! Reduction of the number of points of a curve without a visible change.
 
-/// Returns at most `most` of the points. The inner points are divided into parts of equal count;
-/// the lowest and the highest point of each part are kept, so that no peak is lost. The first and
-/// the last point are always kept. If there are at most `most` points, all are returned.
+/// Returns at most `most` of the points of a curve; if it has no more points than this, all of
+/// them. The inner points are divided into groups of equal size. The lowest and the highest point
+/// of each group are kept, so that no peak is lost. The first and the last point are always kept.
 pub fn thinned(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     if points.len() <= most.max(4) {
         return points.to_vec();

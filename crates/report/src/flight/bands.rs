@@ -1,8 +1,8 @@
-//! Charts of simulated flights: percentiles of the pointing errors and of the commands over many
-//! cases.
+//! Charts of simulated flights: percentiles of the pointing errors and of the commanded torques
+//! over many cases.
 //!
-//! The charts compare the percentiles with linear theory. The cases are few enough to be simulated
-//! while a page is made, and their seed is fixed.
+//! The charts compare these percentiles with linear theory. The number of cases is small enough for
+//! a simulation while the page is made. The seed is fixed, so that the page is reproducible.
 
 use super::{LEVELS, some_nodes};
 use crate::boresight::boresights;
@@ -18,15 +18,15 @@ use slewkit::mechanics::actuators::LimitKind;
 use slewkit::uncertainty::Radius;
 use slewkit_files::flown::Runs;
 
-/// The number of simulated cases. Of 1000 cases, two or three are expected outside of the 99.73 %
+/// Number of simulated cases. Of 1000 cases, two or three are expected outside of the 99.73 %
 /// range.
 const CASES: usize = 1000;
 
-/// The largest total number of simulated steps, which take some seconds. Long plans therefore have
-/// fewer cases.
+/// Largest number of simulated steps of all cases together; their simulation takes some seconds.
+/// For long plans it reduces the number of cases.
 const MOST_STEPS: usize = 2_000_000;
 
-/// The smallest number of cases.
+/// Smallest number of simulated cases.
 const FEWEST: usize = 100;
 
 /// The largest number of nodes at which percentiles of pointing errors are computed.
@@ -35,30 +35,30 @@ const NODES: usize = 24;
 /// The largest number of steps at which percentiles of commands are computed.
 const STEPS: usize = 240;
 
-/// The seed of the cases: the default seed of `slew fly`.
+/// Seed of the random numbers, equal to the default seed of `slew fly`.
 const SEED: u64 = 1;
 
-/// The pointing errors and commands of all cases, at selected nodes and steps.
+/// Pointing errors and commands of all cases at selected nodes and steps.
 struct Bands {
     name: &'static str,
     cases: usize,
     nodes: Vec<usize>,
     steps: Vec<usize>,
-    /// The angles between planned and flown direction \[rad\], by boresight and node, sorted over
-    /// the cases.
+    /// Angles between the planned and the simulated direction \[rad\], for each boresight and node,
+    /// sorted in increasing order over the cases.
     angles: Vec<Vec<Vec<f64>>>,
-    /// The commands in SI units, by input and step, sorted over the cases.
+    /// Commands in SI units for each input and step, sorted in increasing order over the cases.
     commands: Vec<Vec<Vec<f64>>>,
 }
 
-/// Returns the charts of simulated flights; no chart if the spec states no uncertainty.
+/// Returns the charts of simulated flights; an empty list if the spec states no uncertainty.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let Some(bands) = flown(subject) else { return Vec::new() };
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()
 }
 
-/// Simulates flights of the plan, in closed loop if the plan has gains. Returns `None` if no
-/// uncertainty is stated.
+/// Simulates flights of the plan, in closed loop if the plan has gains, otherwise in open loop.
+/// Returns `None` if the spec states no uncertainty.
 fn flown(subject: &Subject) -> Option<Bands> {
     let (beside, closed_loop) = (subject.beside()?, subject.closed_loop()?);
     let uncertainty = closed_loop.uncertainty.as_ref()?;
@@ -103,8 +103,8 @@ fn flown(subject: &Subject) -> Option<Bands> {
     Some(Bands { name: Runs::name(closed), cases: flown.len(), angles, commands, nodes, steps })
 }
 
-/// Returns the chart of the pointing errors of each boresight: percentiles of the simulated cases
-/// as marks, linear theory as lines.
+/// Returns the chart of the pointing error of each boresight. Marks show percentiles of the
+/// simulated cases, and lines show linear theory.
 fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
     let beside = subject.beside()?;
     let covariance = beside.closed.as_ref().or(beside.open.as_ref())?;
@@ -139,7 +139,7 @@ fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
     Some(shown("flown_pointing", chart, "marks: flights, as in slew fly; lines: linear theory"))
 }
 
-/// Returns the chart of the 99.73 % range of the commands of each input.
+/// Returns the chart of the range that contains 99.73 % of the commands to each input.
 fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
     let (problem, linear) = (subject.problem, &subject.beside()?.linear);
     let first = problem.actuation.first_torque();

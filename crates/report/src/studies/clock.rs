@@ -1,19 +1,19 @@
-//! The measurement of computing time.
+//! Measurement of computing time.
 
 use std::time::Duration;
 
-/// True if the system reports the CPU time of a thread. Otherwise [`thread_time`] returns elapsed
-/// time.
+/// True if the system reports the CPU time of a thread; otherwise [`thread_time`] returns the
+/// elapsed time.
 const TOLD: bool = cfg!(unix);
 
 /// The name of the time that [`thread_time`] measures, for labels.
 pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
 
-/// The head of a column of times that [`thread_time`] measures.
+/// Heading of a column of times that [`thread_time`] measures.
 pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
 
-/// Returns the CPU time of this thread since an arbitrary instant, without the time of other
-/// processes and threads. If the system does not report it, returns the elapsed time.
+/// Returns the CPU time of the calling thread since an arbitrary instant. Other threads and
+/// processes do not contribute. If the system does not report CPU times, returns the elapsed time.
 pub fn thread_time() -> Duration {
     #[cfg(unix)]
     {

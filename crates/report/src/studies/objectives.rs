@@ -1,4 +1,4 @@
-//! Compares the minimum-effort, minimum-fuel and minimum-time plans of one maneuver.
+//! Comparison of the minimum-effort, minimum-fuel and minimum-time plans of one maneuver.
 //!
 //! Every plan is evaluated by all three measures,
 //!
@@ -7,10 +7,10 @@
 //! ```
 //!
 //! so that the comparison shows the value of each objective for each plan. With a norm limit on the
-//! torque, fuel is `c ∫ |τ| dt`. Weights W and prices c come from the objective of the maneuver if
-//! it has them, and are 1 otherwise. The minimum-effort and minimum-fuel plans have the duration of
-//! the maneuver, or the optimal duration if the maneuver has a price of time. If the maneuver
-//! minimises time, their duration is [`STRETCH`] times the minimum time.
+//! torque, fuel is `c ∫ |τ| dt`. The weights W and the prices c are those of the objective of the
+//! maneuver; if it has none, they are 1. The minimum-effort and minimum-fuel plans have the
+//! duration of the maneuver or, if it has a time weight (`time_price_per_s`), their optimal
+//! duration. If the maneuver minimises time, their duration is [`STRETCH`] times the minimum time.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -20,20 +20,20 @@ use slewkit::numerics::figures::rounded_up;
 use slewkit::optimize::search::{Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 
-/// The duration of the minimum-effort and minimum-fuel plans, relative to the minimum time, if the
+/// Ratio of the duration of the minimum-effort and minimum-fuel plans to the minimum time, if the
 /// maneuver minimises time.
 pub const STRETCH: f64 = 1.5;
 
-/// The result for one objective. Without a plan, the numbers are `None`.
+/// Result for one objective. If no plan was found, the numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectiveRun {
-    /// The objective: `time`, `fuel` or `effort`.
+    /// Objective of the plan: `time`, `fuel` or `effort`.
     pub minimises: &'static str,
     /// The status of the plan; `None` if the problem cannot be planned with this objective.
     pub status: Option<Status>,
-    /// The reason why no plan exists, or what the plan lacks.
+    /// Reason why no plan exists, or description of what the plan lacks.
     pub reason: Option<String>,
-    /// The duration \[s\].
+    /// Duration of the plan \[s\].
     pub duration_s: Option<f64>,
     /// The effort `∫ ½ uᵀWu dt` of the inputs u \[N²·m²·s, times the unit of the weights W\].
     pub effort: Option<f64>,
@@ -42,12 +42,12 @@ pub struct ObjectiveRun {
     pub fuel: Option<f64>,
     /// The number of input switches of a bang-bang plan.
     pub switches: Option<usize>,
-    /// The gap of a bang-bang plan: what a neighbouring plan may save, to first order, in seconds
-    /// or in fuel.
+    /// Upper bound, to first order, on the saving of a plan near this bang-bang plan, in seconds or
+    /// in units of fuel.
     pub gap: Option<f64>,
     /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
-    /// The motion, if a plan was found. It is not written to files.
+    /// Motion of the plan; `None` if no plan was found. Files do not contain it.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
@@ -111,7 +111,7 @@ pub fn compare(
     }
 }
 
-/// Evaluates effort, fuel and time of a plan.
+/// Weights and prices with which the effort, fuel and time of a plan are evaluated.
 struct Measures<'a> {
     problem: &'a Problem,
     weights: Weights,
@@ -161,7 +161,7 @@ impl<'a> Measures<'a> {
         row
     }
 
-    /// Returns the effort rate `½ uᵀWu` of a row of inputs (forces come first).
+    /// Returns the effort rate `½ uᵀWu` for a row of inputs, forces before torques.
     fn effort(&self, inputs: &[f64]) -> f64 {
         let actuation = &self.problem.actuation;
         let torque = self.weights.torque(actuation);
@@ -171,9 +171,10 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// Integrates a function of the inputs over the motion, according to how the inputs act. Inputs
-/// that are held have the weight of their step. Kicks at the nodes have the mean of both
-/// neighbouring steps, and half a step at both ends.
+/// Integrates a function of the inputs over the motion, with weights that depend on how the inputs
+/// act. An input that is held over a step has the duration of the step as its weight. A kick at a
+/// node has the mean duration of both neighbouring steps, and half a step at both ends of the
+/// motion.
 fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
     let time = &trajectory.time;
     let steps = time.len().saturating_sub(1);

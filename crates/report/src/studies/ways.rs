@@ -1,4 +1,4 @@
-//! Compares the three methods for minimum-time and minimum-fuel plans: the smoothed control law,
+//! Comparison of three methods for minimum-time and minimum-fuel plans: the smoothed control law,
 //! Newton's method on switching times, and the interior-point method.
 //!
 //! - **smoothed**: the control law with the smallest smoothing ε that converges, on a uniform grid,
@@ -19,26 +19,27 @@ use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
-/// The result of one method. Without a plan, the numbers are `None`.
+/// Result of one method. If no plan was found, the numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WayRun {
     /// The name of the method: `smoothed`, `switching_times` or `interior_point`.
     pub way: &'static str,
     /// The status of the plan; `None` if the method does not apply.
     pub status: Option<Status>,
-    /// The reason why the method does not apply, or what the plan lacks.
+    /// Reason why the method does not apply, or description of what the plan lacks.
     pub reason: Option<String>,
-    /// The duration \[s\].
+    /// Duration of the plan \[s\].
     pub duration_s: Option<f64>,
-    /// The cost: the duration \[s\], or the fuel plus the price of time, if the maneuver has one.
+    /// Cost of the plan: the duration \[s\], or the fuel plus the time weight times the duration,
+    /// if the maneuver has a time weight.
     pub cost: Option<f64>,
-    /// The gap: what a plan near the continuous extremal may save, to first order.
+    /// Upper bound, to first order, on the saving of a plan near the extremal in continuous time.
     pub gap: Option<f64>,
-    /// The number of input switches.
+    /// Number of switches of the inputs in the plan.
     pub switches: Option<usize>,
-    /// The smoothing ε of the control law on the grid, scaled.
+    /// Scaled smoothing parameter ε of the control law on the grid.
     pub smoothing: Option<f64>,
-    /// The attitude error of the true motion at the end, under the held torques \[deg\].
+    /// Terminal attitude error of the continuous motion under the held torques \[deg\].
     pub continuous_miss_deg: Option<f64>,
     /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
@@ -132,7 +133,8 @@ mod tests {
         Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)).with_steps(steps)
     }
 
-    /// The durations of the three methods agree up to `O(h²)`, and the smoothed law takes longer.
+    /// The durations of the three methods agree up to `O(h²)`, and the smoothed control law takes
+    /// longer.
     #[test]
     fn the_ways_meet_as_the_grid_is_refined() {
         let spread = |steps: usize| {

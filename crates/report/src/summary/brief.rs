@@ -1,5 +1,5 @@
-//! The summary for the users of a plan: the angle, the duration, the cost, the margins to every
-//! limit, and the end of the true motion. It has about a dozen lines of eighty columns;
+//! Summary for the users of a plan: the angle, the duration, the cost, the margins to every limit,
+//! and the terminal error of the continuous motion. It has about a dozen lines of eighty columns;
 //! [`super::details`] describes the work of the solver.
 
 use super::found::rotation_beside_path;
@@ -19,20 +19,21 @@ use slewkit::verify::{Accuracy, Margin, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The largest number of lines of a summary, including the headline and the next command.
+/// Largest number of lines of a summary, including its headline and the suggested next command.
 const MOST_LINES: usize = 12;
 
-/// The number of lines besides the body of the summary: the headline and the next command.
+/// Number of lines of a summary that are not in its body: the headline and the suggested next
+/// command.
 const AROUND: usize = 2;
 
-/// The relative difference below which two costs count as equal: costs are printed to a tenth of
-/// a percent.
+/// Largest relative difference between two costs that count as equal. Costs are printed to a tenth
+/// of a percent.
 const SAME: f64 = 5e-4;
 
-/// The gap below which the summary reports no gap [% of the cost].
+/// Gap below which the summary does not report the gap, in percent of the cost.
 const LEAST_GAP: f64 = 1e-3;
 
-/// The clearance below which the boresight counts as touching the cone \[deg\].
+/// Largest clearance at which the boresight counts as touching the cone \[deg\].
 const LITTLE: f64 = 1e-3;
 
 /// Returns the lines below the headline, without the line that suggests the next command.
@@ -102,7 +103,8 @@ fn unsolved(solution: &Solution) -> Vec<String> {
     lines
 }
 
-/// Returns one line for each group of alternative constraints: which set holds until which time.
+/// Returns one line for each group of alternative constraints, which states the set that holds and
+/// until which time.
 fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     let end = solution.duration(problem);
     let told = solution.turns.iter().map(|Turns { of, shifts }| {
@@ -120,7 +122,7 @@ fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     told.collect()
 }
 
-/// Returns the line about the slew: the angle, the short or long way, the duration and the number
+/// Returns the line about the slew: its angle, the short or long way, its duration and the number
 /// of steps.
 fn slew(problem: &Problem, solution: &Solution) -> String {
     let round = way(problem, solution.sense);
@@ -137,8 +139,7 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let steps = counted(solution.steps, "step");
     match rotation_beside_path(problem, solution) {
         Some(rotation) => {
-            // Here the words for the way are followed by the duration, so the word "round" is
-            // dropped.
+            // The duration follows the words for the way, so the word "round" is omitted.
             let way = round.trim_end_matches(" round");
             format!("{rotation:.1} deg{moved}, {way} by {turned:.1} deg, in {duration} s{sought}, {steps}")
         }
@@ -169,12 +170,13 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// Compares the cost with the cost of the fixed-axis slew; empty if that cost is not known.
+/// Compares the cost with the cost of a fixed-axis slew. Returns an empty text if the latter is
+/// unknown.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;
-    // The minimum-time fixed-axis slew keeps the limits; the minimum-effort one is computed without
-    // limits.
+    // The minimum-time fixed-axis slew respects the limits, but the minimum-effort fixed-axis slew
+    // is computed without limits.
     let free = problem.objective != Objective::Time && problem.is_constrained();
     let limits = if free { " without limits" } else { "" };
     match part {
@@ -187,7 +189,7 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Describes the terminal error of the true motion.
+/// Describes the terminal error of the continuous motion.
 fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<String> {
     let off = |value: f64, unit: &str| match value {
         value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
@@ -218,8 +220,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// Returns the line about the largest angular rate and its limit. If the rate is limited, the rate
-/// is that of the true motion.
+/// Returns the line about the largest angular rate and its limit. If the rate is limited, it is the
+/// rate of the continuous motion.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
@@ -244,8 +246,8 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// Returns the lines about clearances, the smallest clearance first, at most `room` lines. The
-/// smallest clearance is always reported.
+/// Returns at most `room` lines about clearances, in increasing order. The smallest clearance is
+/// always reported.
 fn clearances(
     problem: &Problem,
     solution: &Solution,
@@ -272,8 +274,8 @@ fn clearances(
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
             left => {
-                // A cone that was tightened for the true motion is touched only up to the tolerance
-                // of the tightening.
+                // A cone that was tightened for the continuous motion is touched only within the
+                // tolerance of the tightening.
                 let spare = if left < LITTLE {
                     format!("less than {LITTLE} deg")
                 } else {
@@ -316,7 +318,7 @@ pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Returns the gap of a local minimum to first order: the cost that neighbouring plans can save.
+/// Describes the gap of a local minimum: the cost that neighbouring plans can save, to first order.
 fn neighbours(solution: &Solution) -> String {
     let Some(switching) = &solution.switching else { return String::new() };
     if switching.structure == Structure::Pulses {
@@ -330,7 +332,7 @@ fn neighbours(solution: &Solution) -> String {
     }
 }
 
-/// Returns the words for the homotopy class of a path: "the short way" or "the long way".
+/// Returns the phrase for the homotopy class of a path: "the short way" or "the long way".
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
@@ -340,7 +342,7 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Describes the other extremals that the search found, if any.
+/// Describes the other extremals that the search found; `None` if it found none.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;
@@ -357,8 +359,8 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     };
     let cost = format!("{}{unit}", significant(nearest.cost, 4));
     let against = match nearest.cost / best {
-        // If the plan costs nothing, the cost of a rival has no ratio to it, and the cost itself is
-        // stated.
+        // If the plan has zero cost, the cost of a rival cannot be given as a ratio, and its value
+        // is stated.
         part if !part.is_finite() => format!("at {cost}"),
         part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
         part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),

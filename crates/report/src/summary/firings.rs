@@ -6,13 +6,13 @@ use slewkit::numerics::figures::{short, significant};
 use slewkit::{Vector3, lie};
 use slewkit_files::identity::Identity;
 
-/// The fraction of its largest force below which a thruster counts as off.
+/// Fraction of the largest force of a thruster below which the thruster counts as off.
 const OFF: f64 = 0.01;
 
 /// An interval in which one thruster is on without interruption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Firing {
-    /// The index of the thruster.
+    /// Index of the thruster that fires.
     pub input: usize,
     /// The start of the firing \[s\].
     pub from: f64,
@@ -27,11 +27,11 @@ impl Firing {
     }
 }
 
-/// Returns all firings, ordered by thruster and time. The list is empty if the inputs are not
+/// Returns all firings, sorted by thruster and time. The list is empty unless the inputs are
 /// one-sided.
 ///
-/// The firings of a plan by arcs are exact, because the nodes of its grid are at the switching
-/// times.
+/// The firings of a plan that consists of arcs are exact, because the switching times are nodes of
+/// its grid.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     let set = &problem.actuation.torque;
     let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {
@@ -61,8 +61,8 @@ pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     found
 }
 
-/// Returns the interval in which each row of inputs acts \[s\]: a step if rows are held over steps,
-/// otherwise the interval around the node of the row.
+/// Returns the time interval in which each row of inputs acts \[s\]. It is a step if inputs are
+/// held over steps, otherwise the interval around the node of the row.
 fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
     if problem.switches() && !problem.is_shaped() {
         return time.windows(2).map(|ends| (ends[0], ends[1])).collect();
@@ -74,8 +74,8 @@ fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Returns the net impulse of all thrusters, `∫ R Σ f d dt` in the axes of the reference frame,
-/// and the sum of their single impulses \[N·s\]; `None` if the forces are unknown.
+/// Returns the net impulse of all thrusters in reference axes, `∫ R Σ f d dt`, and the sum of the
+/// impulses of the single thrusters, both in N·s. Returns `None` if the forces are unknown.
 pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identity) -> Option<(Vector3, f64)> {
     let trajectory = &solution.trajectory;
     let count = problem.actuation.count();
@@ -93,7 +93,7 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
             inputs.iter().enumerate().map(|(input, value)| value / inputs::scale(problem, identity, input).0);
         let pushed: Vector3 =
             forces.clone().zip(&directions).map(|(force, direction)| direction * force).sum();
-        // The body turns during the step, so the mean of the attitudes at both ends is used.
+        // The body rotates during the step, so the mean of the attitudes at its ends is used.
         let at = |node: usize| {
             let node = node.min(trajectory.quaternion.len() - 1);
             lie::rotation_from_quaternion(&trajectory.quaternion[node]) * pushed
@@ -106,19 +106,19 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
     Some((net, all))
 }
 
-/// The fraction of the sum of all impulses below which a component of the net impulse counts as
+/// Fraction of the sum of all impulses below which a component of the net impulse counts as
 /// round-off.
 const NONE: f64 = 1e-9;
 
-/// Formats the three components of the net impulse with their unit. `all` is the sum of the sizes
-/// of all impulses.
+/// Formats the components of the net impulse with their unit. `all` is the sum of the impulses of
+/// the single thrusters \[N·s\].
 fn vector(vector: &Vector3, all: f64) -> String {
     let part = |part: f64| if part.abs() <= NONE * all { "0".into() } else { significant(part, 3) };
     let [x, y, z] = [vector.x, vector.y, vector.z].map(part);
     format!("({x}, {y}, {z}) N·s")
 }
 
-/// Describes the firings in one or two lines; no line without thrusters.
+/// Describes the firings in one or two lines; an empty list if the maneuver has no thrusters.
 pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let found = firings(problem, solution);
     if found.is_empty() {
@@ -137,7 +137,7 @@ pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     lines
 }
 
-/// Returns the on-times of each thruster, one line for each: `T4 on 0.000–2.653 s, 5.1–6 s`.
+/// Returns one line for each thruster with its on-times, such as `T4 on 0.000–2.653 s, 5.1–6 s`.
 pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let found = firings(problem, solution);
     let of = found.chunk_by(|a, b| a.input == b.input);

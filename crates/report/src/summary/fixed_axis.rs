@@ -1,4 +1,4 @@
-//! The cost of the turn about a fixed axis, with which a plan is compared.
+//! Cost of the slew about a fixed axis, with which the cost of a plan is compared.
 //!
 //! A free body that turns about a fixed axis e with the angle θ(t), ω = θ̇, needs the torque
 //! `Je ω̇ + (e × Je) ω²`. Its effort is `½ ∫ (a ω̇² + b ω⁴) dt` with `a = |Je|²` and
@@ -11,13 +11,15 @@ use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
 use slewkit::mechanics::AxisFrame;
 
-/// The number of nodes of f. The relative error of the integral is about its inverse square, 1e-5.
+/// Number of nodes with which f is discretised. The relative error of the integral is about 1e-5,
+/// the inverse square of this number.
 const NODES: usize = 256;
 
-/// The largest number of Newton steps. The convex polynomial of degree four takes about five.
+/// Largest number of Newton steps. The problem is a convex polynomial of degree four, for which
+/// about five steps suffice.
 const MOST_STEPS: usize = 60;
 
-/// The angle \[rad\], a rate times the duration, below which a body counts as at rest.
+/// Product of rate and duration below which a body counts as at rest \[rad\].
 const REST: f64 = 1e-9;
 
 /// Returns the minimum cost of the shorter turn about a fixed axis, in the duration of the plan,
@@ -89,7 +91,7 @@ fn profile(k: f64) -> Option<f64> {
         let diagonal: Vec<f64> = f.iter().map(|value| 4.0 / h + 12.0 * k * h * value * value).collect();
         let (down, ones) =
             (thomas(&diagonal, -2.0 / h, &gradient), thomas(&diagonal, -2.0 / h, &vec![1.0; inner]));
-        // The Newton step does not change the mean of f.
+        // The Newton step leaves the mean of f unchanged.
         let multiplier = down.iter().sum::<f64>() / ones.iter().sum::<f64>();
         let step: Vec<f64> = down.iter().zip(&ones).map(|(down, one)| multiplier * one - down).collect();
         let mut length = 1.0;
@@ -104,7 +106,7 @@ fn profile(k: f64) -> Option<f64> {
                 break None;
             }
         };
-        // If no smaller step lowers the value, f is the minimum up to round-off.
+        // If no shorter step reduces the value, f is the minimum up to round-off.
         let Some((tried, found)) = next else { break };
         let gained = reached - found;
         (f, reached) = (tried, found);
@@ -115,8 +117,8 @@ fn profile(k: f64) -> Option<f64> {
     reached.is_finite().then_some(reached)
 }
 
-/// Solves the tridiagonal system with the given diagonal and `beside` in both off-diagonals (Thomas
-/// algorithm).
+/// Solves the tridiagonal system with the diagonal `diagonal`, the constant `beside` in both
+/// off-diagonals, and the right-hand side `right` (Thomas algorithm).
 fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
     let count = diagonal.len();
     let (mut over, mut found) = (vec![0.0; count], vec![0.0; count]);
@@ -137,9 +139,9 @@ fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
 mod tests {
     use super::profile;
 
-    /// The best profile without the gyroscopic torque is f = 6s(1−s), with the value 12. The least
-    /// value with this torque is between the sum of both minima and the value of that profile: k ∫
-    /// f⁴ = k 6⁴ B(5, 5).
+    /// Without the gyroscopic torque, the optimal profile is f = 6s(1−s), with the value 12. With
+    /// this torque, the minimum lies between the sum of the two separate minima and the value of
+    /// this profile, in which k ∫ f⁴ = k 6⁴ B(5, 5).
     #[test]
     fn the_least_turn_has_the_closed_form_of_a_cubic_and_its_bounds() {
         // The value on the grid of step h is 12/(1 − h²), because the sum of s(1 − s) h is (1 −
@@ -151,8 +153,8 @@ mod tests {
             let cubic = 12.0 + k * 1296.0 / 630.0;
             assert!(12.0_f64.max(k) < least && least < cubic * (1.0 + 2.0 * h2), "{k}: {least} of {cubic}");
         }
-        // If the gyroscopic torque dominates, the rate is nearly constant: the cost is at most the
-        // cost of ramps of length w, in closed form.
+        // If the gyroscopic torque dominates, the rate is nearly constant. The minimum is then at
+        // most the cost of a profile with ramps of length w, which has a closed form.
         let (k, w) = (1e4_f64, 0.02_f64);
         let level = 1.0 / (1.0 - w);
         let ramps = 2.0 * level.powi(2) / w + k * level.powi(4) * (1.0 - 1.6 * w);

@@ -1,4 +1,4 @@
-//! The summary of the gains, the uncertainty and the simulated flights of a plan.
+//! Summary of the gains, the uncertainty and the simulated flights of a plan.
 
 use super::lines::Lines;
 use super::{Tone, headline};
@@ -13,15 +13,16 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
-/// The probability below which the summary states that the value comes from the tail of the normal
-/// distribution.
+/// Probability below which the summary states that the value is extrapolated from the tail of the
+/// normal distribution.
 const SAMPLED: f64 = 1e-4;
 
-/// The probability below which the summary reports only this bound, because the tail of the normal
-/// distribution has no meaning there.
+/// Probability below which the summary only states that the probability is smaller, because values
+/// so far in the tail of the normal distribution are meaningless.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Returns the lines about gains, uncertainty and chances of a plan, by linear theory.
+/// Returns the lines about the gains, the uncertainty and the violation probabilities of a plan,
+/// according to linear theory.
 pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
@@ -44,7 +45,7 @@ pub fn beside(
     {
         lines.text("", text);
     }
-    // If the limit has a requested chance, that chance is reported instead.
+    // If the spec has a chance constraint for the limit, its probability is reported instead.
     let limit = problem.actuation.limit_name(LimitKind::Size, false);
     let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
@@ -61,8 +62,8 @@ pub fn beside(
     lines
 }
 
-/// Returns the violation probability of each constraint, and of each limit with a requested chance.
-/// The joint chances follow.
+/// Returns the violation probability of each constraint and of each limit with a chance constraint,
+/// followed by the joint probabilities.
 fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<String> {
     let is_constraint = |name: &str| problem.constraints.iter().any(|constraint| constraint.name == name);
     let shared =
@@ -114,8 +115,8 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     lines
 }
 
-/// Describes the smallest errors of the start, in attitude and in rate, at which the corrected
-/// length of an arc becomes zero.
+/// Describes the smallest attitude error and the smallest rate error at the start for which the
+/// corrected duration of an arc becomes zero.
 fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let reach = switching.reach();
     let least = |range: std::ops::Range<usize>| {
@@ -124,7 +125,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     };
     let axis = |column: usize| ["x", "y", "z"][column % 3];
     let ((turn, first), of_turn) = least(0..3);
-    // The error is converted from momentum to rate, one axis at a time.
+    // The error is converted from a momentum to a rate about each axis separately.
     let by_rate = |axis: usize| {
         let momentum = problem.body.inertia.j().column(axis).into_owned();
         let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
@@ -149,7 +150,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     )
 }
 
-/// Returns the words for a chance that refers to the whole motion; empty if it refers to the worst
+/// Returns a phrase for a probability over the whole motion; empty for the probability at the worst
 /// instant.
 fn when(asked: &slewkit_files::spec::Chance) -> &'static str {
     if asked.of_motion { " over the motion" } else { "" }
@@ -171,7 +172,8 @@ fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) 
     }
 }
 
-/// Describes which uncertainty contributes most to the variance of the attitude at the end.
+/// Describes the uncertain quantity that contributes most to the variance of the attitude at the
+/// end.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
     let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
     let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
@@ -198,8 +200,8 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// Compares three standard deviations of the largest correction with the difference between limit
-/// and planned input.
+/// Compares three standard deviations of the largest correction with the margin of the planned
+/// input to its limit.
 fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
     let craft = problem.of_craft();
     let sizes = craft.actuation.torque.limits().size.as_ref()?;
@@ -224,7 +226,8 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     })
 }
 
-/// Formats the reserve of a limit: one number, or the smallest and the largest of several.
+/// Formats the margin to a limit as one number, or as the smallest and the largest of several
+/// numbers.
 fn held(of: &HeldRecord) -> String {
     let number = |number: f64| significant(number, 4);
     let range = |numbers: &[f64]| {
@@ -242,7 +245,7 @@ fn held(of: &HeldRecord) -> String {
     format!("{} {}{limit} {}", escape(&of.name), range(&of.held), of.unit)
 }
 
-/// Describes the margins and reserves that the plan holds for its chance constraints.
+/// Describes the margins and reserves that the plan keeps for its chance constraints.
 pub fn kept(margins: &MarginsRecord) -> String {
     let flown = margins.counted.iter().map(|(name, counted)| {
         let [low, high] = counted.interval.map(percent);

@@ -1,4 +1,4 @@
-//! The results of the search: method, path, cost, arcs, optimality.
+//! Results of the search: method, path, cost, arcs and optimality.
 
 use super::lines::{Lines, line};
 use slewkit::lie;
@@ -10,13 +10,14 @@ use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The relative gap below which a singular arc counts as replaced by enough bang-bang arcs.
+/// Largest relative gap at which the bang-bang arcs that replace a singular arc count as
+/// sufficiently many.
 const SMALL_GAP: f64 = 1e-4;
 
-/// The relative difference below which two durations count as equal.
+/// Largest relative difference between two durations that count as equal.
 const SAME_DURATION: f64 = 1e-12;
 
-/// Returns the name of an integration scheme in sentences.
+/// Returns the name of an integration scheme for use in sentences.
 pub fn scheme(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::LieVerlet => "Lie–Verlet",
@@ -52,7 +53,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
 pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let unit = match problem.motion {
         Motion::Attitude => "  N²·m²·s",
-        // The sum of force effort and torque effort has the unit that the weights give it.
+        // The weights determine the unit of the sum of force effort and torque effort.
         Motion::RigidBody => "",
     };
     let of = rotation_beside_path(problem, solution).map(|rotation| format!(" of {rotation:.1} deg"));
@@ -121,8 +122,8 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         None => "not tested, as requested".into(),
     };
     let timed = solution.switching.is_some() || problem.is_shaped();
-    // Shooting computes both in one sweep. NaN means that the sweep was not requested or was
-    // stopped.
+    // A single sweep of shooting computes both values. NaN means that the sweep was not requested
+    // or was stopped.
     let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
     let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
     let second = if solution.switching.as_ref().is_some_and(|switching| switching.beside_optimum) {
@@ -138,7 +139,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             None => String::new(),
         };
         let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
-        // Paths on different sides of a cone may have the same homotopy class.
+        // Paths that pass a cone on different sides may belong to the same homotopy class.
         if solution.method.is_on_equal_steps() {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
@@ -156,7 +157,8 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     lines
 }
 
-/// Describes the corrections of the discrete target until the true motion met the end.
+/// Describes the corrections of the discrete target with which the continuous motion meets the
+/// target.
 fn landed(landing: &Landing) -> String {
     let figure = |miss: Option<&f64>| miss.map_or("?".into(), |miss| error(*miss));
     let (first, last) = (figure(landing.misses.first()), figure(landing.misses.last()));
@@ -178,7 +180,7 @@ fn landed(landing: &Landing) -> String {
     }
 }
 
-/// Describes how the number of steps was chosen.
+/// Describes the choice of the number of steps.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
         Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),
@@ -280,7 +282,7 @@ fn switched(
     lines
 }
 
-/// Returns the names of inputs or, for inputs without names, their numbers.
+/// Returns the names of inputs, or their numbers if they have no names.
 fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
     let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
     let numbers: Vec<String> = inputs.iter().map(|input| input.saturating_add(1).to_string()).collect();
@@ -292,7 +294,7 @@ fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
     }
 }
 
-/// Describes on which inputs, and at which times, the cost does not depend to first order.
+/// Describes the inputs, and the times, on which the cost does not depend to first order.
 fn undetermined(gap: &ContinuousGap, identity: &Identity) -> String {
     let mut inputs: Vec<usize> = gap.undetermined.iter().map(|stretch| stretch.input).collect();
     inputs.dedup();
@@ -305,7 +307,7 @@ fn undetermined(gap: &ContinuousGap, identity: &Identity) -> String {
     format!("to first order the cost does not depend on {}", told.join(", "))
 }
 
-/// Describes the number of pulses, their lengths, and their cost.
+/// Describes the number of pulses, their durations, and the cost increase that they cause.
 fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     let (without, cost) = (pulses.cost_without, switching.continuous_cost);
     let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
@@ -330,9 +332,9 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Returns the angle of the shortest rotation between start and end [deg] if the path goes the
-/// short way, from rest to rest, but turns by more than 180° in total, which could be mistaken for
-/// the long way.
+/// Returns the angle of the shortest rotation from the start to the end \[deg\] if the path might
+/// be mistaken for the long way. This is a rest-to-rest path that goes the short way but turns by
+/// more than 180° in total. Returns `None` for all other paths.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
@@ -341,15 +343,15 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// The proof of optimality of a minimum-time or minimum-fuel plan, for which no second-order test
+/// Phrase for the optimality of a minimum-time or minimum-fuel plan, for which no second-order test
 /// exists.
 const MINIMAL: &str = "minimal to first order on the grid";
 
-/// The number of residuals that are shown before and after an ellipsis.
+/// Number of residuals that are shown before an ellipsis, and number that are shown after it.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// Returns the lines about the iterations that led to the plan: their number on all grids, and the
-/// residuals on the requested grid.
+/// Returns the lines about the iterations that led to the plan: their number on all grids, and
+/// their residuals on the requested grid.
 fn iterations(solution: &Solution) -> Vec<String> {
     let convex = solution.method.is_on_equal_steps();
     let won = |rung: &&RungReport| {
@@ -377,14 +379,14 @@ fn iterations(solution: &Solution) -> Vec<String> {
         ),
     };
     let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
-    // The residual of a subproblem is the defect of the dynamics, and the residual of Newton's
-    // method is that of all conditions. The two cannot be shown as one sequence.
+    // The residual of a convex subproblem is the defect of the dynamics, but the residual of
+    // Newton's method includes all conditions. The two are therefore not shown as one sequence.
     let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
     let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
     residuals.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
     let course = match &residuals[..] {
-        // The solution of the coarser grid needed no further iterations on this grid.
+        // The solution on the coarser grid needed no further iterations on this grid.
         [] | [_] => return lines,
         short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
         long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),

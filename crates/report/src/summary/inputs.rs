@@ -1,5 +1,5 @@
-//! The lines about inputs: the name and the peak of each input in its own unit, and the percentage
-//! of its limit.
+//! Lines about the inputs: the name and the peak of each input in the unit of the input, and the
+//! peak in percent of its limit.
 
 use super::lines::{Lines, clipped, percent};
 use slewkit::maneuver::{Fuel, Motion, Problem, Solution, Trajectory};
@@ -10,14 +10,14 @@ use slewkit::verify::Margin;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// The largest number of inputs that a summary lists one by one.
+/// Largest number of inputs that a summary lists individually.
 const MOST_TOLD: usize = 6;
 
-/// The largest number of characters of a name.
+/// Largest number of characters of the name of an input.
 const NAME: usize = 10;
 
-/// Returns the name of the input with this index: its name in the spec or, if it has none, its axis
-/// or its kind and number.
+/// Returns the name of input `index`. It is the name in the spec or, if the spec gives no name, the
+/// coordinate axis of the input, or its kind and number.
 pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> String {
     if let Some(name) = identity.input(index) {
         return escape(name);
@@ -44,8 +44,8 @@ fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     alone.then(|| ["x", "y", "z"][at])
 }
 
-/// Returns the divisor that converts an input of the plan to its displayed unit, and this unit. For
-/// a thruster that is given by position and force direction, the displayed input is a force.
+/// Returns the divisor that converts an input of the plan to the unit in which it is displayed, and
+/// this unit. If the spec defines a thruster by its position and its force, the force is displayed.
 pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
     if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
         return (1.0, "N");
@@ -56,7 +56,7 @@ pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f6
     }
 }
 
-/// Returns the unit of fuel, if all inputs have the same kind and the same price.
+/// Returns the unit of fuel if all inputs have the same kind and price, otherwise an empty text.
 pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
     let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
     let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);
@@ -70,8 +70,8 @@ pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str 
     }
 }
 
-/// Returns the lines about the peaks of all inputs, and of the wheel momenta. `margins` are the
-/// margins of all limits, as the witness computed them.
+/// Returns the lines about the peaks of all inputs and of the wheel momenta. `margins` are the
+/// margins to all limits that the witness computed.
 pub(super) fn told(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -95,7 +95,7 @@ pub(super) fn told(
     lines
 }
 
-/// Returns the groups of inputs of a maneuver: torques, then forces.
+/// Returns the groups of inputs of a maneuver, torques before forces.
 fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     let actuation = &problem.actuation;
     let first = actuation.first_torque();
@@ -118,17 +118,18 @@ fn channels(problem: &Problem) -> Vec<Channel<'_>> {
     [Some(torques), force].into_iter().flatten().collect()
 }
 
-/// The input with the highest percentage of its limit, or the largest input if no input is limited.
+/// Input whose peak is the highest in percent of its limit, or the largest input if no input is
+/// limited.
 pub(crate) struct Busiest {
-    /// The kind of inputs, as in "wheels".
+    /// Kind of the input in the plural, such as "wheels".
     pub kind: &'static str,
-    /// The name of the input.
+    /// Name of the input in the summary.
     pub name: String,
-    /// The peak, in the unit that is displayed.
+    /// Peak of the input, in the unit `unit`.
     pub peak: f64,
-    /// The unit of the peak.
+    /// Unit of the peak and of the limit.
     pub unit: &'static str,
-    /// The limit, if the input has one.
+    /// Limit of the input, in the unit `unit`; `None` if it has no limit.
     pub limit: Option<f64>,
 }
 
@@ -147,8 +148,8 @@ impl Busiest {
     }
 }
 
-/// Returns the torque or thruster with the highest percentage of its limit, then the force, and the
-/// wheel with the highest momentum.
+/// Returns, for the torques or thrusters and then for the forces, the input whose peak is the
+/// highest in percent of its limit; finally the wheel with the highest momentum.
 pub(crate) fn busiest(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<Busiest> {
     let (actuation, trajectory) = (&problem.actuation, &solution.trajectory);
     let first = actuation.first_torque();
@@ -207,7 +208,7 @@ impl Channel<'_> {
         if self.set.frame() == AxisFrame::Reference {
             text.push_str(", reference axes");
         }
-        // The limits on the group: on its norm, and on its rate of change.
+        // Limits that apply to the group as a whole: on its norm, and on its rate of change.
         let of_whole = |limit: &InputLimit| {
             limit.of_force == self.of_force && matches!(limit.kind, LimitKind::Norm | LimitKind::Rate)
         };
@@ -227,13 +228,13 @@ impl Channel<'_> {
     }
 }
 
-/// Returns the margin relative to the limit. Round-off of either sign becomes zero.
+/// Returns the relative margin to a limit, in which round-off of either sign is replaced by zero.
 fn rounded(margin: &Margin) -> f64 {
     if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.scaled }
 }
 
-/// Returns the largest absolute value of each column in `range`. `rows` holds rows of `count`
-/// numbers.
+/// Returns the largest absolute value of each column in `range`. `rows` contains rows of `count`
+/// numbers each.
 fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64> {
     let mut peaks = vec![0.0_f64; range.len()];
     for row in rows.chunks_exact(count.max(1)) {
@@ -244,11 +245,11 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
     peaks
 }
 
-/// Formats the peaks with their names, and the highest percentage of a limit.
+/// Formats peaks with their names, and the highest peak in percent of its limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
-    // Percentages are compared only in the digits that the optimum determines, so that the first of
-    // several inputs at their limits is chosen on every machine.
+    // Percentages are compared only in the digits that the optimum determines. If several inputs
+    // are at their limits, the first of them is therefore chosen on every machine.
     let part = |index: usize| {
         let part = limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
         (part * 1e9).round() * 1e-9
@@ -277,7 +278,7 @@ fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &st
     text
 }
 
-/// Returns a fraction of a limit, rounded to 1 if it differs from 1 only by round-off.
+/// Returns a fraction of a limit; a value that differs from 1 only by round-off is replaced by 1.
 fn rounded_part(part: f64) -> f64 {
     if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
 }

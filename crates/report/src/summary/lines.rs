@@ -1,15 +1,15 @@
-//! Lines of a summary: labels, headline, colours.
+//! Lines of a summary: their labels, headline and colours.
 
 use slewkit::numerics::figures::significant;
 use slewkit_files::spec::escape;
 
-/// The width of the headline, with name and verdict, in characters.
+/// Number of characters of the headline, which contains the name and the verdict.
 const WIDTH: usize = 76;
 
-/// The number of characters before the text of a labelled line.
+/// Number of characters that precede the text of a labelled line.
 const LABELLED: usize = 13;
 
-/// The number of characters for the text of a labelled line, in a terminal of 80 columns.
+/// Number of characters available for the text of a labelled line in a terminal of 80 columns.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
 /// Breaks `text` between words into lines of at most `width` characters. A longer word has its own
@@ -34,24 +34,26 @@ pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
 }
 
-/// Returns the label and the text of an entry of a summary, without the line breaks of a terminal.
+/// Returns the label and the text of an entry of a summary, and removes the line breaks of the
+/// text.
 pub fn parts(entry: &str) -> (String, String) {
     let split = entry.char_indices().nth(LABELLED).map_or(entry.len(), |(at, _)| at);
     let (label, text) = entry.split_at(split);
     (label.trim().into(), text.lines().map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
-/// Returns the number of lines of all entries on a terminal.
+/// Returns the number of lines that all entries occupy in a terminal.
 pub(super) fn rows(entries: &[String]) -> usize {
     entries.iter().map(|entry| entry.lines().count()).sum()
 }
 
-/// A summary: entries of a label and a text, most of them one line.
+/// A summary that is being built from entries, each with a label and a text. Most entries are one
+/// line.
 pub trait Lines {
     /// Adds a labelled line.
     fn line(&mut self, label: &str, text: impl AsRef<str>);
 
-    /// Adds one line for each text. Only the first one has the label.
+    /// Adds one line for each text. Only the first line has the label.
     fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.line(if index == 0 { label } else { "" }, text);
@@ -67,7 +69,7 @@ pub trait Lines {
         }
     }
 
-    /// Adds each text as one entry. Only the first one has the label.
+    /// Adds each text as one entry. Only the first entry has the label.
     fn texts<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.text(if index == 0 { label } else { "" }, text);
@@ -81,7 +83,7 @@ impl Lines for Vec<String> {
     }
 }
 
-/// The meaning of a text, which is shown as a colour.
+/// Meaning of a text, which determines its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// A good outcome, shown in green.
@@ -117,7 +119,7 @@ pub(super) fn percent(part: f64) -> String {
     }
 }
 
-/// Cuts `text` to at most `most` characters.
+/// Truncates `text` to at most `most` characters.
 pub(super) fn clipped(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.into();

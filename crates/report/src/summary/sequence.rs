@@ -1,5 +1,5 @@
-//! The summary of a sequence: its order, its duration and cost, a line for each stop, the results
-//! of the witnesses, and the proof of optimality.
+//! Summary of a sequence: the order of its stops, its duration and cost, a line for each stop, the
+//! results of the witnesses, and the proof of optimality.
 
 use super::brief::proof;
 use super::inputs;
@@ -14,10 +14,10 @@ use slewkit_files::spec::{LoadedSequence, escape};
 /// The largest number of characters of the name of a stop.
 const NAME: usize = 16;
 
-/// The largest number of stops in the summary. The plan file has all stops.
+/// Largest number of stops that the summary lists. The plan file contains all stops.
 const SHOWN: usize = 30;
 
-/// The largest number of cones in the summary.
+/// Largest number of cones that the summary lists.
 const CONES: usize = 4;
 
 /// Returns the summary of the plan of a sequence: headline and lines.
@@ -29,7 +29,7 @@ pub fn sequence(colour: bool, file: &SequenceFile<'_>, loaded: &LoadedSequence) 
     lines
 }
 
-/// Returns the verdict on a sequence in a few words.
+/// Returns the verdict on a sequence as a short phrase, with its tone.
 pub fn verdict(status: Status) -> (&'static str, Tone) {
     match status {
         Status::Solved => ("solved and verified", Tone::Good),
@@ -82,7 +82,7 @@ pub fn told(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Vec<String> {
     lines
 }
 
-/// Returns the proof of optimality of the leg with the weakest proof.
+/// Describes the optimality of the leg with the weakest proof; `None` if no leg has a proof.
 fn proved(file: &SequenceFile<'_>, loaded: &LoadedSequence) -> Option<String> {
     let craft = &loaded.sequence.craft;
     let solutions: Option<Vec<Solution>> =
@@ -149,7 +149,7 @@ fn row(leg: &PlanFile<'_>, stop: &StopRecord) -> String {
     format!("{name:<NAME$}{turned:>8}{lasting:>9}{arrives:>10}{holds:>10}{until:>10}")
 }
 
-/// Returns the smallest clearance to each cone over all legs, in ascending order.
+/// Returns the smallest clearance to each cone over all legs, in increasing order.
 fn clearances(file: &SequenceFile<'_>) -> Vec<String> {
     let of_leg = |(leg, stop): (&PlanFile<'_>, &StopRecord)| {
         let margins = leg.verified.as_ref().map_or(Vec::new(), |found| found.margins.clone());
@@ -176,7 +176,7 @@ fn fastest(legs: &[PlanFile<'_>]) -> Option<String> {
     Some(format!("{} deg/s at most", significant(rate, 3)))
 }
 
-/// Describes the largest terminal error of the true motion over all legs.
+/// Describes the largest terminal error of the continuous motion over all legs.
 fn arrives(legs: &[PlanFile<'_>]) -> Option<String> {
     let found = legs.iter().filter_map(|leg| leg.verified.as_ref());
     let off = found.map(|found| found.continuous_attitude_rad.to_degrees()).reduce(f64::max)?;

@@ -1,4 +1,4 @@
-//! The summary of a solve without a plan: why it ended, its best iterate, and its attempts.
+//! Summary of a solve without a plan: the reason why it ended, its best iterate, and all attempts.
 
 use super::found::terminal;
 use super::lines::Lines;
@@ -23,13 +23,13 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
     }
 }
 
-/// Describes the terminal error of the best iterate; states that no iterate reached the end if the
-/// error is not finite.
+/// Describes the terminal error of the best iterate. If the error is not finite, states that no
+/// iterate reached the end.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
 }
 
-/// Returns the remedies if no plan was found, the most promising first.
+/// Returns remedies for a solve without a plan, the most promising remedy first.
 pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     let key = if problem.duration.at_most().is_some() { "duration_at_most_s" } else { "duration_s" };
     let mut told = Vec::new();
@@ -71,7 +71,7 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     told
 }
 
-/// Describes the distance of the best iterate from the end.
+/// Describes the terminal error of the best iterate, which was the nearest to the target.
 pub(super) fn nearest(error: &TerminalError) -> String {
     let attitude = error.attitude_rad.to_degrees();
     if !error.largest().is_finite() {
@@ -100,11 +100,11 @@ fn ended(outcome: Outcome) -> &'static str {
     }
 }
 
-/// The number of consecutive runs of one strategy above which they share a line. The plan file
-/// lists all runs.
+/// Largest number of consecutive runs of one strategy that are listed individually; more runs share
+/// a line. The plan file lists all runs.
 const CROWD: usize = 8;
 
-/// Lists the attempts: one line for each run, and one line for several equal runs.
+/// Lists the attempts, with one line for each run or for several consecutive runs of one strategy.
 pub(super) fn ladder(rungs: &[RungReport]) -> Vec<String> {
     let texts = rungs
         .chunk_by(|a, b| a.rung == b.rung)

@@ -1,4 +1,4 @@
-//! The lines about a moving target: its distance, its rate, and the pointing error of a plan that
+//! Lines about a moving target: its distance, its rate, and the pointing error of a plan that
 //! ignores its motion.
 
 use slewkit::maneuver::constraint::angle_between;
@@ -7,9 +7,9 @@ use slewkit::numerics::figures::significant;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// Describes the target, its rate relative to the stars [deg/s], and the angle by which it moves
-/// during the maneuver. If the body ends at rest, its pointing error grows at the rate of the
-/// target. Returns no line if the end is not on a moving target.
+/// Describes the target, its rate relative to the stars \[deg/s\], and the angle by which it moves
+/// during the maneuver. If the body ends at rest, states that its pointing error grows at the rate
+/// of the target. Returns an empty list if the end is not on a moving target.
 pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let frame_rate = problem.environment.frame_rate();
     let Some(aim) = problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! The lines about the results of the witnesses.
+//! Lines about the results of the witnesses.
 
 use super::lines::{Lines, Tone, line, paint};
 use slewkit::maneuver::{ActiveConstraint, Problem, Trajectory};
@@ -7,22 +7,23 @@ use slewkit::verify::{Margin, Testimony, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// A plan that the witnesses judged.
+/// A plan that the witnesses have judged, with the data for describing it.
 pub struct Judged<'a> {
-    /// The maneuver.
+    /// Maneuver to which the plan belongs.
     pub problem: &'a Problem,
-    /// The names of the inputs.
+    /// Names of the inputs and frames.
     pub identity: &'a Identity,
-    /// The plan.
+    /// Trajectory of the plan.
     pub trajectory: &'a Trajectory,
-    /// The limits that are active according to the solver; `None` if they are not shown.
+    /// Limits that are active according to the solver; `None` if active limits are not shown.
     pub active: Option<&'a [ActiveConstraint]>,
 }
 
-/// Returns the lines about margins and results of the witnesses, and about every check that fails.
+/// Returns the lines about the margins, about the results of the witnesses, and about every failed
+/// check.
 pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> Vec<String> {
     if verification.was_stopped() {
-        // If the witnesses failed, their numbers are NaN.
+        // If the witnesses failed, their results are NaN.
         return verification.failure.iter().map(|failure| line("witness", &escape(failure))).collect();
     }
     let mut peaks = format!(
@@ -75,7 +76,7 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     lines
 }
 
-/// Returns every check that fails, with its value and its limit.
+/// Returns a line for every failed check, with its value and its limit.
 pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String> {
     let mut lines = Vec::new();
     for check in verification.checks.iter().filter(|check| !check.passed) {
@@ -98,12 +99,13 @@ pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String>
     lines
 }
 
-/// Returns the record of a witness, whether it ran or could not judge; `None` if it was not called.
+/// Returns the record of the witness `witness`, even if it could not judge the plan; `None` if it
+/// was not called.
 fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimony> {
     verification.witnesses.iter().find(|ran| ran.witness == witness)
 }
 
-/// Describes over which part of the plan a witness ran; empty if it ran over the whole plan.
+/// Describes the part of the plan over which a witness ran; empty if it ran over the whole plan.
 fn over(ran: &Testimony, judged: &Judged) -> String {
     if ran.windows <= 1 {
         return String::new();
@@ -111,8 +113,8 @@ fn over(ran: &Testimony, judged: &Judged) -> String {
     format!(" over {} of {} steps in {} windows", ran.steps, judged.problem.steps, ran.windows)
 }
 
-/// Describes the margin of the true motion to one limit, the time at which the plan is nearest to
-/// the limit, and whether that is between two nodes.
+/// Describes the margin of the continuous motion to one limit, the time at which it is smallest,
+/// and whether this time is between two nodes.
 fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let active = judged.active.and_then(|all| all.iter().find(|active| active.name == margin.name));
     let touched = judged.active.is_none() && margin.scaled.abs() <= Margin::ROUND_OFF;
@@ -138,8 +140,8 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
 }
 
-/// Returns the number of different times at which a constraint is active. Several inputs may be at
-/// a limit at the same time.
+/// Returns the number of different times at which a constraint is active. Several inputs that are
+/// at a limit at the same time count once.
 fn moments(active: &ActiveConstraint) -> usize {
     let mut times: Vec<u64> = active.time_s.iter().map(|time| time.to_bits()).collect();
     times.sort_unstable();

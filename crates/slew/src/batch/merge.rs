@@ -59,8 +59,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Refuses a name for the file of results if its ending is not one of `endings`. A path that is not
-/// a regular file, such as `/dev/null`, needs no ending.
+/// Returns an error if the name of the file of results has none of the file name extensions
+/// `endings`. A path that is not a regular file, such as `/dev/null`, needs no extension.
 pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let is_known = ending.as_deref().is_some_and(|ending| endings.contains(&ending));
@@ -78,12 +78,12 @@ pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0105", reason, remedy)))
 }
 
-/// Returns whether the name has the ending of a table of comma-separated values.
+/// Returns whether the file name has the extension of a comma-separated table.
 pub fn is_csv(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
-/// Returns whether the name has the ending of a Parquet file.
+/// Returns whether the file name has the extension of a Parquet file.
 pub fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
 }

@@ -1,4 +1,4 @@
-//! The commands for many maneuvers: `slew batch`, `slew sweep`, `slew monte-carlo`, `slew merge`.
+//! Commands that plan many maneuvers: `slew batch`, `slew sweep`, `slew monte-carlo`, `slew merge`.
 
 pub mod merge;
 pub mod monte_carlo;
@@ -74,7 +74,7 @@ impl Running {
     }
 }
 
-/// Refuses a number of threads that is zero or too large.
+/// Returns an error if the number of threads is zero or too large.
 pub fn checked_threads(threads: usize) -> Result<(), Failure> {
     if (1..=MAX_THREADS).contains(&threads) {
         return Ok(());
@@ -84,18 +84,18 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
-/// The command line of a batch. The summary uses it to print a command that plans one case again.
+/// Command line of a batch, from which the summary builds a command that plans one case again.
 pub struct Asked<'a> {
-    /// The command and the options that define its cases: `slew sweep SPEC --over …`.
+    /// Command with the options that define its cases, such as `slew sweep SPEC --over …`.
     pub command: String,
-    /// The spec, or the folder of specs.
+    /// Path of the spec, or of the folder of specs.
     pub spec: &'a Path,
-    /// The table of cases; `None` without `--cases`.
+    /// Path of the table of cases; `None` without `--cases`.
     pub cases: Option<&'a Path>,
     pub reading: &'a Reading,
 }
 
-/// Plans all cases, or only the case that `--case` requests.
+/// Plans all cases of a batch, or only the case that `--case` requests.
 pub fn conduct(
     batch: &Batch,
     asked: &Asked<'_>,
@@ -134,8 +134,8 @@ pub fn conduct(
     let mut tally = Tally::default();
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
-    // Existing plan files are an error only for a new run. In a continued run they belong to the
-    // run, and a plan that was left by a kill is replaced.
+    // Existing plan files are an error only in a new run. In a continued run they are results of
+    // this run, and a plan file of an interrupted case is replaced.
     if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
         batch.check_plans(folder, shard)?;
     }
@@ -158,7 +158,7 @@ pub fn conduct(
     let ended = run(batch, shard, done, &options, &interrupt::requested, &mut take, &mut tick);
     console.clear_progress();
     let ended = match ended {
-        // The reader closed the stream, as `head` does.
+        // The program that reads the stream has closed it, as `head` does.
         Err(BatchError::Closed) => return Ok(Exit::Solved),
         ended => ended?,
     };
@@ -221,7 +221,7 @@ fn one(
     )
 }
 
-/// Returns the spec that the cases change, with the overrides of the command line.
+/// Reads the spec on which the cases are based, with the overrides on the command line.
 pub fn base(spec: &Path, reading: &Reading) -> Result<Base, Failure> {
     let (overrides, format) = super::spec_file::arguments(spec, reading)?;
     Ok(if spec.as_os_str() == "-" {
@@ -239,7 +239,7 @@ fn make(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The destination of the results of a batch.
+/// Destination to which the results of a batch are written.
 enum Sink {
     Nowhere,
     Stdout,
@@ -249,7 +249,7 @@ enum Sink {
 }
 
 impl Sink {
-    /// Opens the destination. Results that the file already contains are added to the tally.
+    /// Opens the destination. Results that the file already contains are added to the statistics.
     fn open(
         running: &Running,
         header: &slewkit_files::batch::Header,
@@ -305,7 +305,8 @@ impl Sink {
         }
     }
 
-    /// Writes everything to the disk. Returns the path if the destination is a file.
+    /// Writes all data to the disk. Returns the path of the destination, or `None` if it is not a
+    /// file.
     fn close(self) -> Result<Option<PathBuf>, BatchError> {
         match self {
             Self::Nowhere | Self::Stdout => Ok(None),

@@ -1,4 +1,4 @@
-//! `slew monte-carlo`: plans random draws of the numbers that vary.
+//! `slew monte-carlo`: plans a maneuver for random draws of its uncertain quantities.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;

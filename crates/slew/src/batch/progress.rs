@@ -1,20 +1,21 @@
-//! The progress lines of a batch: finished cases, cases per second, remaining time.
+//! Progress lines of a batch: finished cases, cases per second, and remaining time.
 
 use crate::Console;
 use slewkit::numerics::figures::significant;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-/// The interval between progress lines if stderr is not a terminal.
+/// Interval between two progress lines if stderr is not a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
-/// The progress of a batch.
+/// Progress of a batch, from which progress lines are made.
 pub struct Progress {
     cases: u64,
-    /// The number of results that the file contained before this run.
+    /// Number of results that the file contained before this run.
     before: u64,
     began: Instant,
-    /// The time of the last progress line, if `--progress` requests lines without a terminal.
+    /// Time of the last progress line; `None` unless `--progress` requests progress lines and
+    /// stderr is not a terminal.
     told: Option<Cell<Instant>>,
 }
 
@@ -24,8 +25,8 @@ impl Progress {
         Self { cases, before, began, told: insist.then(|| Cell::new(began)) }
     }
 
-    /// Prints the progress if the interval has passed. `done` and `failed` count the results from
-    /// before this run too.
+    /// Prints a progress line if the interval since the last one has passed. `done` and `failed`
+    /// include the results from before this run.
     pub fn tell(&self, console: &mut Console, (done, failed): (u64, u64)) {
         if console.shows_progress() {
             console.progress(|| self.text(done, failed));

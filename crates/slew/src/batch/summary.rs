@@ -1,4 +1,4 @@
-//! The summary of a batch.
+//! Summary of the results of a batch.
 
 use super::Asked;
 use super::progress::span;
@@ -11,7 +11,7 @@ use slewkit_files::spec::escape;
 use slewkit_report::told_of_cases;
 use std::path::PathBuf;
 
-/// The data of the summary of a batch.
+/// Data from which the summary of a batch is made.
 pub struct Facts<'a> {
     pub asked: &'a Asked<'a>,
     pub header: &'a Header,
@@ -76,8 +76,8 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     lines.join("\n")
 }
 
-/// Returns the command that plans one case alone: the first failed case or, if no case failed, the
-/// costliest one.
+/// Returns the command that plans one case alone. It is the first failed case or, if no case
+/// failed, the costliest case.
 fn again(facts: &Facts<'_>) -> Option<String> {
     let failures = facts.tally.statuses.iter().filter(|(status, _)| *status != "solved");
     let failed = failures.filter_map(|(_, (_, first))| first.first().copied()).min();

@@ -1,4 +1,4 @@
-//! `slew sweep`: plans a grid of values of some keys.
+//! `slew sweep`: plans a maneuver for a grid of values of some keys.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;

@@ -10,11 +10,12 @@ use slewkit::plan::Observer;
 #[cfg(feature = "sdp")]
 use slewkit_report::studies::methods::{Global, global};
 
-/// A lower bound, or the reason why it is absent, as lines of the summary and as JSON.
+/// A global lower bound, or the reason why it cannot be computed, as lines of the summary and as
+/// JSON.
 pub struct Bound {
-    /// The lines of the summary.
+    /// Lines of the summary that describe the bound.
     pub lines: Vec<String>,
-    /// The value of the key `bound` in JSON: the numbers, or `reason`.
+    /// Value of the key `bound` in the JSON document: the numbers of the bound, or its `reason`.
     pub document: serde_json::Value,
 }
 
@@ -31,7 +32,7 @@ pub fn available() -> Result<(), Failure> {
     ))
 }
 
-/// Returns the error of [`available`], because this build has no bound.
+/// Returns the error of [`available`], because this build cannot compute the bound.
 #[cfg(not(feature = "sdp"))]
 pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
     available()?;

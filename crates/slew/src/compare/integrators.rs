@@ -1,4 +1,4 @@
-//! The comparison of integrators on the bodies of a simulation spec, as tables, JSON and figures.
+//! Comparison of integrators on the bodies of a simulation spec, as tables, JSON and figures.
 
 use super::{Args, page};
 use crate::{Console, Exit, Failure, Message, Tone, headline, interrupt, summary};
@@ -44,13 +44,14 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// Returns whether the command line gives any of these options.
+    /// Returns whether any of these options is given on the command line.
     pub fn any(&self) -> bool {
         let lists = [&self.step, &self.horizon, &self.error];
         self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
     }
 
-    /// Returns the target files of the figures. Checks before any work that none of them is `spec`.
+    /// Returns the output files of the figures. Before any other work, checks that none of them is
+    /// `spec`.
     fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
         let Some(folder) = &self.figures else { return Ok(Vec::new()) };
         if !folder.exists() {
@@ -67,8 +68,8 @@ impl StudyArgs {
         FIGURES.iter().map(target).collect()
     }
 
-    /// Builds the failure of a study. It is a usage error if the wrong numbers come from the
-    /// command line.
+    /// Creates the failure for a study that cannot be carried out. It is a usage error if the
+    /// invalid numbers are on the command line.
     fn refusal(&self, error: &StudyError) -> Failure {
         if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
             return Failure::Usage(format!("--step, --horizon, --error: {error}"));
@@ -77,7 +78,7 @@ impl StudyArgs {
         Failure::Problem(Message::new("E0124", error.to_string(), remedy))
     }
 
-    /// Returns the comparison that the options request.
+    /// Returns the values of the study that the options request.
     fn asked(&self) -> Asked {
         Asked {
             kinds: self.integrators.clone(),
@@ -126,7 +127,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
         interrupted: found.interrupted,
     };
     args.report.print(&document)?;
-    // Figures of an interrupted comparison would have gaps that look like results.
+    // An interrupted comparison has gaps, which figures would show like results.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
         for (figure, target) in drawn.iter().zip(&targets) {

@@ -78,8 +78,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the target file of the page; `None` without `--report`. Checks before any work that
-    /// it replaces neither the spec nor one of the `files` that the spec names.
+    /// Returns the output file of the page; `None` without `--report`. Before any other work,
+    /// checks that it overwrites neither the spec nor one of the `files` to which the spec refers.
     fn target(&self, files: &[PathBuf]) -> Result<Option<Target>, Failure> {
         let inputs: Vec<&Path> =
             std::iter::once(&self.spec.spec).chain(files).map(PathBuf::as_path).collect();
@@ -88,8 +88,8 @@ impl Args {
     }
 }
 
-/// Writes the page of a comparison, if requested, from the JSON document and the motions and errors
-/// that the document does not contain.
+/// Writes the page of a comparison, if it is requested. It is made from the JSON document, and from
+/// the motions and errors over time, which the document does not contain.
 fn page(
     target: Option<&Target>,
     document: &impl Serialize,

@@ -1,5 +1,5 @@
-//! The comparison of the minimum-time, minimum-fuel and minimum-effort plans of one maneuver, as
-//! text and as JSON.
+//! Comparison of the minimum-time, minimum-fuel and minimum-effort plans of one maneuver, as text
+//! and as JSON.
 
 use super::{Args, GENERATOR, page};
 use crate::plan::{Watcher, refusal};
@@ -18,8 +18,8 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     let Loaded { problem, settings, identity, .. } = loaded;
     let target = args.target(&loaded.files)?;
     interrupt::watch();
-    // For a minimum-time or minimum-fuel maneuver, the comparison of the methods comes first,
-    // unless only the objectives are requested.
+    // For a minimum-time or minimum-fuel maneuver, the methods are compared first, unless only the
+    // objectives are requested.
     let ways = (problem.switches() && !args.objectives)
         .then(|| ways::compare(problem, settings, &mut Watcher(console)).map_err(refusal))
         .transpose()?;
@@ -73,8 +73,8 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     Ok(if status == Status::Solved { Exit::Solved } else { Exit::Plan(status) })
 }
 
-/// Returns the status of the comparison: the first `Solved` or `Interrupted` among the runs;
-/// otherwise the status of the first run that could be planned.
+/// Returns the status of the comparison. It is the first status `Solved` or `Interrupted` among the
+/// runs; if there is none, it is the status of the first run that could be planned.
 fn status(runs: &[ObjectiveRun]) -> Status {
     let mut known = runs.iter().filter_map(|run| run.status);
     let first = known.clone().next().unwrap_or(Status::NotConverged);

@@ -1,4 +1,4 @@
-//! The summary of a comparison of methods: a table, and its conclusions.
+//! Summary of a comparison of methods: a table and its conclusions.
 
 use crate::summary::scheme;
 use crate::{Console, Lines, Tone, headline, line};
@@ -63,8 +63,8 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
     lines
 }
 
-/// Describes the result that a method found by itself, before it was started from the cheaper plan
-/// of another method.
+/// Describes the result that a method found independently, before it was started from the cheaper
+/// plan of another method.
 fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
@@ -136,7 +136,7 @@ fn started(from_duals: &FromDuals) -> String {
     }
 }
 
-/// Returns the lines about active limits, from the first method that reports them.
+/// Returns the lines about active limits, according to the first method that reports them.
 fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
     let solved =

@@ -33,7 +33,7 @@ pub(super) fn run(
     let file = SequenceFile::new(loaded, &plan);
     let mut lines = sequence::sequence(console.colour, &file, loaded);
     if file.record.status == Status::Solved {
-        // Sequences have no details of the search, so `next` does not suggest them.
+        // Sequences have no details of the search, so `next` does not suggest to show them.
         let flies = loaded.closed_loop.uncertainty.is_some();
         lines.push(summary::line("next", &summary::next(&args.spec, destination.plan_file(), true, flies)));
     }
@@ -54,7 +54,7 @@ pub(super) fn run(
     })
 }
 
-/// Builds the failure of a sequence without a plan.
+/// Creates the failure for a sequence without a plan.
 pub fn refusal(error: &SequenceError) -> Failure {
     let reason = escape(&error.to_string());
     if interrupt::requested() {

@@ -1,4 +1,4 @@
-//! `slew plan --warm`: replans the rest of a plan from the present state of the craft.
+//! `slew plan --warm`: replans the rest of a plan from the present state of the spacecraft.
 
 use super::{Failure, Message, Watcher, refusal, spec_file};
 use slewkit::maneuver::{Problem, Settings};
@@ -9,9 +9,9 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::Loaded;
 use std::path::Path;
 
-/// The relative difference up to which two durations count as equal, and the difference up to which
-/// two epochs count as equal \[s\].
+/// Largest relative difference between two durations that count as equal.
 const SAME: f64 = 1e-9;
+/// Largest difference between two epochs that count as equal \[s\].
 const SAME_MOMENT: f64 = 1e-3;
 
 /// A plan from which the rest of the maneuver is replanned.
@@ -21,8 +21,8 @@ pub struct Warm<'a> {
     at: f64,
 }
 
-/// Reads the plan at `path`. `problem` starts from the state of the craft at the time `at` of this
-/// plan \[s\], by default 0. Sets the epoch of `identity` to that time.
+/// Reads the plan at `path`. The start of `problem` is the state of the spacecraft at the time `at`
+/// of this plan \[s\]; the default is 0. The epoch of `identity` is set to this time.
 pub fn begun<'a>(
     path: &'a Path,
     at: Option<f64>,
@@ -64,7 +64,8 @@ pub fn begun<'a>(
     Ok(Warm { path, replanner, at })
 }
 
-/// Returns the epoch of the remaining maneuver.
+/// Returns the epoch at which the remaining maneuver begins: `at` \[s\] after the epoch of the
+/// plan.
 fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option<Epoch>, Failure> {
     let Some(of_plan) = of_plan else { return Ok(given) };
     let begins = of_plan.after(at);
@@ -78,7 +79,7 @@ fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option
 
 impl Warm<'_> {
     /// Replans the rest of the maneuver. Returns the remaining maneuver, its plan, and a sentence
-    /// on how it was found.
+    /// that states how the plan was found.
     pub fn plan(
         &self,
         problem: &Problem,
@@ -102,7 +103,7 @@ impl Warm<'_> {
     }
 }
 
-/// Builds the failure for a plan that cannot be replanned, with the remedy.
+/// Creates the failure for a plan from which the maneuver cannot be replanned, with the remedy.
 fn refused(path: &Path, error: &NotReplanned) -> Failure {
     let remedy = match error {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),

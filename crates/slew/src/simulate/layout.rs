@@ -1,4 +1,4 @@
-//! The layout of the rows and the report of a simulation.
+//! Properties of a simulation that its rows and its report depend on.
 
 use slewkit::mechanics::Symmetry;
 
@@ -7,17 +7,17 @@ pub struct Layout {
     pub name: String,
     pub integrator: &'static str,
     pub bodies: Vec<String>,
-    /// For each body, true if it has position and velocity.
+    /// For each body, true if it has a position and a velocity.
     pub moves: Vec<bool>,
     pub duration: f64,
     pub steps: u64,
     pub stride: u64,
-    /// The symmetry that determines the conserved momenta.
+    /// Symmetry of the environment, which determines the momenta that are conserved.
     pub symmetry: Symmetry,
     /// True if the energy is conserved, because no inputs do work.
     pub keeps_energy: bool,
-    /// For each reaction wheel, its momentum at the start [N·m·s], and the constant rate of change
-    /// under the held inputs [N·m].
+    /// Initial momentum of each reaction wheel \[N·m·s\], and its constant rate of change under the
+    /// held inputs \[N·m\].
     pub wheels: Vec<(f64, f64)>,
 }
 

@@ -1,10 +1,10 @@
-//! The check of the held inputs of a simulated maneuver against its limits.
+//! Check that the held inputs of a simulated maneuver do not exceed its limits.
 
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::numerics::figures::significant;
 
-/// Returns the momentum of each reaction wheel at the start [N·m·s], and its rate of change [N·m],
+/// Returns the initial momentum of each reaction wheel \[N·m·s\], and its rate of change \[N·m\],
 /// which is the negative of the torque on the body.
 pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64)> {
     let Some(wheels) = &problem.actuation.wheels else { return Vec::new() };
@@ -12,7 +12,8 @@ pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64
     wheels.momentum.iter().enumerate().map(|(wheel, momentum)| (*momentum, -torque(wheel))).collect()
 }
 
-/// Describes the limits that `inputs` exceed. The function accepts a wrong number of inputs.
+/// Describes the limits that `inputs` exceed. The number of inputs may be wrong, which is reported
+/// elsewhere.
 pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
     let given = inputs.filter(|inputs| inputs.len() == problem.actuation.count());
     let momenta = wheel_momenta(problem, inputs);
@@ -47,11 +48,11 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                     ));
                 }
             }
-            // Held inputs do not change, so the limit on their rate of change is kept.
+            // Held inputs are constant, so a limit on their rate of change is never exceeded.
             LimitKind::Rate => {}
             LimitKind::WheelMomentum => {
                 for (index, ((start, rate), bound)) in momenta.iter().zip(bounds).enumerate() {
-                    // The momentum is linear in time. It exceeds its limit from the time at which
+                    // The momentum is linear in time. It exceeds its limit after the time at which
                     // it crosses +bound or −bound.
                     let crossing = (bound - start * rate.signum()) / rate.abs();
                     if rate.abs() > 0.0 && problem.duration.known().is_none_or(|duration| crossing < duration)

@@ -1,5 +1,5 @@
-//! `slew simulate`: propagates the bodies of a spec from their start, without optimisation, and
-//! writes row after row.
+//! `slew simulate`: propagates the bodies of a spec from their initial states, without
+//! optimisation, and writes the motion row by row.
 
 mod layout;
 mod limits;
@@ -67,7 +67,7 @@ pub struct Args {
     pub inputs: Option<Vec<f64>>,
 }
 
-/// The largest number of rows of a JSON document, counted for each body. These rows are held in
+/// Largest number of rows of a JSON document, summed over the bodies. These rows are stored in
 /// memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
 
@@ -128,7 +128,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     written?;
     if closed {
-        // The reader closed the stream: the motion is incomplete, and no summary is printed.
+        // The program that reads the stream has closed it. The motion is incomplete, so no summary
+        // is printed.
         console.clear_progress();
         return Ok(Exit::Solved);
     }
@@ -153,24 +154,23 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(stopped.map_or(Exit::Solved, |(exit, _)| exit))
 }
 
-/// The motion to propagate: the layout of its rows, and its propagator.
+/// A motion to be propagated, with the layout of its rows and its propagation method.
 struct Motion {
     layout: Layout,
     carrier: Carrier,
 }
 
-/// The propagator of a motion.
+/// Method by which a motion is propagated.
 enum Carrier {
-    /// One body or several, propagated by an integrator.
+    /// An integrator for one or several bodies.
     Integrator(Box<Simulation>),
-    /// A body with reaction wheels under the given held inputs, propagated by the equations of the
-    /// witnesses.
+    /// The equations of motion of the witnesses, for a body with reaction wheels under held inputs.
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// The reason why a motion ended early.
+/// Reason why a motion ended early.
 enum Ended {
-    /// A number became infinite or NaN. The rows before it are kept.
+    /// A number became infinite or NaN. The rows before this time are kept.
     NotFinite(Message),
     /// The motion cannot be propagated.
     Failed(Failure),
@@ -186,7 +186,7 @@ impl Ended {
 }
 
 impl Motion {
-    /// Builds the motion of the bodies of a simulation. `keeps_energy` states that no inputs do
+    /// Creates the motion of the bodies of a simulation. `keeps_energy` is true if no inputs do
     /// work.
     fn of_bodies(simulation: Simulation, keeps_energy: bool) -> Self {
         let layout = Layout {
@@ -239,8 +239,8 @@ impl Motion {
             duration,
             steps,
             stride,
-            // The torques of wheels are internal, so they do not break the symmetry of the
-            // environment.
+            // The torques of wheels are internal torques, so the symmetry of the environment is not
+            // affected.
             symmetry: problem.environment.symmetry(),
             keeps_energy: !works(inputs),
             wheels: limits::wheel_momenta(problem, inputs),
@@ -269,7 +269,7 @@ impl Motion {
     }
 }
 
-/// Returns whether any input is not zero and can therefore change the energy.
+/// Returns whether any input is nonzero, so that it can change the energy.
 fn works(inputs: Option<&[f64]>) -> bool {
     inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
@@ -279,18 +279,19 @@ struct Job<'a> {
     motion: &'a Motion,
     seen: Option<Seen>,
     run: Option<Run>,
-    /// The reason why the motion could not be propagated to its end. The output is then discarded.
+    /// Reason why the motion could not be propagated to its end; the output is then discarded.
     failure: Option<Failure>,
-    /// If the motion ended early, the exit code and the number of steps until then: before Ctrl-C,
-    /// or up to the last row with finite numbers.
+    /// Exit code and number of steps of a motion that ended early, because of Ctrl-C or because a
+    /// number was not finite. The steps are counted up to the last row with finite numbers. `None`
+    /// if the motion did not end early.
     stopped: Option<(Exit, u64)>,
-    /// The message for the user about an early end.
+    /// Message for the user about a motion that ended early.
     message: Option<Message>,
 }
 
 impl Job<'_> {
-    /// Propagates the motion and writes its rows. A motion that ends early is written up to its
-    /// last row.
+    /// Propagates the motion and writes its rows. If the motion ends early, the rows up to this
+    /// time are written.
     fn run(
         &mut self,
         format: Format,
@@ -335,7 +336,7 @@ impl Job<'_> {
     }
 }
 
-/// The observer of a simulation that writes its rows to the output.
+/// Observer of a simulation, which writes its rows to the output.
 struct Writer<'l, 'a> {
     layout: &'l Layout,
     format: Format,
@@ -344,7 +345,7 @@ struct Writer<'l, 'a> {
     seen: Option<Seen>,
     result: Result<(), ExportError>,
     stopped: Option<u64>,
-    /// The number of steps that were made.
+    /// Number of steps that have been made.
     made: u64,
     at_row: u64,
     progress: ProgressLine<'a>,
@@ -361,7 +362,7 @@ impl Observer for Writer<'_, '_> {
             }
             Format::Csv => self.recorder.write_csv(row, self.output),
             Format::Jsonl => self.recorder.write_jsonl(row, self.output),
-            // Other formats have been refused before.
+            // An earlier check has rejected all other formats.
             _ => Ok(()),
         };
         if self.result.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -378,8 +379,8 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and the step at which the clock is read next. Reading the clock costs as much
-/// as a short step, so it is read rarely.
+/// Progress line of a simulation, and the step at which the clock is read next. Reading the clock
+/// takes as long as a short step, so it is not read in every step.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,
@@ -398,7 +399,8 @@ impl<'a> ProgressLine<'a> {
         if made < self.next {
             return;
         }
-        // The stride is chosen so that the clock is read a few times for each progress line.
+        // The number of steps between two readings is chosen so that the clock is read a few times
+        // for each progress line.
         self.stride =
             if self.console.is_due() { (self.stride / 4).max(1) } else { (2 * self.stride).min(1 << 20) };
         let (share, elapsed) = (made as f64 / self.steps as f64, self.began.elapsed().as_secs_f64());

@@ -1,8 +1,9 @@
-//! Writes the rows of a simulation as CSV, JSON lines or one JSON document, all three from one list
-//! of fields.
+//! Output of the rows of a simulation as CSV, JSON lines or a single JSON document. All three
+//! formats use the same list of fields.
 //!
-//! The columns and keys of a single body have no prefix. With several bodies, columns of a table
-//! have the prefixes `body1_`, `body2_` and so on, and JSON has a list `bodies`.
+//! Columns and keys have no prefix if the simulation has a single body. If it has several bodies,
+//! the columns of a table have the prefixes `body1_`, `body2_` and so on, and JSON has a list
+//! `bodies`.
 
 use super::layout::Layout;
 use super::report::Seen;
@@ -14,23 +15,23 @@ use slewkit::propagate::simulate::{Encounter, Run, SimulationRow};
 use slewkit_files::export::{ExportError, write_document};
 use std::io::Write;
 
-/// A quantity of a row.
+/// A quantity in each row of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 struct Field {
-    /// The index of the body to which the quantity belongs; `None` for a quantity of the whole
+    /// Index of the body to which the quantity belongs; `None` for a quantity of the whole
     /// system.
     body: Option<usize>,
     /// The key of the quantity in JSON.
     key: String,
     /// The names of the quantity's columns in a table.
     columns: Vec<String>,
-    /// True if the quantity is one number; false if it is a list.
+    /// True if the quantity is a single number, false if it is a list of numbers.
     scalar: bool,
-    /// The index of the quantity's first number in a row.
+    /// Index of the first number of the quantity in a row.
     at: usize,
 }
 
-/// Returns the fields of every row of a simulation.
+/// Returns the fields that every row of a simulation has.
 fn fields(layout: &Layout) -> Vec<Field> {
     let mut fields: Vec<Field> = Vec::new();
     let prefix =
@@ -90,13 +91,13 @@ fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
     numbers.push(*orthogonality);
 }
 
-/// Writes rows, or holds them in memory until the JSON document is written.
+/// Writer of the rows of a simulation. For a JSON document, it stores the rows in memory.
 pub struct Recorder<'a> {
     layout: &'a Layout,
     fields: Vec<Field>,
     /// The number of values in a row.
     width: usize,
-    /// The values of the last row, or of all rows that are held.
+    /// Values of the last row or, for a JSON document, of all rows.
     numbers: Vec<f64>,
 }
 
@@ -130,7 +131,7 @@ impl<'a> Recorder<'a> {
         Ok(writeln!(output)?)
     }
 
-    /// Holds a row in memory for the JSON document.
+    /// Stores a row in memory for the JSON document.
     pub fn hold(&mut self, row: &SimulationRow) {
         add_numbers(self.layout, row, &mut self.numbers);
     }
@@ -145,8 +146,8 @@ impl<'a> Recorder<'a> {
         Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
     }
 
-    /// Writes the JSON document with all held rows and the result of the run. `interrupted` has the
-    /// exit code and the number of steps of a run that ended early.
+    /// Writes the JSON document with all stored rows and the result of the run. `interrupted`
+    /// contains the exit code and the number of steps of a run that ended early.
     pub fn write_document(
         &self,
         run: Option<&Run>,
@@ -172,10 +173,10 @@ impl<'a> Recorder<'a> {
             order if some: run.map(|run| run.facts.order),
             symplectic if some: run.map(|run| run.facts.symplectic),
             force_evaluations if some: run.map(|run| run.work.force_evaluations),
-            // This is the only key whose value differs between two runs.
+            // No other key has a different value in each run.
             stepping_time_s if some: run.map(|run| run.stepping.as_secs_f64()),
             errors if some: seen.map(|seen| seen.totals),
-            // The first encounter of two bodies: they came nearer to each other than the sum of
+            // First encounter of two bodies, at which their distance becomes less than the sum of
             // their sizes.
             encounter if some: run.and_then(|run| run.encounter).map(meeting),
             trajectory: self.object(true),
@@ -184,22 +185,22 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// The values of one row, or of several rows in order.
+/// Values of a single row, or of several rows in their order.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     numbers: &'a [f64],
     width: usize,
-    /// True to write a list of values for each key; false to write the value of a single row.
+    /// True to write a list of values for each key, false to write the values of a single row.
     several: bool,
 }
 
-/// A JSON object with the fields of a row. The fields of several bodies are a list of objects in
+/// JSON object with the fields of a row. The fields of several bodies form a list of objects within
 /// it.
 struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,
     bodies: &'a [String],
-    /// The name of the body, which precedes the fields; `None` for the whole system.
+    /// Name of the body, which is written before its fields; `None` for the whole system.
     name: Option<&'a str>,
 }
 
@@ -226,7 +227,7 @@ impl Serialize for Object<'_> {
     }
 }
 
-/// The values of a key, from one row or from several rows.
+/// Values of a key in one row or in several rows.
 struct Values<'a> {
     field: &'a Field,
     rows: Rows<'a>,

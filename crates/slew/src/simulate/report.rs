@@ -1,5 +1,5 @@
-//! The summary of a simulation: the final state, the conserved quantities, and the computational
-//! work.
+//! Summary of a simulation: the final state, the conserved quantities, and the amount of
+//! computation.
 
 use super::layout::Layout;
 use crate::{Console, Exit, Lines, Tone, headline};
@@ -11,27 +11,28 @@ use slewkit::propagate::integrator::Facts;
 use slewkit::propagate::simulate::{Run, SimulationRow};
 use slewkit_files::spec::escape;
 
-/// The largest errors of conserved quantities over all rows. Errors between the rows may be larger.
-/// A quantity that is not conserved is `None`.
+/// Largest errors of the conserved quantities over all rows. The errors between rows may be larger.
+/// The value for a quantity that is not conserved is `None`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Totals {
-    /// The error of the energy, `|E − E₀|` \[J\].
+    /// Largest energy error `|E − E₀|` \[J\].
     #[serde(skip_serializing_if = "Option::is_none")]
     energy_j: Option<f64>,
-    /// The error of the linear momentum, `|ΔP|` [N·s].
+    /// Largest error of the linear momentum, `|ΔP|` \[N·s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     linear_momentum_n_s: Option<f64>,
-    /// The error of the angular momentum, `|ΔL|` [N·m·s].
+    /// Largest error of the angular momentum, `|ΔL|` \[N·m·s\].
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_n_m_s: Option<f64>,
-    /// The error of the angular momentum about the axis d, `|Δ(d·L)|` [N·m·s], if only this
-    /// component is conserved.
+    /// Largest error of the angular momentum about the axis d, `|Δ(d·L)|` \[N·m·s\]; `None` unless
+    /// only this component is conserved.
     #[serde(skip_serializing_if = "Option::is_none")]
     angular_momentum_about_axis_n_m_s: Option<f64>,
-    /// The axis d in the reference frame, if only the angular momentum about it is conserved.
+    /// Unit vector along the axis d in the reference frame; `None` unless only the angular momentum
+    /// about d is conserved.
     #[serde(skip_serializing_if = "Option::is_none")]
     axis: Option<[f64; 3]>,
-    /// The error of the orthogonality of attitudes, `‖I − RᵀR‖`.
+    /// Largest orthogonality error `‖I − RᵀR‖` of the attitudes.
     orthogonality: f64,
 }
 
@@ -53,7 +54,7 @@ impl Totals {
     }
 }
 
-/// The first row, the last row and the largest errors of the rows so far.
+/// First row, last row, and largest errors of the rows recorded so far.
 pub struct Seen {
     first: SimulationRow,
     last: SimulationRow,
@@ -61,7 +62,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// The largest number of bodies whose final state is shown.
+    /// Largest number of bodies whose final state the summary shows.
     const SHOWN: usize = 4;
 
     pub fn new(row: &SimulationRow, layout: &Layout) -> Self {
@@ -72,7 +73,7 @@ impl Seen {
         self.last.clone_from(row);
         let (first, now) = (&self.first.invariants, &row.invariants);
         let totals = &mut self.totals;
-        // The comparison keeps a NaN.
+        // Unlike `f64::max`, the comparison preserves NaN.
         let raise = |worst: &mut f64, value: f64| *worst = if value <= *worst { *worst } else { value };
         let raise_if = |worst: &mut Option<f64>, value: f64| {
             if let Some(worst) = worst {
@@ -89,8 +90,8 @@ impl Seen {
         raise(&mut totals.orthogonality, now.orthogonality);
     }
 
-    /// Formats the summary. `stopped` has the exit code and the number of steps of a run that ended
-    /// early.
+    /// Returns the lines of the summary. `stopped` contains the exit code and the number of steps
+    /// of a run that ended early.
     pub fn summary(
         &self,
         console: &Console,
@@ -143,7 +144,7 @@ impl Seen {
         lines.join("\n")
     }
 
-    /// Describes the conserved quantities and their errors at the rows.
+    /// Describes the conserved quantities and their largest errors in the rows.
     fn conserved(&self, layout: &Layout) -> Vec<String> {
         let (start, totals) = (&self.first.invariants, &self.totals);
         let value = |value: f64, size: f64, unit: &str, change: Option<f64>| {

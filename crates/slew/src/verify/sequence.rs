@@ -9,7 +9,7 @@ use slewkit_files::export::{ExportError, SequenceFile, SequenceJudgement};
 use slewkit_files::spec::{Spec, escape};
 use std::io::Read;
 
-/// Checks the plan of each leg, and the joins between legs, such as states, holds and windows.
+/// Verifies the plan of each leg, and the transitions between legs: states, holds and windows.
 pub(super) fn run(
     args: &Args,
     given: Option<Spec>,

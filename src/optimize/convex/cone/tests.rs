@@ -1,4 +1,4 @@
-//! One test for each pitfall of the solver, and closed forms for the signs.
+//! Tests of each known pitfall of the cone solver, and of the signs of the duals by closed forms.
 
 use super::*;
 

@@ -58,18 +58,20 @@ const ESCAPES: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4];
 /// Relative difference to the cost of a known minimum below which the cost predicted for a Newton
 /// step may be the same minimum.
 const SAME_COST: f64 = 1e-4;
-/// Largest distance of each node from the known minimum \[rad, or unit lengths\] at which such a
-/// step leads to this minimum: two different minima at this distance differ in cost by its cube.
+/// Largest distance of a node from the known minimum, after an undamped Newton step, at which the
+/// step leads to this minimum \[rad, or unit lengths\]. Two different minima at this distance
+/// differ in cost by its cube.
 const SAME_PLACE: f64 = 3e-3;
-/// Cost that counts as zero; the unit is the cost of a turn by one radian.
+/// Cost below which a path counts as free of cost, in units of the cost of a turn by one radian.
 const NO_COST: f64 = 1e-20;
-/// Factor on the iterations that the settings allow: an iteration of a descent is cheap, and narrow
-/// valleys take many.
+/// Factor on the number of iterations that the settings allow: an iteration of a descent is cheap,
+/// and narrow valleys take many.
 const PATIENCE: usize = 4;
-/// Fewest steps of a descent: each side of the elimination then has an inner node.
+/// Smallest number of steps of a path on which a descent is possible: each side of the elimination
+/// then has an inner node.
 pub(crate) const FEWEST_STEPS: usize = 6;
 
-/// Descends from the poses of a candidate to a local minimum.
+/// Method that starts from the poses of a candidate and decreases the cost to a local minimum.
 pub(crate) struct Descent<'a> {
     /// Dynamics with inputs about every axis.
     pub dynamics: &'a Dynamics,
@@ -147,10 +149,10 @@ struct Descending<'a, const N: usize, const D: usize> {
     shift: f64,
     /// Last predicted decrease of the cost, relative to the cost.
     promised: f64,
-    /// True if the path is a minimum.
+    /// True if the current path is a local minimum.
     minimal: bool,
     known: &'a [Attempt],
-    /// Known minimum that the descent approaches.
+    /// Known minimum that the descent approaches; `None` if it approaches none.
     met: Option<&'a Attempt>,
 }
 
@@ -173,7 +175,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         }
     }
 
-    /// Returns the known minimum to which the undamped step leads, if any.
+    /// Returns the known minimum to which the undamped Newton step leads; `None` if it leads to
+    /// none of them.
     fn runs_into(&mut self) -> Option<&'a Attempt> {
         // If the cost is a parabola along a step, it decreases by half of the value that the slope
         // predicts.
@@ -187,7 +190,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
             let nodes = self.trial.poses.iter().zip(&known.candidate.states);
             nodes.into_iter().all(|(pose, state)| {
                 let shift = (pose.position - state.position.value).norm();
-                // By the chord: |R − R'| = 2√2 sin(θ/2).
+                // The angle θ between two attitudes follows from the chord: |R − R'| = 2√2
+                // sin(θ/2).
                 let chord = (pose.attitude - state.attitude.value).norm() / SQRT_2;
                 shift <= SAME_PLACE && chord <= SAME_PLACE
             })
@@ -213,8 +217,8 @@ impl<'a, const N: usize, const D: usize> Descending<'a, N, D> {
         false
     }
 
-    /// Accepts the first of the halved steps that decreases the cost enough; returns whether there
-    /// is one.
+    /// Halves the step until the cost decreases enough, at most `halvings` times; returns whether a
+    /// step was accepted.
     fn search(&mut self, slope: f64, halvings: usize) -> bool {
         let mut fraction = (LONGEST / self.direction.largest()).min(1.0);
         for _ in 0..=halvings {
@@ -323,12 +327,14 @@ impl<const N: usize, const D: usize> Iteration for Descending<'_, N, D> {
     }
 }
 
-/// Combines translation and rotation to configuration or momentum rows, in the order of the crate.
+/// Combines translation and rotation to configuration or momentum rows: first the translation, if
+/// the body translates, then the rotation.
 fn half<const D: usize>(translation: &nalgebra::Vector3<f64>, rotation: &nalgebra::Vector3<f64>) -> Half<D> {
     SVector::from_fn(|row, _| if row + 3 >= D { rotation[row + 3 - D] } else { translation[row] })
 }
 
-/// Splits configuration or momentum rows into translation and rotation.
+/// Splits configuration or momentum rows into translation (zero if the body does not translate) and
+/// rotation.
 fn parts<const D: usize>(half: &Half<D>) -> (nalgebra::Vector3<f64>, nalgebra::Vector3<f64>) {
     let part = |row: usize| nalgebra::Vector3::new(half[row], half[row + 1], half[row + 2]);
     (if D == 6 { part(0) } else { nalgebra::Vector3::zeros() }, part(D - 3))

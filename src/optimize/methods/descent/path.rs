@@ -79,14 +79,14 @@ impl<const D: usize> Direction<D> {
     }
 }
 
-/// A path with the quantities that inverse dynamics gives.
+/// A path, with its cost, costates and gradient by inverse dynamics.
 #[derive(Clone, Debug)]
 pub(super) struct Path<const D: usize> {
     /// Poses of all nodes.
     pub poses: Vec<Pose>,
     /// Cost of the path, scaled.
     pub cost: f64,
-    /// Drifts from each node; meaningless before the first.
+    /// Drift from each node to the next one; meaningless before node `first` of the setting.
     pub drifts: Vec<Drift>,
     /// Linear momentum after the kick at each node.
     linear_momenta: Vec<Vector3>,
@@ -101,7 +101,8 @@ pub(super) struct Path<const D: usize> {
 }
 
 impl<const D: usize> Path<D> {
-    /// Creates the path through `poses`; `None` if a step turns too far.
+    /// Creates the path through `poses`, one for each node; `None` if the rotation of a step is too
+    /// large.
     pub fn of<const N: usize>(setting: &Setting<N, D>, mut poses: Vec<Pose>) -> Option<Self> {
         let nodes = setting.dynamics.grid.steps() + 1;
         if poses.len() != nodes {
@@ -136,8 +137,8 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    /// Computes inputs and cost by inverse dynamics; returns false if a step turns too far or the
-    /// cost is not finite.
+    /// Computes inputs and cost by inverse dynamics; returns false if the rotation of a step is too
+    /// large or the cost is not finite.
     pub fn evaluate<const N: usize>(&mut self, setting: &Setting<N, D>) -> bool {
         let Setting { dynamics, opening, first, target, inverse, .. } = setting;
         let grid = &dynamics.grid;
@@ -203,7 +204,8 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    /// Returns `p_k` as a costate whose configuration rows are zero.
+    /// Returns the momentum costate `p_k` of a node as a full costate whose configuration rows are
+    /// zero.
     fn costate(&self, node: usize) -> Costate {
         let (gamma, pi) = super::parts(&self.duals[node]);
         let zero = Vector3::zeros();

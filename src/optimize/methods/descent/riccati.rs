@@ -1,10 +1,10 @@
 //! The Newton direction of a path and the inertia of its Hessian, by one backward and one forward
 //! sweep.
 //!
-//! Stage k maps `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost
-//! `½ z_kᵀ Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by
-//! `δ h diag(S, 0)`. The last two stages are eliminated with the end fixed, the others by the
-//! Riccati recursion:
+//! Stage k maps `z_k = (ζ_k, δΠ_k)` to `z_{k+1} = A_k z_k + h_{k+1} E δτ_{k+1}` at the cost `½ z_kᵀ
+//! Ĥ_k z_k + (h/2) δτᵀŴδτ + g_kᵀζ_k`, where `Ĥ` is the symmetric part of `H_k`, shifted by `δ h
+//! diag(m, 0)` with the metric `m` of the inertia. The last two stages are eliminated with the end
+//! fixed, the others by the Riccati recursion:
 //!
 //! ```text
 //! k = N−1:   L = −A12⁻¹A11 ,  K = −(A21 + A22 L)/h_N ,   P̂ = [I;L]ᵀĤ[I;L] + h_N KᵀŴ_N K ,   ĝ = g_{N−1}
@@ -27,7 +27,7 @@ use crate::numerics::widest::widest;
 use crate::optimize::discrete::step::{Costate, Dynamics};
 use nalgebra::SymmetricEigen;
 
-/// Fraction of its weight below which a pivot is a flat direction, which is due to a symmetry and
+/// A pivot below this fraction of its weight is a flat direction, which is due to a symmetry and
 /// does not indicate a saddle.
 const FLAT: f64 = 1e-9;
 
@@ -47,7 +47,7 @@ struct Stage<const D: usize> {
     h11: Block<D>,
     h12: Block<D>,
     h22: Block<D>,
-    /// Length of the step in time, scaled.
+    /// Duration of the step, scaled.
     length: f64,
 }
 
@@ -76,7 +76,7 @@ pub(super) struct Backward<const D: usize> {
     gains: Vec<Option<Gain<D>>>,
     /// Input `δτ` at the first kick.
     opening: Half<D>,
-    /// The pivot that is not positive definite.
+    /// Pivot at which the last sweep failed, because it is not positive definite.
     failed: Block<D>,
 }
 
@@ -95,8 +95,8 @@ impl<const D: usize> Backward<D> {
         self.stages.fill(None);
     }
 
-    /// Sweeps backward in the widest registers; the error is the node whose pivot is not positive
-    /// definite.
+    /// Sweeps backward, with the widest vector registers of the processor. The error is the index
+    /// of the node whose pivot is not positive definite.
     pub fn sweep<const N: usize>(
         &mut self,
         setting: &Setting<N, D>,
@@ -207,7 +207,8 @@ impl<const D: usize> Backward<D> {
         self.follow(node, Half::zeros(), vector * kick, 0.0, direction);
     }
 
-    /// Applies the gains from a state at node `from`; `offsets` is the factor on their offsets.
+    /// Propagates a displacement from node `from` to the end with the gains, and writes it to
+    /// `direction`. The offsets of the gains are multiplied by `offsets`.
     fn follow(
         &self,
         from: usize,
@@ -312,7 +313,8 @@ impl<const D: usize> Stage<D> {
     }
 }
 
-/// Returns the metric of the shift: `(tr Ŵ/3) J²` for rotations, `tr Ŵ/3` for translations.
+/// Returns the metric by which a shift of the Hessian is scaled: `(tr Ŵ/3) J²` for rotations, `tr
+/// Ŵ/3` for translations.
 fn metric<const D: usize>(dynamics: &Dynamics, traces: &(f64, f64)) -> Block<D> {
     let identity = nalgebra::Matrix3::identity();
     diagonal(&(identity * (traces.0 / 3.0)), &(dynamics.j * dynamics.j * (traces.1 / 3.0)))

@@ -31,9 +31,11 @@ use crate::optimize::methods::scp::method::ConvexIteration;
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
 
-/// Step of the central differences, and tolerance of their truncation and round-off errors.
+/// Step of the central differences.
 const STEP: f64 = 1e-5;
+/// Tolerance of the truncation and round-off errors of central differences.
 const CLOSE: f64 = 3e-8;
+/// Tolerance of the truncation and round-off errors of second differences.
 const CLOSE_TO_SECOND: f64 = 1e-6;
 
 /// Returns a trajectory under random positive inputs, which one-sided inputs allow.
@@ -251,8 +253,8 @@ fn the_slopes_of_a_program_are_its_derivatives() {
 /// Step of second differences.
 const WIDE: f64 = 3e-4;
 
-/// Returns `λ·step + z·c` plus the cost of a stage, with one unknown changed; the equation of the
-/// duration itself is omitted.
+/// Returns `λ·step + z·c` plus the cost of a stage, with one unknown changed. The equation that
+/// keeps the duration constant is omitted.
 fn lagrangian(
     program: &ChainProgram,
     point: &Point,
@@ -494,7 +496,7 @@ fn a_run_ends_at_an_optimum_that_is_known() {
     assert_eq!(beside.cost, known[0].cost);
 }
 
-/// Only active rows have a multiplier.
+/// Claim: only the active rows of a minimum-time plan have a nonzero multiplier.
 #[test]
 fn a_plan_of_least_time_tells_the_rows_that_act() {
     let problem = reference_slew(Some(0.65));

@@ -1,6 +1,6 @@
 //! Random everyday maneuvers: three sizes of spacecraft, four wheels, from rest to rest by 25° to
 //! 170°. The kinds are minimum time, minimum time with rate limits, minimum time past cones, and
-//! minimum effort in a fixed duration. Each has one start, the fixed-axis path.
+//! minimum effort in a fixed duration. Each maneuver has one start, the fixed-axis path.
 
 use super::method::InteriorPoint;
 use super::tuning::Tuning;
@@ -83,7 +83,8 @@ fn everyday(random: &mut Random, kind: Kind) -> Problem {
     problem
 }
 
-/// Returns the chain of a maneuver on its own number of steps.
+/// Returns the chain of a maneuver with the number of steps of `problem`. Its objective is effort
+/// or time, by its kind.
 fn chain_of(problem: &Problem, kind: Kind) -> Chain {
     let steps = problem.steps;
     if kind == Kind::Effort {

@@ -1,5 +1,6 @@
-//! The interior-point method as an implementation of `Method`: it improves a candidate, from its
-//! path and, if it has inputs, from these, to an optimum within all limits.
+//! The interior-point method as an implementation of `Method`: it improves a candidate, starting
+//! from the path and, if present, the inputs of the candidate, it finds an optimum within all
+//! limits.
 
 use super::chain::ChainProgram;
 use super::chain::family::Family;
@@ -32,7 +33,7 @@ pub(crate) struct InteriorPoint<'a> {
     pub tuning: &'a Tuning,
     /// Family of possible ends; `None` if the end is that of the chain.
     pub family: Option<&'a Family>,
-    /// Warm start from a solve of nearly the same maneuver, if any.
+    /// Warm start from a solve of nearly the same maneuver; `None` for a cold start.
     pub warm: Option<&'a Warm>,
     /// Known optima of the chain: a run that converges to one of them ends early.
     pub known: &'a [Attempt],
@@ -63,7 +64,7 @@ impl Method for InteriorPoint<'_> {
             self.warm.is_some_and(|warm| program.resume(warm, &mut solver.point, &mut solver.duals));
         let mut run = self.run(&program, &mut solver, (most, resumes), &budget.watch);
         if let End::Known(known) = run.end {
-            // The run found a known plan again.
+            // The run converged to a known optimum.
             let Attempt { runs, .. } = Attempt::of(
                 candidate,
                 Report {
@@ -186,8 +187,8 @@ impl InteriorPoint<'_> {
         run
     }
 
-    /// Returns the candidate as an optimum if it satisfies all conditions and has zero cost, which
-    /// no effort, fuel or time can undercut.
+    /// Returns the candidate as an optimum if it has zero cost and satisfies all conditions,
+    /// because no maneuver costs less than zero; otherwise `None`.
     fn costs_nothing(
         &self,
         program: &ChainProgram,
@@ -237,7 +238,7 @@ impl InteriorPoint<'_> {
         Some(stretch)
     }
 
-    /// Reports the violated limits by name.
+    /// Describes what an unsuccessful run lacks, with the names of the violated limits.
     fn lacking(&self, program: &ChainProgram, at: &Values, run: &Run, outcome: Outcome) -> Shortfall {
         Shortfall::Violated {
             cut_short_after: (outcome == Outcome::IterationLimit).then_some(run.iterations),
@@ -247,8 +248,9 @@ impl InteriorPoint<'_> {
     }
 }
 
-/// Returns the largest value of a row on a path, with the inputs of the path or those that follow
-/// it; `None` if the path cannot be evaluated.
+/// Returns the largest value of a row on a path (positive if a row is violated), with the inputs of
+/// the path or, if it has none, with inputs that follow it. Returns `None` if the path cannot be
+/// evaluated.
 pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
     let iterate = chain.iterate(path, &Watch::NONE);
     let tuning = Tuning::default();

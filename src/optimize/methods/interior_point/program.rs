@@ -6,14 +6,14 @@
 //! x_0 = start(y) ,  x_{k+1} = step_k(x_k, u_k) ,  c_k(x_k, u_k) ≤ 0 ,  e(x_N) = 0
 //! ```
 //!
-//! States live on a manifold and are stored in coordinates of their own; derivatives are with
-//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered
-//! `z = (u, x)`. All matrices are dense, columns one after the other.
+//! States are points of a manifold and are stored in redundant coordinates; derivatives are with
+//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered `z
+//! = (u, x)`. All matrices are dense, columns one after the other.
 
 /// Kind of an inequality or equality row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RowKind {
-    /// Inequality `c ≤ 0`, which the solution satisfies.
+    /// Inequality `c ≤ 0` that every solution satisfies.
     Hard,
     /// Inequality `c ≤ t` with a penalty on `t ≥ 0`: if no feasible point exists, the smallest
     /// violation is found.
@@ -131,15 +131,17 @@ pub(crate) struct Derivatives {
     pub values: Values,
     /// Derivative `[B A]` of each step, `n × (m + n)`.
     pub steps: Vec<f64>,
-    /// Gradient of the cost of each stage, and its Hessian, symmetric.
+    /// Gradient of the cost of each stage.
     pub gradients: Vec<f64>,
+    /// Hessian of the cost of each stage, symmetric.
     pub hessians: Vec<f64>,
     /// Hessian of `λ·step + Σ z c` of each stage, symmetric.
     pub curvatures: Vec<f64>,
     /// Derivatives of the rows with respect to the unknowns that the shape lists.
     pub slopes: Vec<f64>,
-    /// Gradient and Hessian of the cost of the last state.
+    /// Gradient of the cost of the last state.
     pub last_gradient: Vec<f64>,
+    /// Hessian of the cost of the last state.
     pub last_hessian: Vec<f64>,
     /// Hessian of `ν·e` with respect to the last state.
     pub last_curvature: Vec<f64>,
@@ -210,9 +212,9 @@ impl Derivatives {
     }
 }
 
-/// A program of stages, as the interior-point method sees it.
+/// A program of stages: the interface through which the interior-point method evaluates a problem.
 pub(crate) trait Program {
-    /// Returns the sizes of the program.
+    /// Returns the dimensions of the program.
     fn shape(&self) -> &Shape;
 
     /// Computes the values at a point, without allocating memory; returns `false` if a value does

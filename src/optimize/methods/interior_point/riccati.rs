@@ -33,8 +33,8 @@
 use super::program::{Derivatives, Increment, Shape};
 use crate::numerics::widest::widest;
 
-/// Elasticity of a terminal equation, and the term that makes the problem convex off the terminal
-/// manifold.
+/// Elasticity of a terminal equation, and its weight in the Hessian, which makes the problem convex
+/// off the terminal manifold.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Yield {
     /// Elasticity `D`: the equation reads `E dx_N + e = D dν`.
@@ -46,9 +46,9 @@ pub(crate) struct Yield {
 /// Parts of the Hessian that a factorisation includes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taken {
-    /// Whether second derivatives of steps and rows are included; false for Gauss–Newton.
+    /// True if the second derivatives of steps and rows are included; false for Gauss–Newton.
     pub curved: bool,
-    /// Shift added to the diagonal.
+    /// Shift added to the diagonal of the Hessian.
     pub shift: f64,
 }
 
@@ -56,13 +56,13 @@ pub(crate) struct Taken {
 /// equations.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Right {
-    /// Gradients of the Lagrangian by `(u, x)`, `m + n` numbers for each stage.
+    /// Gradients of the Lagrangian with respect to `(u, x)`, `m + n` numbers for each stage.
     pub gradients: Vec<f64>,
-    /// Gradient of the Lagrangian by the last state, `n` numbers.
+    /// Gradient of the Lagrangian with respect to the last state, `n` numbers.
     pub last: Vec<f64>,
     pub defects: Vec<f64>,
     pub terminal: Vec<f64>,
-    /// Gradient of the Lagrangian by the unknowns of the start, `Gᵀλ_0`.
+    /// Gradient of the Lagrangian with respect to the unknowns of the start, `Gᵀλ_0`.
     pub start: Vec<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Right {
 /// Number of rows and of columns of a block in the matrix kernels.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
-/// Number of unknowns from which a row of the program is added to the Hessian as a dense row.
+/// Smallest number of unknowns of a row at which the row is added to the Hessian as a dense row.
 const DENSE: usize = 5;
 
 /// Factors of the linear system, with the work space of the factorisation. Matrix sizes are padded
@@ -93,28 +93,33 @@ pub(crate) struct Riccati {
     stages: usize,
     terminal: usize,
     starts: usize,
-    /// Padded `n` and `m`, and the padded width of the states followed by the columns of the
-    /// terminal equations.
+    /// Number `n` of state components, padded to whole blocks.
     wide_n: usize,
+    /// Number `m` of inputs, padded to whole blocks.
     wide_m: usize,
+    /// Number of state components and terminal equations together, padded to whole blocks.
     width: usize,
     /// Value function: rows of `[P_k, p_k^1 …]`.
     p: Vec<f64>,
-    /// Vectors `p_k⁰` and `l_k⁰` of the right-hand side.
+    /// Vectors `p_k⁰` of the right-hand side.
     main: Vec<f64>,
+    /// Vectors `l_k⁰` of the right-hand side.
     l: Vec<f64>,
-    /// Factors `U_k` by columns, m×m each; rows of `[W_k, l_k^1 …]`.
+    /// Factors `U_k` of all stages, m×m each, column by column.
     u: Vec<f64>,
+    /// Matrices `[W_k, l_k^1 …]` of all stages, row by row.
     w: Vec<f64>,
-    /// Border: `N`, later its factor; `g`, starts×terminal; `N⁻¹gᵀ`; the matrix left for `dy`,
-    /// later its factor.
+    /// Matrix `N` of the border, later its factor.
     normal: Vec<f64>,
+    /// Matrix `g` of the border, starts×terminal.
     by_start: Vec<f64>,
+    /// Matrix `N⁻¹gᵀ` of the border.
     solved: Vec<f64>,
+    /// Matrix of the border that remains for the unknowns `dy` of the start, later its factor.
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Work space, in columns of blocks: `[B A]` followed by the dense rows, their products with
-    /// `P` and `Σ`, and `[P, p^1 …]`; then the Hessian with the terminal columns, and vectors.
+    // Work space, in columns of blocks: `[B A]` followed by the dense rows, their products with
+    // `P` and `Σ`, and `[P, p^1 …]`; then the Hessian with the terminal columns, and vectors.
     rows: usize,
     left: Vec<Lanes>,
     right: Vec<Lanes>,
@@ -126,7 +131,8 @@ pub(crate) struct Riccati {
     dy: Vec<f64>,
 }
 
-/// Relative regularisation of the diagonal of `N`, needed if a terminal equation depends on others.
+/// Relative regularisation of the diagonal of the border matrix `N`, needed if the terminal
+/// equations are linearly dependent.
 const DEPENDENT: f64 = 1e-14;
 
 impl Riccati {
@@ -211,8 +217,8 @@ impl Riccati {
         self.close(at)
     }
 
-    /// Eliminates all stages, beginning with the last; returns `false` if the Hessian by the inputs
-    /// of a stage is not positive definite.
+    /// Eliminates all stages, beginning with the last; returns `false` if the Hessian of a stage
+    /// with respect to its inputs is not positive definite.
     #[inline(always)]
     fn recur(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken) -> bool {
         for stage in (0..self.stages).rev() {
@@ -224,8 +230,9 @@ impl Riccati {
         true
     }
 
-    /// Assembles the Hessian of a stage from all terms that depend on its unknowns: its own, its
-    /// rows, the value function of the next state, and the terminal columns.
+    /// Assembles the Hessian of a stage from all terms that depend on its unknowns: the Hessian of
+    /// its cost, the curvature of its step, its rows, the value function of the next state, and the
+    /// terminal columns.
     #[inline(always)]
     fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
         let (n, m, width) = (self.n, self.m, self.width);
@@ -410,8 +417,8 @@ impl Riccati {
         cholesky(&mut self.reduced, starts)
     }
 
-    /// Solves for a right-hand side; returns the increments of the point, the costates and the
-    /// terminal multipliers.
+    /// Solves the factored system for a right-hand side: the increments of the point, of the
+    /// costates and of the terminal multipliers.
     pub fn solve(
         &mut self,
         at: &Derivatives,
@@ -426,7 +433,7 @@ impl Riccati {
         );
     }
 
-    /// Performs one backward and one forward pass.
+    /// Solves for one right-hand side, by one backward and one forward pass over the stages.
     #[inline(always)]
     fn pass(
         &mut self,
@@ -474,7 +481,7 @@ impl Riccati {
             }
             main.copy_from_slice(&vector[..n]);
         }
-        // The border, which couples all stages.
+        // The border couples all stages.
         let omega = &mut self.omega;
         omega.copy_from_slice(&vector[wide_n..][..terminal]);
         substitute(&self.normal, omega);
@@ -525,7 +532,7 @@ impl Riccati {
     }
 }
 
-/// Computes the block `Σ a_r b_rᵀ`.
+/// Computes the block `Σ a_r b_rᵀ`, summed over the rows `r` of two columns of blocks.
 #[inline(always)]
 fn block(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
     let mut out = [[0.0; LANES]; LANES];
@@ -614,7 +621,7 @@ fn cholesky(matrix: &mut [f64], size: usize) -> bool {
     true
 }
 
-/// Solves a system with the factor of [`cholesky`].
+/// Solves a linear system in place, with the factor that [`cholesky`] computes.
 fn substitute(factor: &[f64], b: &mut [f64]) {
     forward(factor, b);
     backward(factor, b);

@@ -26,7 +26,7 @@ struct Line {
     steps: usize,
     /// Fixed duration `T` of a minimum-effort problem; `None` for minimum time.
     given: Option<f64>,
-    /// Limit of the speed, if any.
+    /// Limit of the speed; `None` without a limit.
     speed: Option<f64>,
     bounded: bool,
 }

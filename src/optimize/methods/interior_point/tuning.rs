@@ -2,12 +2,13 @@
 
 use crate::optimize::methods::ARMIJO;
 
-/// Number of stages for which the barrier parameters are stated.
+/// Number of stages to which the barrier parameters of [`Tuning`] apply; for other numbers they are
+/// scaled.
 pub(crate) const STAGES: f64 = 100.0;
 
 /// Settings of the interior-point method. The cost at the start is of order one to ten, and rows
-/// are relative to their limits. Barrier parameters are stated for [`STAGES`] stages and scale with
-/// the length of a step.
+/// are relative to their limits. Barrier parameters apply to [`STAGES`] stages and scale with the
+/// length of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
     /// Largest number of iterations.
@@ -25,8 +26,9 @@ pub(crate) struct Tuning {
     /// Initial barrier parameter: a larger one takes more iterations and stays farther from bounds
     /// that the first path crosses.
     pub first: f64,
-    /// Warm start from a known optimum: initial barrier parameter per unit by which the target has
-    /// moved, and its largest value.
+    /// Initial barrier parameter of a warm start from a known optimum, per unit by which the target
+    /// has moved relative to the size of the maneuver. It is also the largest initial barrier
+    /// parameter of a warm start.
     pub beside: f64,
     /// Final barrier parameter: the cost exceeds the optimum by this amount for each active row.
     pub last: f64,
@@ -52,20 +54,22 @@ pub(crate) struct Tuning {
     /// Factor and power of the decrease of the barrier parameter in the final phase; the smaller
     /// result is used.
     pub lowered: (f64, f64),
-    /// Fraction to the boundary of a step: this, or one minus the barrier parameter if larger.
+    /// Largest fraction of the distance to a bound that a step may take; one minus the barrier
+    /// parameter, if that is larger.
     pub to_boundary: f64,
     /// Penalty per unit of violation of an elastic row: it must exceed every multiplier, or rows
     /// are violated although a feasible point exists.
     pub price: f64,
-    /// Penalty per unit of terminal error, as a factor on the price that the program states for its
-    /// own scale.
+    /// Penalty per unit of terminal error, as a factor on the penalty that the program sets for its
+    /// scale.
     pub terminal_price: f64,
     /// Largest initial multiplier of a warm start, relative to its penalty: a multiplier closer to
     /// the penalty starts with a larger violation.
     pub known_price: f64,
-    /// Factor by which both penalties are increased if a violation or a terminal error remains, and
-    /// the largest number of such increases.
+    /// Factor by which the penalties of violations and of terminal errors are increased if a
+    /// violation or a terminal error remains.
     pub dearer: f64,
+    /// Largest number of such increases of the penalties of violations and terminal errors.
     pub raises: usize,
     /// Weight of the terminal equations in the Hessian. It changes no step, and it makes blocks
     /// positive definite that are so only on the terminal manifold.
@@ -77,8 +81,9 @@ pub(crate) struct Tuning {
     pub shift: Shift,
     /// Shifts of the Hessian after a failed line search.
     pub shift_of_search: ShiftOfSearch,
-    /// Smallest barrier parameter that the affine step may propose, relative to `tail`: a smaller
-    /// one enters the final phase with complementarity products farther from it.
+    /// Smallest barrier parameter that the affine step may propose, relative to `tail`: with a
+    /// smaller one, complementarity products are farther from the barrier parameter when the final
+    /// phase begins.
     pub proposed: f64,
     /// Smallest step length of the affine step for which second-order products are used.
     pub corrected_from: f64,
@@ -102,9 +107,9 @@ pub(crate) struct Tuning {
     /// Number of iterations after which a run with an acceptable point ends, at the final barrier
     /// parameter, if the residual has not decreased by a tenth.
     pub acceptable_patience: usize,
-    /// Largest residual of the equations of an acceptable solution, and the number of Newton steps
-    /// that may reduce the residual to it.
+    /// Largest residual of the equations of an acceptable solution.
     pub round_off: f64,
+    /// Largest number of Newton steps that reduce the residual of the equations to `round_off`.
     pub settling: usize,
     /// Largest number of corrections of inputs whose simulation from the start misses the end.
     pub replays: usize,
@@ -112,12 +117,13 @@ pub(crate) struct Tuning {
     /// factor accepts steps out of the domain of the derivatives; a factor of ten takes up to a
     /// fifth more iterations for everyday maneuvers.
     pub more_infeasible: f64,
-    /// Infeasibility, as a fraction of its current value or of one, up to which a step is judged by
-    /// its cost alone.
+    /// Infeasibility up to which a step is judged by its cost alone, as a fraction of the current
+    /// infeasibility or, if that is below one, as an absolute value.
     pub judged_by_cost: f64,
     /// Factor by which the residual must decrease for an iteration to count as progress.
     pub gain: f64,
-    /// Factor that bounds the ratio of multipliers to the barrier parameter divided by the slack.
+    /// Factor by which a multiplier may differ, in either direction, from the barrier parameter
+    /// divided by the slack.
     pub kept: f64,
     /// Fraction of the predicted decrease that a step must reach (Armijo condition): a larger one
     /// rejects more steps.
@@ -138,17 +144,20 @@ pub(crate) struct Tuning {
     /// Largest number of filter entries, at least one: more entries forbid more returns to earlier
     /// points.
     pub filter: usize,
-    /// Mean multiplier above which residuals are divided by it: with a smaller one runs converge
-    /// earlier.
+    /// Mean multiplier above which residuals are divided by the mean multiplier: with a smaller
+    /// value runs converge earlier.
     pub large: f64,
-    /// Residual of the equations, and mean complementarity, below which a run is compared with
-    /// known optima: larger values decide earlier but may mistake one optimum for another.
+    /// Residual of the equations below which a run is compared with known optima: a larger value
+    /// decides earlier but may mistake one optimum for another.
     pub judged: f64,
+    /// Mean complementarity below which a run is compared with known optima: a larger value decides
+    /// earlier but may mistake one optimum for another.
     pub known_from: f64,
-    /// Violation or terminal error, relative or in radians, above which a solution is rejected.
+    /// Violation of a limit (relative) or of a cone \[rad\], or terminal error, above which a
+    /// solution is rejected.
     pub violated: f64,
-    /// Factor on the inputs of the first path: a smaller one starts closer to the middle of their
-    /// limits and farther from the path.
+    /// Factor on the inputs of the first path: a smaller factor starts closer to the middle of
+    /// their limits, and the motion follows the path less closely.
     pub centred: f64,
     /// Largest number of iterations that fit the initial duration to a path whose ends depend on
     /// the duration.
@@ -179,18 +188,22 @@ pub(crate) struct OfProgram {
     /// Squared radius of the smoothing of a norm at zero in the fuel cost, divided by the barrier
     /// parameter: a smaller one adds less to the cost and has a larger curvature.
     pub rounding: f64,
-    /// Multiplier of a cone below which its second derivatives are neglected.
+    /// Multiplier of a cone constraint below which the second derivatives of the constraint are
+    /// neglected.
     pub felt: f64,
-    /// Factor on the shortest duration in which a path is within the limits: a factor of one leaves
-    /// no slack.
+    /// Ratio of the initial duration to the shortest duration in which the path is within the
+    /// limits: a ratio of one leaves no slack.
     pub room: f64,
-    /// Smallest size of a maneuver, in its units, to which errors at its end are compared.
+    /// Smallest size of a maneuver, in scaled units, relative to which terminal errors are
+    /// measured.
     pub least_size: f64,
-    /// Distance of a path from that of a known optimum \[rad, and relative to the duration\] below
-    /// which the run counts as converging to that optimum, and the largest relative decrease of the
-    /// cost below the optimum that the run may still promise. Larger values end more runs early and
-    /// miss optima that are equally near.
+    /// Distance of a path from the path of a known optimum \[rad, and relative to the duration\]
+    /// below which the run counts as converging to this optimum. A larger value ends more runs
+    /// early and misses optima that are equally near.
     pub same: f64,
+    /// Largest relative decrease of the cost below a known optimum that a run may still promise if
+    /// it counts as converging to this optimum. A larger value ends more runs early and misses
+    /// cheaper optima.
     pub same_cost: f64,
     /// Step of the central differences of a cone's gradient with respect to the logarithm of the
     /// duration, for moving directions: truncation and round-off slow the last iterations.
@@ -330,7 +343,7 @@ impl Tuning {
         Self { first: self.first.max(last), last, ..self }
     }
 
-    /// Returns settings of low accuracy for the comparison of optima on a coarse grid.
+    /// Returns settings of low accuracy, for runs on a coarse grid whose optima are only compared.
     pub fn roughly() -> Self {
         let (tolerance, last) = (1e-5, 1e-6);
         Self {

@@ -1,11 +1,11 @@
 //! Sequential convex programming (SCP) on the rotation group.
 //!
 //! It minimises effort in a fixed duration, as an alternative with which a plan of the
-//! interior-point method can be compared. About a point the program of stages
-//! ([`super::interior_point::chain`]) is linearised in tangent vectors, with a quadratic cost: a
-//! cone program ([`subproblem`]), with a trust region on the rotation of each node, and a virtual
-//! control and slacks that keep it feasible. Its solution moves the point by the group's
-//! exponential. If the actual decrease of a move is less than predicted, because the dynamics are
+//! interior-point method can be compared. The program of stages ([`super::interior_point::chain`])
+//! is linearised about a point in tangent vectors, and its cost is quadratic. The result is a cone
+//! program ([`subproblem`]), with a trust region on the rotation of each node, and a virtual
+//! control and slacks that keep it feasible. Its solution moves the point by the exponential map of
+//! the group. If the actual decrease of a move is less than predicted, because the dynamics are
 //! nonlinear, the move gets a second-order correction: the subproblem is solved once more with the
 //! resulting defects. Near a solution the interior-point method refines the plan to full accuracy
 //! ([`method`]). The duals of the subproblems are costates, accurate to six digits if the iteration
@@ -27,8 +27,8 @@ use subproblem::{Failure, Move, Subproblem, Weights};
 /// Options of the convex iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct ScpOptions {
-    /// Whether the interior-point method refines the converged point. If not, the point is returned
-    /// as it is.
+    /// True if the interior-point method refines the converged point; false if the point is
+    /// returned unchanged.
     pub polish: bool,
     /// Largest rotation of a move at which the iteration counts as converged \[rad\].
     pub tolerance: f64,
@@ -45,7 +45,8 @@ impl Default for ScpOptions {
 }
 
 impl ScpOptions {
-    /// Returns options for the convex iteration alone, run to its own convergence.
+    /// Returns options with which the convex iteration runs to convergence, without refinement by
+    /// the interior-point method.
     pub fn unpolished() -> Self {
         // Duals are less accurate than the point: they have six digits only if its moves have nine.
         Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-10, ..Self::default() }
@@ -60,9 +61,11 @@ impl ScpOptions {
 /// Result of the convex iteration.
 pub(crate) struct Convex {
     pub outcome: Outcome,
-    /// Last point, with its multipliers and values.
+    /// Last point of the iteration.
     pub point: Point,
+    /// Lagrange multipliers at the last point.
     pub duals: Duals,
+    /// Cost, defects and rows at the last point.
     pub values: Values,
     /// Number of subproblems solved.
     pub subproblems: usize,
@@ -119,7 +122,8 @@ impl Iteration for Scp<'_> {
         largest_defect(&self.at.values)
     }
 
-    /// Always false: the move of a subproblem decides about convergence, not the point alone.
+    /// Always returns false: convergence is decided by the size of a move, in `advance`, not by a
+    /// point.
     fn converged(&self) -> bool {
         false
     }
@@ -183,7 +187,8 @@ impl Iteration for Scp<'_> {
     }
 }
 
-/// A move with its resulting point, and the ratio of actual to predicted decrease of the merit.
+/// A move with its resulting point, and the ratio of actual to predicted decrease of the merit
+/// function.
 struct Tried {
     step: Move,
     /// Resulting point; `None` if it cannot be evaluated.
@@ -215,7 +220,7 @@ impl Scp<'_> {
         (self.weights.radius < RADIUS.2).then_some(Outcome::Stalled)
     }
 
-    /// Returns the merit: cost plus penalised violations.
+    /// Returns the value of the merit function: the cost plus the penalised violations.
     fn merit(&self, values: &Values) -> f64 {
         let violations = self.program.violations(values);
         let priced: f64 = violations.iter().zip(&self.weights.violation).map(|(v, weight)| v * weight).sum();
@@ -249,7 +254,7 @@ impl Scp<'_> {
         dearest
     }
 
-    /// Returns the largest defect that a move leaves to first order.
+    /// Returns the largest defect or terminal error that a move leaves, to first order.
     fn lacking(&self, step: &Move) -> f64 {
         step.left * largest_defect(&self.at.values)
     }

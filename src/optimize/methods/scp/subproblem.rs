@@ -74,10 +74,12 @@ pub(crate) struct Subproblem<'a> {
     tolerance: f64,
     /// Source of stop requests and of the time limit.
     watch: Watch<'a>,
-    /// Index of `t`, index of the slack of each group (`None` if the group has none), and the
-    /// number of unknowns.
+    /// Index, in the vector of unknowns, of the fraction `t` of the defects that remains.
     left: usize,
+    /// Index of the slack of each group in the vector of unknowns; `None` if the group has no
+    /// slack.
     slack: Vec<Option<usize>>,
+    /// Number of unknowns of the cone program.
     count: usize,
     /// Wall-clock time in the cone solver so far \[s\].
     pub seconds: f64,
@@ -178,8 +180,9 @@ impl<'a> Subproblem<'a> {
         step.increment.states.chunks_exact(n).map(turn).fold(0.0, f64::max)
     }
 
-    /// Solves for the best move from a point. With `after`, the values that a move has led to, the
-    /// move also corrects the defects there, which are the second-order error of the linearisation.
+    /// Solves for the best move from the point `at`. If `after` has the values at the point that a
+    /// first move led to, the new move also corrects the defects at that point, which are the
+    /// second-order error of the linearisation.
     pub fn solve(
         &mut self,
         at: &Derivatives,

@@ -1,4 +1,4 @@
-//! SCP compared with reference costs and with the shooting.
+//! Comparison of SCP with reference costs and with shooting.
 
 use super::*;
 use crate::optimize::chain::iterate::Iterate;
@@ -60,9 +60,9 @@ fn a_stop_leaves_a_large_subproblem_to_itself() {
     }
 }
 
-/// Costs of the reference slew, from another program. The duals of the convex iteration are the
-/// costates that Newton's method on the active set finds from there, and the interior-point method
-/// refines the plan after few subproblems.
+/// Claim: the costs of the reference slew are those that another program found. The duals of the
+/// convex iteration are the costates that Newton's method on the active set finds from there, and
+/// the interior-point method refines the plan after few subproblems.
 #[test]
 fn the_reference_costs_are_met_before_and_after_polish() {
     for (share, cost) in [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)]

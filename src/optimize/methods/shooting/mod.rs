@@ -1,5 +1,5 @@
 //! Newton shooting on the initial costate `λ_{−1}`, and the transfer of an extremal from a coarse
-//! grid to a fine one.
+//! grid to a fine one. `Ψ₁₂` is the sensitivity of the terminal error to `λ_{−1}`.
 
 pub(crate) mod newton;
 pub(crate) mod refine;
@@ -25,20 +25,22 @@ const GRID_TOLERANCE: f64 = 1e-6;
 pub(crate) struct Shooting<'a, const N: usize> {
     bvp: &'a BoundaryValueProblem<'a, N>,
     tolerance: f64,
-    /// Residual to which the iteration continues while chord steps suffice; `None` for the default.
+    /// Residual to which the iteration continues below the tolerance, as long as chord steps
+    /// suffice; `None` for the default, a fixed fraction of the tolerance.
     polish: Option<f64>,
-    /// True if `Ψ₁₂` is computed at the end.
+    /// True if the sensitivity `Ψ₁₂` of the terminal error to the initial costate is computed at
+    /// the end.
     derive: bool,
-    /// Factor of `Ψ₁₂` from a coarser grid, if available.
+    /// Factorised sensitivity `Ψ₁₂` of a coarser grid for the first steps; `None` if not available.
     factor: Option<Factor<N>>,
-    /// End of the sweep from the candidate's costate, if known.
+    /// End of the sweep from the candidate's costate; `None` if it has not been computed yet.
     end: Option<End<N>>,
-    /// True if the nodes of the last sweep are kept for the record.
+    /// True if the nodes of the last sweep are returned with the attempt.
     keep: bool,
 }
 
 impl<'a, const N: usize> Shooting<'a, N> {
-    /// Creates a shooting to the tolerance, on the requested grid.
+    /// Creates a shooting method that converges to `tolerance` on the requested grid.
     pub fn new(bvp: &'a BoundaryValueProblem<'a, N>, tolerance: f64) -> Self {
         let keep = bvp.dynamics.grid.steps() <= MOST_KEPT;
         Self { keep, ..Self::to(bvp, tolerance) }
@@ -48,20 +50,21 @@ impl<'a, const N: usize> Shooting<'a, N> {
         Self { bvp, tolerance, polish: None, derive: false, factor: None, end: None, keep: false }
     }
 
-    /// Creates a shooting on a coarse grid, which is polished to the residual `polish` while chord
-    /// steps suffice.
+    /// Creates a shooting method on a coarse grid. It continues to the residual `polish` as long as
+    /// chord steps suffice. If `derive`, it computes the sensitivity `Ψ₁₂` at the end.
     pub fn on_coarse_grid(bvp: &'a BoundaryValueProblem<'a, N>, derive: bool, polish: f64) -> Self {
         // The solutions of first-order grids extrapolate too inaccurately to be worth a polish.
         let polish = (bvp.dynamics.grid.has_half_kicks()).then_some(polish);
         Self { polish, derive, ..Self::to(bvp, GRID_TOLERANCE) }
     }
 
-    /// Uses a factor from a coarser grid for the first steps.
+    /// Uses the factorised sensitivity of a coarser grid for the first steps.
     pub fn with_factor(self, factor: Factor<N>) -> Self {
         Self { factor: Some(factor), ..self }
     }
 
-    /// Starts from a candidate whose sweep ends at `end`.
+    /// Uses `end`, the end of the sweep from the candidate's costate, so that the sweep is not
+    /// repeated.
     pub fn swept(self, end: Option<End<N>>) -> Self {
         Self { end, ..self }
     }

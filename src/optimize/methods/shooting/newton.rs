@@ -1,5 +1,5 @@
-//! Newton's method with Armijo line search on the costate `λ_{−1}`; the sensitivity is reused while
-//! it gives good steps.
+//! Newton's method with Armijo line search on the costate `λ_{−1}`; the sensitivity Ψ of the
+//! terminal error e to the costate is reused while it gives good steps.
 //!
 //! ```text
 //! Ψ d = −e ,    |e(λ + c d)| ≤ (1 − 2αc) |e(λ)| ,   c = 1, ½, ¼, …
@@ -20,15 +20,16 @@ use crate::optimize::methods::driver::Iteration;
 use crate::optimize::methods::method::Swept;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// Ratio of the new to the old error below which a step's factor is used again.
+/// Ratio of the new to the old error below which the factorised sensitivity of a step is used
+/// again.
 const KEEP_FACTOR: f64 = 0.05;
 /// Shortest fraction of a Newton step that is tried before damped steps.
 const SHORTEST: f64 = 1.0 / 16.0;
-/// Damping parameters of the step, relative to the largest singular value: from nearly Newton to
-/// nearly gradient steps.
+/// Damping parameters of the damped least-squares step, relative to the largest singular value of
+/// the sensitivity: from nearly Newton steps to nearly gradient steps.
 const DAMPING: [f64; 7] = [1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
 /// Ratio of the new to the old error below which a damped step is accepted at once; otherwise all
-/// are tried and the best is accepted.
+/// damping parameters are tried and the best step is accepted.
 const GOOD_STEP: f64 = 0.9;
 /// Number of iterations in which the error must halve; otherwise the iteration has stalled.
 const PATIENCE: usize = 16;
@@ -52,14 +53,15 @@ pub(crate) struct Newton<'a, const N: usize> {
     factor: Option<Factor<N>>,
     /// Sensitivity `Ψ₁₂` of the current iterate, if it was computed.
     psi: Option<SMatrix<f64, N, N>>,
-    /// Norms of the last errors, oldest first.
+    /// Norms of the terminal error at the last iterates, oldest first.
     recent: [f64; PATIENCE],
     /// Nodes of the current iterate and of the last trial, if nodes are kept.
     nodes: Option<[Vec<Node>; 2]>,
 }
 
 impl<'a, const N: usize> Newton<'a, N> {
-    /// Starts at `costate`, with the factor of a coarser grid if available.
+    /// Starts at `costate`, with the factorised sensitivity of a coarser grid; with `None`, the
+    /// first step computes the sensitivity.
     pub fn new(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -80,7 +82,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         Self { nodes: Some([Vec::new(), nodes]), ..self }
     }
 
-    /// Starts at `costate`, and computes its `Ψ₁₂`.
+    /// Starts at `costate`, and computes the sensitivity `Ψ₁₂` of the terminal error to it.
     pub fn derived(
         bvp: &'a BoundaryValueProblem<'a, N>,
         tolerance: f64,
@@ -115,7 +117,7 @@ impl<'a, const N: usize> Newton<'a, N> {
         complete.then_some(Swept { nodes, error, cost: self.end.cost })
     }
 
-    /// Returns the sensitivity `Ψ₁₂` of the current iterate.
+    /// Returns the sensitivity `Ψ₁₂` of the terminal error to the costate at the current iterate.
     pub fn sensitivity(&self) -> Result<SMatrix<f64, N, N>, StepError> {
         match &self.psi {
             Some(psi) => Ok(*psi),
@@ -123,7 +125,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         }
     }
 
-    /// Continues to the residual `enough` while each step with the current factor gains a digit.
+    /// Sets the residual `enough` to which the iteration continues below the tolerance, as long as
+    /// chord steps suffice.
     pub fn polished_to(self, enough: f64) -> Self {
         Self { enough, ..self }
     }
@@ -135,7 +138,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         Ok(())
     }
 
-    /// Accepts `trial` if it decreases the error enough for a step of the given fraction.
+    /// Accepts the costate `trial` if it decreases the error enough for the given fraction of a
+    /// Newton step; returns whether it was accepted.
     fn try_step(&mut self, trial: SVector<f64, N>, fraction: f64) -> bool {
         let norm = self.end.error.norm();
         // A failed sweep is treated like an error that does not decrease: the step is too long.
@@ -159,7 +163,8 @@ impl<'a, const N: usize> Newton<'a, N> {
         }
     }
 
-    /// Searches along the Newton direction of the current factor.
+    /// Makes a line search along the Newton direction of the current factor, down to the fraction
+    /// `shortest` of the step. Returns whether a step was accepted.
     fn search(&mut self, shortest: f64) -> bool {
         let Some(factor) = &self.factor else { return false };
         let direction = -factor.solve(&self.end.error);
@@ -173,8 +178,9 @@ impl<'a, const N: usize> Newton<'a, N> {
         false
     }
 
-    /// Tries damped least-squares (Levenberg–Marquardt) steps. If Ψ₁₂ is nearly singular the Newton
-    /// step is long and wrong, and these shorter steps still reduce the error.
+    /// Tries damped least-squares (Levenberg–Marquardt) steps. If Ψ₁₂ is nearly singular, the
+    /// Newton step is long and wrong, and these shorter steps still reduce the error. Returns
+    /// whether a step was accepted.
     fn damped(&mut self) -> bool {
         let Some(psi) = &self.psi else { return false };
         let attitude = self.end.error.fixed_rows::<3>(N - 6).into_owned();

@@ -38,17 +38,19 @@ use nalgebra::{SMatrix, SVector};
 /// Residual below which one chord step with an extrapolated factor reaches the polish; its result
 /// is not checked.
 const PREDICTED: f64 = 1e-7;
-/// Steps of the coarse grids, in units of half the coarsest; the error of the extrapolation is
-/// proportional to the product of all `h^p`.
+/// Numbers of steps of the coarse grids, in units of half the number of the coarsest grid. The
+/// error of the extrapolation is proportional to the product of `h^p` over the grids, with the step
+/// length `h` and the order `p` of the scheme.
 const GRIDS: [usize; 5] = [2, 3, 4, 6, 8];
 /// Bounds of the residual to which a coarse grid is polished: round-off, and a value at which its
 /// extremals can still be distinguished.
 const GRID_POLISH: [f64; 2] = [1e-13, 1e-9];
-/// Product of `h^p` over the grids with sensitivities, below which no further sensitivities are
-/// computed. It measures the error of their extrapolation: below this value a chord step on the
-/// requested grid gains more digits than the prediction lacks.
+/// Product of `h^p` (step length, order of the scheme) over the grids with sensitivities, below
+/// which no further sensitivities are computed. It measures the error of their extrapolation: below
+/// this value a chord step on the requested grid gains more digits than the prediction lacks.
 const TELLING: f64 = 1e-5;
-/// Smallest error of the extrapolated extremals, as a multiple of the product of all `h^p`.
+/// Smallest estimate of the error of the extrapolated extremals, as a multiple of the product of
+/// `h^p` over all coarse grids, with the step length `h` and the order `p` of the scheme.
 const MISSED: f64 = 100.0;
 /// Smallest ratio of the requested number of steps to that of a coarse grid at which the coarse
 /// grid is worth solving.
@@ -72,13 +74,14 @@ fn coarse_grids(problem: &Problem, coarsest: usize) -> impl Iterator<Item = usiz
 }
 
 /// Returns the residual to which the coarse grids of a problem are polished. The extrapolation
-/// transfers this residual and has a larger error of its own.
+/// transfers the residual and adds a larger error.
 pub(crate) fn polish(problem: &Problem, coarsest: usize) -> f64 {
     let missed = MISSED * product(problem, coarse_grids(problem, coarsest));
     missed.clamp(GRID_POLISH[0], GRID_POLISH[1])
 }
 
-/// Returns the product of `h^p` over some grids.
+/// Returns the product of `h^p` over the grids with these numbers of steps, where `h` is one over
+/// the number of steps and `p` the order of the scheme.
 fn product(problem: &Problem, steps: impl Iterator<Item = usize>) -> f64 {
     let order = problem.scheme.order() as i32;
     steps.map(|steps| (steps as f64).powi(-order)).product()
@@ -145,8 +148,8 @@ fn extrapolate<const N: usize>(grids: &[Candidate], grid: &Grid) -> (Candidate, 
     (grids[0].clone().on_grid(grid).with_costate(&costate), Factor::new(&psi))
 }
 
-/// Returns the weights of the Lagrange interpolation in `h^p` through the grids, evaluated at
-/// `grid`.
+/// Returns the weight of each grid in the Lagrange interpolation in `h^p`, evaluated at `grid`,
+/// with the step length `h` and the order `p` of the scheme.
 fn weights(grids: &[Candidate], grid: &Grid) -> Vec<f64> {
     let abscissa = |grid: &Grid| (1.0 / grid.steps() as f64).powi(grid.scheme().order() as i32);
     let at = abscissa(grid);

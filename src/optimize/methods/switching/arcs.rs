@@ -1,11 +1,12 @@
 //! Bang-bang extremals: Newton on costates, duration and switching times.
 //!
-//! The unknowns are `M`, `e_0`, the times `t_j` at which one input each switches from one limit to
-//! the other, and `T` if the duration is free. The equations are the six terminal conditions,
-//! `s_j(t_j) = 0` for the input that switches and, if `T` is free, `H(0) = 0`. Each arc is
-//! integrated from its own stored node (`sequence`), as in the smoothed problem, so that errors do
-//! not grow along a long maneuver. If fewer inputs switch than there are terminal conditions, the
-//! costates are not unique, and the Newton step is the shortest one.
+//! The unknowns are the costates `M` and `e_0` at the start, the times `t_j` at each of which one
+//! input switches from one limit to the other, and the duration `T` if it is free. The equations
+//! are the six terminal conditions, `s_j(t_j) = 0` for the switching function of the input that
+//! switches and, if `T` is free, `H(0) = 0` for the Hamiltonian. Each arc is integrated from its
+//! own stored node (`sequence`), as in the smoothed problem, so that errors do not grow along a
+//! long maneuver. If fewer inputs switch than there are terminal conditions, the costates are not
+//! unique, and the Newton step is the shortest one.
 
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
@@ -19,7 +20,7 @@ use crate::Vector3;
 use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};
 
-/// A switch: the time at which one input changes to its other limit, and the node there.
+/// A switch: the time at which one input changes to its other limit, and the node at this time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Switch {
     pub input: usize,
@@ -83,7 +84,7 @@ impl Arcs {
 
     /// Extracts the pulses of the inputs along a smoothed path, for inputs that are mostly off.
     /// Each pulse has the area and the centroid of the smoothed input, so that a pulse is not lost
-    /// if its switching function only grazes zero. A run in which an input stays between its
+    /// if its switching function only grazes zero. A time through which an input stays between its
     /// limits, as on a singular arc, is replaced by `cells` pulses.
     pub fn of_pulses(extremal: &Extremal, path: &Path, epsilon: f64, cells: usize) -> Self {
         let levels: Vec<Vec<f64>> = path.nodes.iter().map(|node| extremal.inputs(&node.e, epsilon)).collect();
@@ -148,7 +149,7 @@ impl Arcs {
         arcs
     }
 
-    /// Returns the lengths of the arcs in time.
+    /// Returns the durations of the arcs.
     pub fn lengths(&self) -> Vec<f64> {
         self.arcs().iter().map(|(_, start, end, _)| end - start).collect()
     }
@@ -186,7 +187,7 @@ impl Arcs {
     }
 
     /// Returns the derivatives of the arc lengths with respect to the switching times and, if the
-    /// duration is free, to the duration.
+    /// duration is free, with respect to the duration.
     fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
         let arcs = self.switches.len() + 1;
         let times = arcs - usize::from(extremal.given_duration.is_some());
@@ -196,7 +197,7 @@ impl Arcs {
         DMatrix::from_fn(arcs, times, of)
     }
 
-    /// Solves for the switching times by Newton, again after removing pulses that have vanished.
+    /// Solves for the switching times by Newton; if pulses vanish, removes them and solves again.
     /// Returns `None` if Newton does not converge or too few switches remain.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let mut found = self.solved(extremal)?;
@@ -206,7 +207,7 @@ impl Arcs {
         Some(found)
     }
 
-    /// Removes pulses that are no longer than `longest`; returns whether any were removed.
+    /// Removes pulses that last at most `longest`, scaled; returns whether any were removed.
     fn drop_pulses(&mut self, longest: f64) -> bool {
         let count = self.switches.len();
         let short = |this: &Self| {
@@ -258,7 +259,7 @@ impl Arcs {
         if !factor.is_finite() {
             return None;
         }
-        // Whether neighbouring switches of one input would exchange their order.
+        // True if neighbouring switches of one input would exchange their order.
         let crosses = |factor: f64| {
             let after = |j: usize| self.switches[j].time + factor * step[6 + j];
             self.pairs().any(|(a, b)| after(a) >= after(b))
@@ -280,7 +281,7 @@ impl Arcs {
         Some(())
     }
 
-    /// Returns the pairs of consecutive switches of one input.
+    /// Returns the pairs of indices of consecutive switches of the same input, for all inputs.
     fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..self.switches.len()).filter_map(|a| {
             let input = self.switches[a].input;
@@ -289,7 +290,7 @@ impl Arcs {
     }
 
     /// Removes pulses that have vanished and switches outside of the duration, and sorts the
-    /// others.
+    /// remaining switches by time.
     fn order(&mut self) {
         self.drop_pulses(0.0);
         let duration = self.duration;
@@ -351,7 +352,7 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
     pulses
 }
 
-/// Interpolates between two nodes; `part` runs from 0 to 1.
+/// Returns the node interpolated between `a` (`part` = 0) and `b` (`part` = 1).
 pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
     a.plus(&b.minus(a), part)
 }

@@ -1,4 +1,4 @@
-//! Initial smoothed extremals: the start of a continuation in ε, for one turn.
+//! Initial smoothed extremals of a turn, from which the continuation in ε starts.
 //!
 //! The initial path has angles that are cubic in time and meets the attitude and both rates. Its
 //! duration is chosen so that the largest input is a given fraction of its limit, and its costates
@@ -6,7 +6,7 @@
 //! from the isotropic one by the homotopy `J(s) = V diag(J_i^s) Vᵀ`, because the smoothed extremal
 //! of a sphere is always found.
 //!
-//! # How does minimum fuel use the methods of minimum time?
+//! # How do the methods for minimum time apply to minimum fuel?
 //!
 //! An input that costs fuel is one-sided: it is off at 0 and costs its price up to its limit. With
 //! `f = ½ (1 + v)`, `v ∈ [−1, 1]`, the switching function of minimum time gains a constant,
@@ -47,7 +47,7 @@ use crate::{Matrix3, Vector3, lie};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub phi: Vector3,
-    /// Whole turns as a rotation vector, `2πn` times their number; zero if there are none.
+    /// Whole turns as a rotation vector, `2πn` times their number; zero without whole turns.
     pub whole: Vector3,
 }
 
@@ -81,7 +81,7 @@ fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vecto
 }
 
 /// Returns the largest of the minimum-norm inputs that produce a torque, as a fraction of its
-/// limit; under a norm limit, the torque over the limit.
+/// limit. For a limit on the norm of the torque, returns the norm as a fraction of this limit.
 fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     match &extremal.law {
         TorqueLimit::Inputs(axes) => {
@@ -92,7 +92,8 @@ fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     }
 }
 
-/// Returns the costate over ε for which the smoothed law produces a torque, as nearly as possible.
+/// Returns the momentum costate, in units of ε, at which the smoothed law produces a torque, at
+/// least approximately.
 fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f64) -> Vector3 {
     let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
     match &extremal.law {
@@ -118,7 +119,7 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
 }
 
 /// Returns the duration of the cubic path whose largest input is the fraction `level` of its limit;
-/// `None` if no duration has so small an input.
+/// `None` if the largest input exceeds this fraction for every duration.
 fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) -> Option<f64> {
     let ends = [&extremal.start_rate, &extremal.end_rate];
     let loads = |duration: f64| {
@@ -134,8 +135,8 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
     (loads(duration) <= level).then_some(duration)
 }
 
-/// Returns the smallest number from which on `holds` is true: `first` is doubled up to about
-/// `largest`, then the bracket is bisected.
+/// Returns the threshold above which `holds` is true: `first` is doubled until `holds` is true, up
+/// to about `largest`; then the bracket is bisected.
 fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, first);
     while !holds(high) && high < largest {
@@ -148,8 +149,8 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// Creates the initial path of a turn, of the given duration or of the duration that the level
-/// `try_index` determines.
+/// Creates the initial path of a turn. Its duration is the given one or, if the duration is free,
+/// the one determined by the input level with index `try_index`.
 fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -> Option<Smoothed> {
     let inverse = extremal.authority().try_inverse()?;
     let start = extremal.start_rate;
@@ -180,18 +181,18 @@ fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -
     Some(Smoothed { path: Path::equal(epsilon * m, duration, nodes), epsilon })
 }
 
-/// Returns the input levels of the initial paths for a free duration.
+/// Returns the input levels of the initial paths for a free duration, as fractions of the limits.
 fn levels(extremal: &Extremal) -> &'static [f64] {
     if extremal.counts_fuel() { &LEVELS_FUEL } else { &LEVELS }
 }
 
-/// Solves for a smoothed extremal at the ε of `from`, a path near it.
+/// Solves for a smoothed extremal at the ε of `from`, with the path of `from` as the initial guess.
 fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
 /// Continues the smoothed extremal `from` of the problem at homotopy parameter 0 to the problem at
-/// 1. `carried` converts a path of one intermediate problem into an initial guess for the next.
+/// 1. `carried` converts a path of one intermediate problem into an initial guess for the next one.
 fn by_way_of(
     problems: impl Fn(f64) -> Option<Extremal>,
     from: Smoothed,
@@ -215,7 +216,7 @@ fn by_way_of(
     reached.ok().map(|(solved, _)| solved)
 }
 
-/// Returns whether a boundary rate is nonzero, so that rates can be scaled.
+/// Returns whether the body rotates at the start or at the end.
 fn moves(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0
 }
@@ -254,9 +255,10 @@ fn through_bodies(
     by_way_of(body, at, carried, work)
 }
 
-/// Finds minimum-time smoothed extremals for a turn by way of given durations, which are fractions
-/// of the usual one. The boundary rates are kept throughout or scaled up from zero. This is used if
-/// the input levels fail, as for fast bodies whose gyroscopic torques are comparable to the limits.
+/// Finds minimum-time smoothed extremals for a turn by first solving for given durations, which are
+/// multiples of the duration of the initial path. The boundary rates are kept throughout or scaled
+/// up from zero. This is used if the input levels fail, as for fast bodies whose gyroscopic torques
+/// are comparable to the limits.
 ///
 /// For a given duration and large ε, a smoothed extremal is nearly a minimum-effort one, which
 /// cubic angles approximate; a longer duration leads to other paths.
@@ -317,7 +319,7 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Finds smoothed extremals for a turn at the ε where branches are distinguished.
+/// Finds smoothed extremals for a turn, at the ε at which branches are distinguished.
 ///
 /// The result has at most one extremal, or one for each successful initial path in three cases:
 ///
@@ -344,8 +346,9 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
     found
 }
 
-/// Finds the smoothed extremal that one initial path leads to, at the ε where branches are
-/// distinguished.
+/// Finds the smoothed extremal to which one initial path of a turn leads, at the ε at which
+/// branches are distinguished. `try_index` selects the initial path. Returns `None` if Newton or a
+/// continuation fails.
 fn base(
     extremal: &Extremal,
     turn: &Turn,

@@ -8,7 +8,8 @@
 //!
 //! # How is the shortest maneuver found?
 //!
-//! In four layers, each of which removes one cause of failure (`optimize/methods/switching`).
+//! The method has four layers, each of which removes one cause of failure
+//! (`optimize/methods/switching`).
 //!
 //! 1. Smoothed extremals. The unknowns of Newton's method are all nodes, so that no error grows
 //!    along the maneuver.
@@ -67,7 +68,7 @@ use crate::{Vector3, lie};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What a search of extremals looks for.
+/// Requirements on a search for extremals.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchRequest {
     pub path: Way,
@@ -76,7 +77,7 @@ pub(crate) struct SearchRequest {
     pub arcs: bool,
 }
 
-/// The distinct extremals at a small ε.
+/// The distinct smoothed extremals of a maneuver at a small ε.
 pub(super) struct Branches {
     /// Extremals of the maneuver, the best first.
     pub found: Vec<Smoothed>,
@@ -85,8 +86,8 @@ pub(super) struct Branches {
     pub one_way: Vec<Smoothed>,
 }
 
-/// Returns the perturbations with which branches are tried: zero, and further ones except in a
-/// quick search.
+/// Returns the perturbations of the control law with which branches are continued: zero and, except
+/// in a quick search, further ones.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     let along_axes = Vector3::zeros();
     let sets: &[(f64, Vector3)] = match thoroughness {
@@ -137,8 +138,8 @@ fn is_fast(extremal: &Extremal) -> bool {
 }
 
 /// Returns the turns to the target that the search starts from. A requested path determines them.
-/// For the best path they are the short way and, if it may be quicker, the long way, which about an
-/// axis of its own can take a fifth less time than about the axis of the short way. One-sided
+/// For the best path they are the short way and, if it may be quicker, the long way. About another
+/// axis, the long way can take a fifth less time than about the axis of the short way. One-sided
 /// thrusters may be far stronger about one axis, or in one direction of rotation; they, and a
 /// thorough search, start with whole turns about all axes.
 fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
@@ -183,8 +184,8 @@ fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
 }
 
 /// Adds whole turns about other axes to the rotation vector `phi`, in both directions: first about
-/// the axis about which the inputs turn the body fastest. All are in one homotopy class, and a
-/// nearly whole turn is one about any axis.
+/// the axis about which the inputs turn the body fastest. All are in one homotopy class, because a
+/// turn by nearly 360° can be deformed into one about any other axis.
 fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
     let eigen = (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen();
     let mut order = [0, 1, 2];
@@ -298,7 +299,8 @@ fn descended(extremal: &Extremal, ask: &SearchRequest, from: &[Smoothed], work: 
     cheapest_first(extremal, distinct(extremal, found))
 }
 
-/// Solves for the extremal without the perturbation that led to it.
+/// Solves for the unperturbed extremal near `from`, which was found with a perturbation; `None` if
+/// Newton does not converge.
 fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     // Fuel separates branches less sharply than time.
     let tolerance = Smooth::of(extremal, from.epsilon).tolerance();
@@ -306,7 +308,7 @@ fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothe
     from.solved(extremal, tolerance, FAR_ITERATIONS, work)
 }
 
-/// Removes duplicates of extremals.
+/// Returns the extremals without duplicates.
 fn distinct(extremal: &Extremal, all: impl IntoIterator<Item = Smoothed>) -> Vec<Smoothed> {
     let mut known: Vec<Smoothed> = Vec::new();
     for one in all {
@@ -326,7 +328,7 @@ fn least(extremal: &Extremal, all: &[Smoothed]) -> f64 {
     all.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns whether two paths are the same extremal.
+/// Returns whether two paths are the same extremal within the tolerances for costs and costates.
 fn same(extremal: &Extremal, a: &Smoothed, b: &Smoothed) -> bool {
     let (cost_a, cost_b) = (a.cost(extremal), b.cost(extremal));
     let costate = |one: &Smoothed| (one.path.m, one.path.nodes[0].e);

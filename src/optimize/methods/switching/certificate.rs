@@ -1,5 +1,5 @@
-//! Certificate of arcs: whether they satisfy the maximum principle, and how much cost is lost where
-//! they do not.
+//! Certificate of bang-bang arcs: whether they satisfy the maximum principle, and how much cost is
+//! lost where they do not.
 //!
 //! Every input must be `−sign(s_j)` at all times. To first order, the cost that could still be
 //! saved (a duration if only time counts) is
@@ -42,7 +42,7 @@ pub(crate) struct Certified {
     pub least: Option<(Arcs, Vec<Wrong>)>,
 }
 
-/// A run: one input has the wrong sign from one time to another.
+/// A run: an interval of time on which one input has the wrong sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wrong {
     pub input: usize,
@@ -109,7 +109,8 @@ impl Certified {
         Self { arcs, gap, wrong, least: None }
     }
 
-    /// Returns whether every input satisfies the maximum principle.
+    /// Returns whether every input satisfies the maximum principle at all times, that is, the gap
+    /// is negligible.
     pub fn is_exact(&self, extremal: &Extremal) -> bool {
         self.gap <= NO_GAP * self.arcs.cost(extremal)
     }
@@ -119,7 +120,8 @@ impl Certified {
         self.gap <= SMALL_GAP * self.arcs.cost(extremal)
     }
 
-    /// Uses the gap of the same arcs with other costates, if it is smaller.
+    /// Replaces the gap by that of `moved`, the same arcs with other costates, if this gap is
+    /// smaller.
     pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
         let least = Self::of(extremal, moved);
         if least.gap < self.gap {
@@ -175,13 +177,13 @@ impl Certified {
     }
 }
 
-/// The runs of wrong signs that are corrected together.
+/// Selection of the runs of wrong signs that are corrected together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Runs {
-    /// The run of this rank by its gap; 0 is the worst.
+    /// The run with this rank in order of decreasing gap, counted from 0.
     Rank(usize),
-    /// The worst run, and all with at least a fifth of its gap: the pulses of a singular arc need
-    /// further pulses on all sides.
+    /// The run with the largest gap, and all runs with at least a fifth of its gap: the pulses of a
+    /// singular arc need further pulses on all sides.
     Worst,
     /// The runs of `Self::Worst`, according to the costates of the smallest gap.
     OfLeast,
@@ -189,9 +191,9 @@ pub(crate) enum Runs {
     All,
 }
 
-/// Returns the times at which an arc is sampled, from its start, and half of the time that each
-/// sample represents. Samples are denser towards the ends, because a switching function that is not
-/// zero at a switch is zero slightly beside it.
+/// Returns the times at which an arc is sampled, counted from its start, each with half of the time
+/// that the sample represents. Samples are denser towards the ends of the arc, because a switching
+/// function that is not zero at a switch is zero shortly before or after it.
 pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, f64)) -> Vec<(f64, f64)> {
     let count = POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
     let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());
@@ -227,7 +229,8 @@ fn by_gap(wrong: &[Wrong]) -> Vec<&Wrong> {
     wrong
 }
 
-/// Returns the run with the largest gap, and all with at least a fifth of it, the largest first.
+/// Returns the run with the largest gap and all runs with at least a fifth of this gap, in order of
+/// decreasing gap.
 fn with_the_worst(wrong: &[Wrong]) -> Vec<&Wrong> {
     let mut wrong = by_gap(wrong);
     let largest = wrong.first().map_or(0.0, |run| run.gap);

@@ -13,8 +13,8 @@ use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{NEAR_ITERATIONS, NOTHING, SMALLER};
 use crate::Vector3;
 
-/// Distributes `steps` steps over arcs in proportion to their lengths. Every arc gets the minimum
-/// number, even if the total is then larger.
+/// Distributes `steps` steps over arcs in proportion to their lengths. Every arc gets at least
+/// `LEAST_STEPS`, even if the total then exceeds `steps`.
 pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
     let total: f64 = lengths.iter().sum();
     let mut counts: Vec<usize> =
@@ -62,7 +62,7 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
     OnGrid::new(arcs.m, lengths, steps, all_signs, nodes)
 }
 
-/// Arrangement of arcs on a grid, revised after each discrete optimum.
+/// Arrangement of arcs on a grid; it is revised after each solution of the discrete problem.
 ///
 /// If two inputs switch together, as at the middle of a rest-to-rest maneuver, the arc between them
 /// stays in the equations with zero length, because without it the costates would not be
@@ -73,7 +73,7 @@ pub(super) struct Layout {
     lengths: Vec<f64>,
     common: Vec<bool>,
     exchanged: Vec<bool>,
-    /// Arcs that are omitted.
+    /// For each arc, true if the arc is omitted because the switches at its ends are joined.
     pub joined: Vec<bool>,
 }
 
@@ -85,8 +85,8 @@ impl Layout {
         Self { lengths, common, exchanged: none.clone(), joined: none }
     }
 
-    /// Returns the number of steps of every arc; the error is the number of steps that the arcs
-    /// need if `steps` is too small.
+    /// Returns the number of steps of every arc. If `steps` is too small, the error is the number
+    /// of steps that the arcs need.
     pub fn counts(&self, steps: usize) -> Result<Vec<usize>, usize> {
         let all = 0..self.lengths.len();
         let is_proper = |arc: &usize| !self.common[*arc] && !self.joined[*arc];
@@ -113,8 +113,9 @@ impl Layout {
         arc == 0 || arc + 1 == self.lengths.len()
     }
 
-    /// Exchanges the switches at both ends of an arc with negative length or, the second time,
-    /// joins them. Returns whether they were exchanged.
+    /// Exchanges the switches at both ends of an arc with negative length. If they have been
+    /// exchanged before, or the arc is the first or last one, omits the arc instead. Returns
+    /// whether the switches were exchanged.
     pub fn mend(&mut self, arc: usize, arcs: &mut Arcs) -> bool {
         let exchanges = !self.exchanged[arc] && !self.is_outer(arc);
         if exchanges {
@@ -128,7 +129,7 @@ impl Layout {
     }
 }
 
-/// Solves for the discrete optimum of arcs, on `steps` steps.
+/// Solves for the discrete optimum of arcs on `steps` steps; `None` if none is found.
 pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     let (mut arcs, mut layout) = (arcs.clone(), Layout::of(arcs));
     for _ in 0..MOST_CORRECTIONS {

@@ -1,5 +1,5 @@
-//! The shortest turn about a fixed axis (eigenaxis), for comparison, and a test whether the long
-//! way may be as short.
+//! Minimum time of a turn about the eigenaxis, for comparison, and a test whether the long way may
+//! be as quick as the short way.
 //!
 //! On the path `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the
 //! inputs bound `dp/dθ = θ¨`, from above during acceleration and from below during deceleration.
@@ -44,7 +44,7 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
         let mut p = vec![0.0];
         for _ in 0..EIGENAXIS_PARTS {
             let at = p[p.len() - 1];
-            // Where the limits leave no acceleration, the speed is kept.
+            // Where the limits allow no acceleration, the speed stays constant.
             let first = slope(at).unwrap_or(0.0);
             let next = at + step * slope((at + 0.5 * step * first).max(0.0)).unwrap_or(0.0).max(0.0);
             p.push(next);
@@ -56,9 +56,9 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     Some((0..EIGENAXIS_PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
 }
 
-/// Returns whether the turn by `2π − |phi|` may be as quick as the turn by `phi` about its axis, or
-/// cost as little. Both times grow with the angle divided by the acceleration (or its square root),
-/// and the long way may use the axis of the largest acceleration.
+/// Returns whether the turn by `2π − |phi|` may be as quick as the turn by the rotation vector
+/// `phi`, or cost as little. Both times grow with the angle divided by the acceleration (or its
+/// square root), and the long way may use the axis of the largest acceleration.
 pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bool {
     let angle = phi.norm();
     let Some(axis) = phi.try_normalize(0.0) else { return false };

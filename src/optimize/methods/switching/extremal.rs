@@ -36,12 +36,13 @@ use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
 
-/// The limit on the torque: of each input, or of the norm.
+/// Limit on the torque: a limit on each input, or a limit on the norm of the torque.
 #[derive(Clone, Debug)]
 pub(crate) enum TorqueLimit {
-    /// Limits of inputs in `[−1, 1]` along these axes.
+    /// Inputs in `[−1, 1]`. Each axis is the torque of one input at level 1, relative to its torque
+    /// at level 0.
     Inputs(Vec<Vector3>),
-    /// Limit of the norm of the torque.
+    /// Largest norm of the torque.
     Norm(f64),
 }
 
@@ -63,8 +64,8 @@ pub(crate) struct LawResponse<T: Number = f64> {
 pub(crate) struct ArcLaw {
     /// Held torque and its running cost; `minimum` is not a number.
     held: LawResponse,
-    /// Limit and price of the torque norm, if the torque has full norm and turns with the costate;
-    /// `None` if the torque is held.
+    /// Limit and price of the norm of the torque, if the norm is at its limit and the direction
+    /// follows the costate; `None` if the torque is held.
     turning: Option<(f64, f64)>,
 }
 
@@ -113,7 +114,7 @@ pub(crate) struct Extremal {
     pub start_rate: Vector3,
     pub end_rate: Vector3,
     pub end_attitude: Matrix3,
-    /// Request to stop, which the sweeps over fine grids poll.
+    /// Request to stop that the sweeps over fine grids poll.
     pub halt: StopRequest,
 }
 
@@ -151,7 +152,7 @@ impl Extremal {
         })
     }
 
-    /// Returns the maneuver with another given duration; with a free one for `None`.
+    /// Returns the maneuver with another given duration, or with a free duration for `None`.
     pub fn lasting(&self, given_duration: Option<f64>) -> Self {
         Self { given_duration, ..self.clone() }
     }
@@ -271,19 +272,19 @@ impl Extremal {
         -s / (s * s + epsilon * epsilon).sqrt()
     }
 
-    /// Returns the fewest switches that a plan of arcs can have: five, which determine the
+    /// Returns the smallest number of switches of a plan of arcs: five, which determine the
     /// costates, or one (a single burn) if fuel counts.
     pub fn fewest_switches(&self) -> usize {
         if self.counts_fuel() { 1 } else { DETERMINED }
     }
 
-    /// Returns whether any input has a price; otherwise only time counts.
+    /// Returns whether any input has a price; if not, only time counts.
     pub fn counts_fuel(&self) -> bool {
         self.costs.iter().any(|cost| *cost != 0.0)
     }
 
-    /// Returns whether fuel is the sum of the on-times of separate inputs, and not of the torque
-    /// norm.
+    /// Returns whether fuel is a sum over separate inputs of price times on-time; false if only
+    /// time counts or the norm of the torque is limited.
     pub fn times_pulses(&self) -> bool {
         self.counts_fuel() && matches!(self.law, TorqueLimit::Inputs(_))
     }
@@ -304,7 +305,7 @@ impl Extremal {
         if matches!(self.law, TorqueLimit::Inputs(_)) { self.costs.iter().sum() } else { 0.0 }
     }
 
-    /// Returns the approximate cost of a unit of impulse: the mean over the inputs.
+    /// Returns the approximate cost of a unit of angular impulse: the mean over the inputs.
     pub fn price_of_impulse(&self) -> f64 {
         match &self.law {
             TorqueLimit::Norm(limit) => self.costs.iter().sum::<f64>() / limit,
@@ -343,7 +344,7 @@ impl Extremal {
 
     /// Returns `A⁻ᵀ`, scaled to determinant 1, where the columns of `A` are the first three input
     /// axes that span the space. A perturbation of a given size in these coordinates acts equally
-    /// on each of these inputs, whatever the axes that describe the body.
+    /// on each of these inputs, whatever the choice of the body axes.
     pub fn alike(&self) -> Matrix3 {
         let mut columns: Vec<Vector3> = Vec::with_capacity(3);
         let mut across: Vec<Vector3> = Vec::with_capacity(3);

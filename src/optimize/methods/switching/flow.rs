@@ -34,7 +34,8 @@ use crate::numerics::three::{
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::Vector6;
 
-/// Attitude, momentum and momentum costate at one instant, scaled; with `Eight`, eight such nodes.
+/// Attitude, momentum and momentum costate at one instant, scaled; with the number type `Eight`,
+/// eight nodes at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node<T: Number = f64> {
     pub r: Matrix<T>,
@@ -64,7 +65,8 @@ impl<const L: usize> Lanes<L> {
         Self([[0.0; L]; 9])
     }
 
-    /// Returns the derivatives of an initial node whose costate `e` is the parameters 3, 4 and 5.
+    /// Returns the derivatives of the initial node, whose momentum costate `e` is the parameters 3,
+    /// 4 and 5.
     pub fn of_costate() -> Self {
         let mut lanes = Self::zero();
         for axis in 0..3 {
@@ -87,8 +89,8 @@ impl<const L: usize> Lanes<L> {
         }
     }
 
-    /// Returns the sum as `Self::add` does, without a store to a single lane; for lanes that are
-    /// then read as whole rows.
+    /// Returns these derivatives with `rate` added to one lane. Unlike `Self::add`, it makes no
+    /// store to a single lane, which is faster if the lanes are then read as whole rows.
     #[inline(always)]
     pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &UnitRows<L>) -> Self {
         let mut sum = *self;
@@ -100,7 +102,7 @@ impl<const L: usize> Lanes<L> {
         sum
     }
 
-    /// Returns the sum of these derivatives and `factor` times others.
+    /// Returns the sum of these derivatives and `factor` times the derivatives `other`.
     #[inline(always)]
     fn plus(&self, other: &Self, factor: f64) -> Self {
         let mut sum = *self;
@@ -151,7 +153,7 @@ impl<const L: usize> UnitRows<L> {
     }
 }
 
-/// Returns the linear combination of rows.
+/// Returns the sum of factor times row over `terms`.
 #[inline(always)]
 fn combined<const K: usize, const L: usize>(terms: [(f64, &[f64; L]); K]) -> [f64; L] {
     let (factor, row) = terms[0];
@@ -301,7 +303,8 @@ impl Extremal {
         (value, Vector6::new(rate.x, rate.y, rate.z, push.x, push.y, push.z))
     }
 
-    /// Returns the terminal error: rotation vector of the attitude error, then the momentum error.
+    /// Returns the terminal error at the node `end`: the rotation vector of the attitude error,
+    /// then the momentum error.
     pub fn miss(&self, end: &Node) -> Vector6<f64> {
         let turn = lie::log(&(end.r * self.end_attitude.transpose()));
         let momentum = end.pi - self.j * self.end_rate;
@@ -309,7 +312,7 @@ impl Extremal {
     }
 }
 
-/// Returns the rotation of a quaternion of any norm.
+/// Returns the rotation matrix of a quaternion of any norm.
 #[inline(always)]
 fn turn<T: Number>(p: &[T; 4]) -> Matrix<T> {
     let [w, x, y, z] = *p;
@@ -416,14 +419,15 @@ impl<T: Number> Course<T> {
     }
 }
 
-/// Values of one stage that the derivatives need.
+/// Values of one Runge–Kutta stage that the propagation of derivatives needs.
 #[derive(Clone, Copy)]
 struct FlowStage<T: Number> {
     linear: Linear<T>,
     rate: [Vector<T>; 3],
 }
 
-/// Values of one step that the derivatives need.
+/// Values of one integration step that the propagation of derivatives needs, for each Runge–Kutta
+/// stage.
 pub(crate) struct FlowStages<T: Number, const S: usize>([FlowStage<T>; S]);
 
 impl<T: Number, const S: usize> FlowStages<T, S> {
@@ -492,7 +496,7 @@ impl<T: Number> FlowStages<T, 4> {
     }
 }
 
-/// Extracts the blocks of one case, which `case` selects from each number.
+/// Returns the blocks for one case, which `case` extracts from each number.
 #[inline(always)]
 pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64) -> [Vector3; 3] {
     let mut taken = [Vector3::zeros(); 3];

@@ -23,17 +23,17 @@
 //! singular arc are therefore extracted from a smoothed extremal on intervals that resolve its
 //! inputs. If their gap is not small, pulses are added where the certificate lacks them, by the
 //! arcs' own costates and by the costates of the smallest gap. All times are then optimised by the
-//! sequential quadratic programming of pulses with a minimum pulse width, which burns less at every
-//! step. A uniform grid is not accurate enough for extraction: at ε = 1e-4 the pulses are shorter
-//! than its intervals, and the extracted fuel is wrong by per cents.
+//! sequential quadratic programming of pulses with a minimum pulse width, which reduces the fuel at
+//! every step. A uniform grid is not accurate enough for extraction: at ε = 1e-4 the pulses are
+//! shorter than its intervals, and the extracted fuel is wrong by some per cent.
 //!
 //! On few steps no discrete optimum may exist with the pulses of the continuous motion: a short
 //! pulse does not fit, or the order differs. The plan is then computed like pulses with a minimum
 //! pulse width of zero: times at their active bounds and, if Newton finds no stationary times
 //! either, the times nearest to the continuous ones that meet the terminal conditions. The
-//! remaining stationarity residual is reported, and that the plan is no discrete optimum
-//! (`beside_optimum` in the plan file). The smoothed law, which was used before, burns per cents
-//! more.
+//! remaining stationarity residual is reported, and the plan file states that the plan is no
+//! discrete optimum (`beside_optimum`). The smoothed law, which was used before, burns some per
+//! cent more.
 
 use super::arcs::Arcs;
 use super::branches::SearchRequest;
@@ -85,8 +85,9 @@ pub(super) fn fuel_limit(
     BranchEnd::of(rival, settled, all, taken)
 }
 
-/// Returns the arcs with the smallest gap among `known` and trains of pulses. The number of pulses
-/// grows until the gap is small. Arcs of other branches are excluded.
+/// Returns the arcs with the smallest gap among `known` and the trains of pulses that are extracted
+/// from a smoothed extremal. The number of pulses grows until the gap is small. Arcs of other
+/// branches are excluded.
 fn train(
     extremal: &Extremal,
     settled: &Smoothed,

@@ -140,7 +140,8 @@ impl Extremal {
         Some(HeldStep { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
     }
 
-    /// Returns the response of the rule `torque` at a costate.
+    /// Returns the torque of the rule `torque` at the costate `e`, with its cost and its
+    /// derivative.
     #[inline(always)]
     fn answer(&self, torque: &Torque, e: &Vector3) -> LawResponse {
         match torque {
@@ -178,8 +179,8 @@ impl Extremal {
         })
     }
 
-    /// Computes one step of length `h`; `None` if the step is too long. For an implicit law the
-    /// expected costate after the step is the initial guess.
+    /// Computes one step of length `h`; `None` if the step is too long for its implicit equation.
+    /// For an implicit law the expected costate after the step is the initial guess.
     pub fn grid_step(
         &self,
         m: &Vector3,
@@ -220,8 +221,8 @@ impl Extremal {
 }
 
 impl HeldStep {
-    /// Returns the step map, with the cost of the inputs and the derivatives with respect to the
-    /// parameters.
+    /// Returns the map of the step with the derivatives `slopes` with respect to `m`, `Π`, `e` and
+    /// `h`. The cost `running` of the inputs per unit of time is added to the Hamiltonian.
     fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> StepMap {
         StepMap {
             f: self.f,

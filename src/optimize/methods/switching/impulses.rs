@@ -1,4 +1,4 @@
-//! Minimum fuel for a long duration with nonzero boundary rates, from its impulsive limit.
+//! Minimum-fuel maneuvers of long duration with nonzero boundary rates, from their impulsive limit.
 //!
 //! As `T → ∞` burns become impulses, between which the body moves freely. Two impulses leave three
 //! unknowns, the momentum of the coast, with which the free motion must reach the terminal
@@ -28,8 +28,8 @@ use crate::{Matrix3, Vector3, lie};
 use nalgebra::Vector6;
 use std::f64::consts::{PI, TAU};
 
-/// A transfer by two impulses, at the start and at the end: for each, the levels that are on and
-/// their on-times.
+/// A transfer by two impulses, at the start and at the end. For each impulse it holds the inputs of
+/// the extremal that are on, with their on-times.
 pub(super) struct Transfer {
     momentum: Vector3,
     burns: [Vec<(usize, f64)>; 2],
@@ -69,7 +69,7 @@ pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &W
     least.is_finite() && best.is_none_or(|best| best.cost(extremal) > 2.0 * least)
 }
 
-/// Finds the limits that start from transfers by two impulses, with further pulses added.
+/// Finds extremals by starting from transfers by two impulses and adding further pulses.
 pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<BranchEnd> {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else {
         return Vec::new();
@@ -112,8 +112,8 @@ pub(super) fn slow_turns(extremal: &Extremal, duration: f64, work: &Work) -> imp
     slow.filter_map(move |momentum| transfer(extremal, momentum, duration, work))
 }
 
-/// Returns the initial momenta of the search: of slow turns in both homotopy classes, of the motion
-/// at the start, and random ones about the initial momentum and about zero.
+/// Returns the momenta from which coasts are searched for: those of slow turns in both homotopy
+/// classes, that of the body at the start, and random momenta about this one and about zero.
 fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
     let ends =
@@ -129,7 +129,8 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     momenta
 }
 
-/// Solves by Newton for the transfer near a momentum; `None` if it does not converge.
+/// Solves by Newton for the transfer whose coast has a momentum near `momentum`; `None` if Newton
+/// does not converge.
 fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Work) -> Option<Transfer> {
     count(&work.newtons);
     let coast = extremal.on_arc(&vec![-1.0; extremal.switching_count()]);
@@ -155,8 +156,8 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
     None
 }
 
-/// Returns the levels that together produce the impulse `push` at minimum cost, and the on-time of
-/// each; `None` if no three of them can.
+/// Returns the inputs of the extremal that together produce the impulse `push` at minimum cost,
+/// each with its on-time; `None` if no three inputs can produce it.
 fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     let axes = extremal.axes();
     let count = axes.len().min(MOST_COMBINED);
@@ -183,7 +184,7 @@ fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     best.map(|(_, used)| used)
 }
 
-/// Returns the nodes at the switches as a path.
+/// Returns the path whose nodes are those at the switches of arcs.
 fn path_of(extremal: &Extremal, arcs: &Arcs) -> Option<Path> {
     let (swept, _) = arcs.swept(extremal, FINE)?;
     let times = arcs.switches.iter().map(|switch| switch.time / arcs.duration);

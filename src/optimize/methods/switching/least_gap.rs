@@ -28,18 +28,21 @@ use nalgebra::{SMatrix, SVector};
 /// Change of `M` and of the costate `e` at the start.
 type CostateChange = SVector<f64, 6>;
 
-/// A switching function on a short piece of its arc.
+/// The switching function of one input at a sample point, with the part of the duration that the
+/// sample represents.
 struct Piece {
     length: f64,
-    /// Sign of the input, value of the switching function, and its derivative with respect to the
-    /// costates at the start.
+    /// Sign of the input.
     sign: f64,
+    /// Value of the switching function.
     value: f64,
+    /// Derivative of the switching function with respect to the costates at the start.
     slope: CostateChange,
 }
 
-/// Returns the maneuver with the costates of the smallest gap. For a given duration also with these
-/// costates reduced until no input that is off should be on. Empty if the inputs are not held.
+/// Returns the arcs with the costates that give the smallest gap. If the duration is given, the
+/// second element has these costates reduced until no input that is off should be on. Returns an
+/// empty vector if fuel is not a sum over pulses of separate inputs.
 pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     if !extremal.times_pulses() {
         return Vec::new();
@@ -94,8 +97,8 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
 fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateChange {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
     let along = vanishing.map(|(_, slope)| slope);
-    // The smallest change for which the function vanishes; none if it does not depend on the
-    // change.
+    // The smallest change for which the function vanishes; not a number if the function does not
+    // depend on the change.
     let nearest = |(value, slope): (f64, CostateChange)| -value / slope.norm_squared() * slope;
     let dependent = vanishing.filter(|(_, slope)| slope.norm_squared() > 0.0);
     let first = dependent.map_or_else(CostateChange::zeros, nearest);
@@ -113,7 +116,7 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateCh
 }
 
 /// Returns the change after which all costates are reduced by a common factor, so that no input
-/// that is off should be on. `own` are the costates without a change.
+/// that is off should be on. `own` are the costates before the change.
 ///
 /// In a long duration nearly all is coast, and an input that should be on for all of the coast, by
 /// however little, is worth more than the cost of the plan. Reduced costates add an equally small

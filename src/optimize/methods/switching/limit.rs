@@ -9,9 +9,9 @@
 //! their full time and over smaller parts about the worst instant, and a correction that reduces
 //! the gap is kept (`switching/limit`, `refined`). All intermediate arcs are kept too: the arcs
 //! with the smallest gap may not fit the grid, whose optimum needs two steps for every arc, and
-//! fewer pulses cost far less than the smoothed extremal. If no arcs are acceptable, the cheaper of
-//! both is the plan. The smoothed law is placed on the grid from its smallest ε or, if Newton fails
-//! there, from the ε at which branches were compared.
+//! fewer pulses cost far less than the smoothed extremal. If no arcs are acceptable, the plan is
+//! the cheaper of the best arcs and the smoothed extremal. The smoothed law is placed on the grid
+//! from its smallest ε or, if Newton fails there, from the ε at which branches were compared.
 
 use super::arcs::Arcs;
 use super::branches::directions;
@@ -36,16 +36,18 @@ pub(crate) struct BranchEnd {
     pub branch: Smoothed,
     /// The smoothed extremal at the smallest ε that was reached.
     pub smooth: Smoothed,
-    /// Bang-bang arcs, `None` if there are none; their certificate states whether they are exact.
+    /// Bang-bang arcs with a certificate that states whether they are exact; `None` if no arcs were
+    /// accepted.
     pub arcs: Option<Certified>,
-    /// Arcs with larger gaps and usually fewer switches, the best last. They serve for grids that
-    /// the best arcs do not fit, or if no arcs are accepted and the smoothed extremal costs more.
+    /// Arcs with larger gaps and usually fewer switches, in order of decreasing gap. They are used
+    /// for grids that the best arcs do not fit, or if no arcs are accepted and the smoothed
+    /// extremal costs more.
     pub looser: Vec<Certified>,
 }
 
 impl BranchEnd {
-    /// Creates the limit from arcs in order of decreasing gap. The last is the limit's arcs if
-    /// `taken`.
+    /// Creates the limit from arcs in order of decreasing gap. If `taken`, the last arcs are
+    /// accepted as the arcs of the limit.
     pub(super) fn of(branch: &Smoothed, smooth: Smoothed, mut all: Vec<Certified>, taken: bool) -> Self {
         let arcs = if taken { all.pop() } else { None };
         Self { branch: branch.clone(), smooth, arcs, looser: all }
@@ -60,8 +62,8 @@ impl BranchEnd {
         limit.is_exact(extremal).then_some(limit)
     }
 
-    /// Returns the limit for a maneuver with a nearby terminal state; `None` if Newton does not
-    /// converge to such a plan.
+    /// Solves for the limit of this branch for a maneuver with a nearby terminal state, starting
+    /// from this limit; `None` if Newton does not converge or the gap of its arcs is not small.
     pub fn led(&self, extremal: &Extremal, work: &Work) -> Option<Self> {
         if let Some(found) = &self.arcs {
             let arcs = polish(extremal, found.arcs.clone(), work).filter(|arcs| arcs.is_small(extremal))?;
@@ -72,7 +74,8 @@ impl BranchEnd {
         Some(Self { smooth, ..self.clone() })
     }
 
-    /// Returns the attitude costate in body axes and the momentum costate, both at the end.
+    /// Returns the attitude costate and the momentum costate at the end of the maneuver, both in
+    /// body axes.
     pub fn costates_at_end(&self, extremal: &Extremal) -> [Vector3; 2] {
         let (m, end) = match &self.arcs {
             Some(found) => (found.arcs.m, found.arcs.end(extremal)),
@@ -81,7 +84,8 @@ impl BranchEnd {
         [end.r.tr_mul(&m), end.e]
     }
 
-    /// Returns this limit with arcs of larger gaps in place of its own, the best first.
+    /// Returns copies of this limit whose arcs are replaced by those with larger gaps, in order of
+    /// increasing gap.
     pub fn loosened(&self) -> impl Iterator<Item = Self> {
         let with = |arcs: &Certified| Self { arcs: Some(arcs.clone()), ..self.clone() };
         self.looser.iter().rev().map(with)
@@ -91,12 +95,13 @@ impl BranchEnd {
         self.arcs.as_ref().map_or(self.smooth.path.duration, |found| found.arcs.duration)
     }
 
-    /// Returns the cost; proportional to the duration if only time counts.
+    /// Returns the cost, scaled; it is proportional to the duration if only time counts.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         self.arcs.as_ref().map_or_else(|| self.smooth.cost(extremal), |found| found.arcs.cost(extremal))
     }
 
-    /// Returns whether every input satisfies the maximum principle.
+    /// Returns whether the limit has arcs on which every input satisfies the maximum principle;
+    /// false for a smoothed extremal.
     pub fn is_exact(&self, extremal: &Extremal) -> bool {
         self.arcs.as_ref().is_some_and(|arcs| arcs.is_exact(extremal))
     }
@@ -112,7 +117,8 @@ pub(crate) struct BranchEnds {
     /// Limits of the branches, the best first.
     pub limits: Vec<BranchEnd>,
     pub branches: usize,
-    /// Duration of the turn about the eigenaxis (scaled), if it was computed for comparison.
+    /// Duration of the turn about the eigenaxis, scaled; `None` if it was not computed for
+    /// comparison.
     pub eigenaxis: Option<f64>,
 }
 
@@ -124,21 +130,21 @@ impl BranchEnds {
     }
 }
 
-/// Returns whether arcs can be the limit of a smoothed extremal by their cost; Newton may have
-/// converged to a costlier one.
+/// Returns whether arcs cost little enough to be the limit of a smoothed extremal. Newton may have
+/// converged to arcs of a costlier extremal.
 pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + DEARER)
 }
 
-/// Returns whether arcs are the limit of a smoothed extremal by their cost. A smoothed duration is
-/// never less than its limit.
+/// Returns whether the cost of arcs agrees with being the limit of a smoothed extremal. A smoothed
+/// duration is never shorter than its limit.
 pub(super) fn is_limit(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     let dearer = if extremal.counts_fuel() { DEARER } else { ALIKE.0 };
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
 }
 
-/// Returns the best extremal at the last ε that perturbations lead to, for a branch that ends at a
-/// larger ε.
+/// Returns the cheapest smoothed extremal at ε = `LAST` to which perturbations lead, for a branch
+/// that ends at a larger ε.
 pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Option<Smoothed> {
     let reached = directions(extremal, &ASKEW).take_while(|_| !work.stopped()).filter_map(|bias| {
         let reached = descend(extremal, rival, LAST, &bias, work).ok()?;
@@ -190,9 +196,10 @@ pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<Cert
     Some(by_least_gap(extremal, solved.unwrap_or(laid)))
 }
 
-/// Corrects arcs repeatedly, each time by a correction that reduces their gap: wrong signs of one
-/// rank or another, over all or a part of their time. For minimum fuel, pulses are added where the
-/// certificate lacks them, and all times are optimised again. Returns all arcs, the best last.
+/// Corrects arcs repeatedly, each time by a correction that reduces their gap: runs of a wrong sign
+/// are corrected one at a time or together, over all or a part of their time. For minimum fuel,
+/// pulses are added where the certificate lacks them, and all times are optimised again. Returns
+/// all arcs, the best last.
 pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec<Certified> {
     let (by_times, [_, long, short, _]) = (extremal.times_pulses(), PARTS);
     let by_rank = (0..WORST).flat_map(|rank| PARTS.map(|part| (Runs::Rank(rank), part)));
@@ -224,8 +231,8 @@ pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec
     path
 }
 
-/// Certifies arcs, with the costates of the smallest gap if the arcs' own costates give a larger
-/// one.
+/// Certifies arcs; if other costates than those of the arcs give a smaller gap, with the costates
+/// of the smallest gap.
 fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Certified {
     let mut found = Certified::of(extremal, arcs);
     if !found.is_exact(extremal) {

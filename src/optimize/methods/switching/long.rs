@@ -1,4 +1,4 @@
-//! Minimum fuel from rest to rest for a long duration, continued from a shorter one.
+//! Minimum-fuel rest-to-rest maneuvers of long duration, continued from a shorter one.
 //!
 //! As `T → ∞` the optimum becomes impulsive: it coasts for nearly all of the time, with rates and
 //! pulse lengths that decrease as `1/T`, along one fixed path. A smoothed law, whose inputs never
@@ -18,9 +18,9 @@ use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Vector3, lie};
 
-/// Returns the maneuver with a moderate duration if its own is long, or with a price of time that
-/// makes the duration moderate; `None` if the duration is not long or the maneuver is not
-/// rest-to-rest with fuel.
+/// Returns the maneuver with a moderate duration instead of its long one or, if the duration is
+/// free, with a price of time that makes it moderate. Returns `None` if the duration is not long,
+/// or the maneuver is not a minimum-fuel maneuver from rest to rest.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let angle = lie::log(&extremal.end_attitude).norm();
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
@@ -39,8 +39,9 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     }
 }
 
-/// Returns the maneuver with shorter durations, each with its fraction of the given one, for
-/// rest-to-rest maneuvers by one-sided thrusters. Their plans, slowed down, may burn less fuel.
+/// Returns the maneuver with shorter durations, each with its fraction of the given duration, for
+/// rest-to-rest maneuvers by one-sided thrusters; otherwise nothing. Their plans, slowed down, may
+/// burn less fuel.
 pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f64)> {
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
     let asked = extremal.counts_fuel() && rests && extremal.middle != Vector3::zeros();
@@ -48,8 +49,8 @@ pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f6
     given.into_iter().flat_map(|given| QUICKER.map(|part| (extremal.lasting(Some(part * given)), part)))
 }
 
-/// Follows a limit of the shorter maneuver to the duration of `extremal`; `None` if a step of the
-/// continuation fails before.
+/// Follows a limit of the shorter maneuver to the duration of `extremal`; `None` if the
+/// continuation fails before it reaches this duration.
 pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> Option<BranchEnd> {
     let first = limit.arcs.clone()?;
     // Factor by which the duration grows, or by which the square root of the price of time

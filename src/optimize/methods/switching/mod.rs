@@ -4,14 +4,14 @@
 //!
 //! 1. **Smoothed extremals** ([`extremal`], [`flow`], [`smooth`]). A small cost of inputs near
 //!    their limits makes the control law smooth; its weight ε goes to zero. The unknowns of
-//!    Newton's method are all nodes of the path; they are condensed to seven.
+//!    Newton's method are all nodes of the path; they are condensed to seven unknowns.
 //! 2. **Branches** ([`base`], [`branches`]). The initial guess is a polynomial path in either
 //!    homotopy class. A homotopy leads from an isotropic body to the actual one, and
 //!    symmetry-breaking perturbations of the control law, of both signs, separate branches where
 //!    they part.
 //! 3. **Switching times** ([`arcs`], `sequence`, [`certificate`]). Newton solves for costates,
-//!    duration and switching times. A certificate reports where an input has the wrong sign and
-//!    bounds the cost of this; wrong signs are corrected, also by adding short pulses.
+//!    duration and switching times. A certificate reports where an input has the wrong sign, and
+//!    bounds the cost that this adds. Wrong signs are corrected, also by adding short pulses.
 //! 4. **The grid** ([`grid_step`], [`on_grid`], [`discretize`]). The discrete Lie–Verlet optimum,
 //!    on steps that end where the inputs switch.
 //!
@@ -40,6 +40,7 @@ pub(crate) mod least_gap;
 pub(crate) mod limit;
 pub(crate) mod long;
 pub(crate) mod moved;
+mod nearby;
 pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;

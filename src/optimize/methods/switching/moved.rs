@@ -39,12 +39,13 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct HeldArc {
     pub length: f64,
     pub torque: Vector3,
-    /// Cost per unit of time on the arc, in any unit.
+    /// Cost per unit of time on the arc, in a unit that all arcs share.
     pub price: f64,
 }
 
-/// Returns `K` in `δd = K z`, one row for each arc, with `z = [ζ; δΠ]` scaled; `None` if the arcs
-/// do not determine it.
+/// Returns the matrix `K` in `δd = K z`, one row for each arc: the changes `δd` of the arc lengths
+/// for a displacement `z = [ζ; δΠ]` of the start in attitude and momentum, scaled. `given` is true
+/// if the duration is given. Returns `None` if the arcs do not determine `K`.
 pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: bool) -> Option<DMatrix<f64>> {
     let free = free_lengths(arcs.len(), given);
     let lengths: Vec<f64> = arcs.iter().map(|arc| arc.length).collect();
@@ -80,7 +81,8 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
 /// which are not tested.
 pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
     let lengths = arcs.lengths();
-    // If inputs switch together, the arc between them can only grow; the certificate tests that.
+    // If inputs switch together, the arc between them can only become longer; the certificate tests
+    // whether that lowers the cost.
     let free: Vec<usize> = (0..lengths.len()).filter(|arc| lengths[*arc] > NOTHING * arcs.duration).collect();
     let given = extremal.given_duration.is_some();
     if free.len() <= 6 + usize::from(given) || !matches!(extremal.law, TorqueLimit::Inputs(_)) {

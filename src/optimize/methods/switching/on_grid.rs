@@ -29,14 +29,15 @@ pub(crate) struct OnGrid {
     pub steps: Vec<Step>,
     /// Signs of the inputs on each arc; empty under a smoothed law.
     pub signs: Vec<Vec<f64>>,
-    /// Nodes, one more than steps.
+    /// Nodes at the ends of the steps: one more than steps.
     pub nodes: Vec<Node>,
     /// Torque held over each step.
     pub torques: Vec<Vector3>,
-    /// Residual of the last sweep: terminal conditions and stationarity.
+    /// Residual of the terminal conditions and of stationarity in the last sweep.
     pub residual: f64,
     pub iterations: usize,
-    /// True if only the terminal conditions are met, and not stationarity.
+    /// True if the grid meets the terminal conditions but is not stationary, so that it is no
+    /// discrete optimum.
     pub beside_optimum: bool,
     /// Derivatives of the arc lengths with respect to the free times, for pulses whose other times
     /// are at bounds; `None` if all lengths are free.
@@ -70,7 +71,7 @@ impl OnGrid {
         self.lengths.iter().sum()
     }
 
-    /// Returns the length of a step.
+    /// Returns the duration of a step, scaled.
     pub fn step_length(&self, step: &Step) -> f64 {
         self.lengths[step.arc] * step.part
     }
@@ -81,7 +82,8 @@ impl OnGrid {
         self.of_free_times.clone().unwrap_or_else(all)
     }
 
-    /// Sweeps once, and returns the KKT system in costates and free lengths.
+    /// Sweeps over the grid once. Returns the result of the sweep, and the KKT system in costates
+    /// and free lengths.
     fn swept(&self, extremal: &Extremal) -> Option<(SweptArcs, KktSystem)> {
         let Self { m, lengths, steps, nodes, .. } = self;
         let beside = Sequence::AT_THE_NODE;
@@ -91,8 +93,8 @@ impl OnGrid {
         Some((swept, kkt))
     }
 
-    /// Returns the type of Newton step: costates are determined by a smoothed law, or by enough
-    /// switches.
+    /// Returns the kind of Newton step, depending on whether the costates are determined: by a
+    /// smoothed law, or by enough switches.
     fn steps_of_newton(&self) -> NewtonSteps {
         match &self.of_free_times {
             Some(_) if self.beside_optimum => NewtonSteps::Feasible,
@@ -104,9 +106,9 @@ impl OnGrid {
     /// Solves by Newton to round-off; `None` if it does not converge. An arc may have zero or
     /// negative length in the solution.
     ///
-    /// Full steps are quickest, and pass regions where damped steps stall; if full steps fail,
-    /// damped ones may converge. For pulses whose times are at bounds, the solution must be near
-    /// the initial guess.
+    /// Full steps need the fewest iterations and cross regions where damped steps stall. If full
+    /// steps fail, damped steps may converge. For pulses whose times are at bounds, the solution
+    /// must be near the initial guess.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let whole = self.clone().newton(1, 0.0, MOST_ITERATIONS, extremal);
         if self.of_free_times.is_some() {
@@ -126,7 +128,8 @@ impl OnGrid {
     }
 
     /// Iterates Newton until the residual is below `enough` or at round-off, in at most `most`
-    /// steps. With one trial, steps are full; with several, a line search reduces the residual.
+    /// steps. With one trial per step, all steps are full; with several, a line search reduces the
+    /// residual.
     pub(super) fn newton(
         mut self,
         trials: usize,
@@ -178,8 +181,8 @@ impl OnGrid {
         residual < enough && residual >= FALLING * last
     }
 
-    /// Corrects costates and lengths so that the given terminal miss vanishes. The miss is known
-    /// more accurately than from a sweep, whose products of rotations are rounded.
+    /// Corrects costates and lengths so that the terminal error `miss` vanishes. The caller
+    /// computes `miss` more accurately than a sweep, which rounds its products of rotations.
     pub fn nearer(self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
         let (swept, mut kkt) = self.swept(extremal)?;
         kkt.carried.fill(0.0);
@@ -190,8 +193,8 @@ impl OnGrid {
         Some(Self { torques, residual: kkt.residual.norm().hypot(gaps.sqrt()), ..moved })
     }
 
-    /// Returns the grid after a fraction of a step of costates and free lengths, with the nodes
-    /// updated.
+    /// Returns the grid after the fraction `factor` of a Newton step of costates and free lengths,
+    /// with the nodes updated.
     fn moved(&self, step: &DVector<f64>, swept: &SweptArcs, factor: f64, extremal: &Extremal) -> Self {
         let step = untied(&self.free(extremal), step);
         let lengths = self.lengths.iter().zip(step.iter().skip(6));

@@ -30,7 +30,8 @@ impl ExtremalUnits {
     }
 }
 
-/// Relation of an input of the maneuver to the inputs of its extremal, which lie in `[−1, 1]`.
+/// Rule by which the inputs of the maneuver are represented by inputs of the extremal, which lie in
+/// `[−1, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
     /// One extremal input for each input from −limit to limit: only time counts.
@@ -118,7 +119,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, ExtremalUnits)> {
     usable.then_some((extremal, ExtremalUnits { time, torque, rate }))
 }
 
-/// Converts the inputs of the extremal to the inputs of the maneuver.
+/// Converts the inputs of the extremal, `levels` in `[−1, 1]`, to the inputs of the maneuver.
 pub(crate) fn inputs(problem: &Problem, levels: &[f64]) -> Vec<f64> {
     let sizes = problem.actuation.torque.limits().size.iter().flatten().enumerate();
     match Sides::of(problem) {
@@ -135,8 +136,8 @@ pub(crate) fn input_of(problem: &Problem, level: usize) -> usize {
     if Sides::of(problem) == Sides::Pair { level / 2 } else { level }
 }
 
-/// Returns the minimum-effort inputs that produce a scaled torque, under a norm limit; `None` if
-/// the inputs do not span the space.
+/// Returns the minimum-effort inputs of the maneuver that produce a scaled torque, for a limit on
+/// the norm of the torque; `None` if the inputs do not span the space.
 pub(crate) fn shared(problem: &Problem, units: &ExtremalUnits, torque: &Vector3) -> Option<Vec<f64>> {
     let weighted = problem.objective.weights().torque(&problem.actuation);
     let shared = weighted.authority.try_inverse()? * (units.torque * torque);

@@ -1,5 +1,5 @@
-//! From branches to the result: each rival branch is continued to its limit, and the limits are
-//! sorted by cost.
+//! Search for extremals: each branch whose cost is near the best one is continued to its limit as ε
+//! → 0, and the limits are sorted by cost.
 
 use super::arcs::Arcs;
 use super::branches::{Branches, SearchRequest, branches};
@@ -11,6 +11,7 @@ use super::impulses;
 use super::limit::{BranchEnd, BranchEnds, bounded, is_limit, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
+use super::nearby;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
 use super::tuning::smooth::ENOUGH;
@@ -20,24 +21,33 @@ use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
-/// Searches for the best extremals, and keeps what was found if the search is stopped. If the best
-/// is a saddle, or is no quicker than the turn about a fixed axis, which is usually a saddle, the
-/// search is repeated as a thorough one.
+/// Searches for the best extremals; a stopped search returns those found so far. If the body turns
+/// about a fixed axis along the best extremal, which is usually a saddle then, the extremals of
+/// nearby maneuvers are tried. The search is repeated as a thorough one if the best extremal is a
+/// saddle, if it is no quicker than the turn about the fixed axis, or if no nearby maneuver leads to
+/// a quicker one. A small maneuver would gain nothing from that.
 pub(crate) fn search(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchEnds {
     let mut found = search_once(extremal, ask, work);
     if ask.thoroughness != Thoroughness::Default || work.stopped() {
         return found;
     }
-    if ask.path == Way::Best && extremal.seeks_time() {
+    let seeks_best_time = ask.path == Way::Best && extremal.seeks_time();
+    if seeks_best_time {
         found.eigenaxis = eigenaxis::duration(extremal);
     }
-    let slow =
-        |best: &BranchEnd| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
-    let saddle = |best: &BranchEnd| {
-        let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
-        exact.is_some_and(|found| is_saddle(extremal, &found.arcs))
-    };
-    if !found.limits.first().is_some_and(|best| slow(best) || saddle(best)) {
+    let Some(best) = found.limits.first() else { return found };
+    let cost = best.cost(extremal);
+    let slow = found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - NOTHING));
+    let exact = best.arcs.as_ref().filter(|found| found.is_exact(extremal));
+    let saddle = exact.is_some_and(|found| is_saddle(extremal, &found.arcs));
+    let about_an_axis = seeks_best_time && nearby::turns_about_an_axis(extremal, best);
+    if about_an_axis {
+        let search = |extremal: &Extremal, ask: &SearchRequest| search_once(extremal, ask, work);
+        let limits = nearby::limits(extremal, ask, search, work);
+        found.extend(extremal, limits);
+    }
+    let gains = found.limits[0].cost(extremal) < cost * (1.0 - NOTHING);
+    if !(slow || saddle || about_an_axis && !gains) || about_an_axis && nearby::is_small(extremal) {
         return found;
     }
     let mut more =
@@ -56,14 +66,15 @@ fn search_once(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
 }
 
 /// Adds plans of shorter durations that are slowed down to the duration of `extremal`, if they are
-/// cheaper than the known ones. The initial paths of unequal thrusters may fail for a long
-/// duration.
+/// cheaper than the plans found so far. They are needed because the initial paths of unequal
+/// thrusters may fail for a long duration.
 fn add_slowed(extremal: &Extremal, ask: &SearchRequest, found: &mut BranchEnds, work: &Work) {
     for (quicker, part) in long::quicker(extremal).take_while(|_| !work.stopped()) {
         let best = found.limits.first().map_or(f64::INFINITY, |best| best.cost(extremal));
         let of_quicker = search_here(&quicker, ask, work);
         found.branches += of_quicker.branches;
-        // A motion that is slower by a factor needs inputs that are smaller by its square.
+        // A motion that is slower by a factor needs inputs that are smaller by the square of this
+        // factor.
         let cheaper = |limit: &&BranchEnd| limit.cost(&quicker) * part < best * (1.0 - NOTHING);
         let slowed = of_quicker.limits.iter().filter(cheaper);
         found.extend(extremal, slowed.filter_map(|limit| long::followed(extremal, limit, work)));
@@ -99,7 +110,7 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     let one_sided = extremal.middle != Vector3::zeros();
     let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
     let near = |rival: &&Smoothed| rival.cost(extremal) <= dearest;
-    // Arcs of the reversed maneuver must be exact to be converted.
+    // Only exact arcs of the time-reversed maneuver can be converted to arcs of this one.
     let mut limits = Vec::new();
     for rival in one_way.iter().filter(near).take_while(|_| !work.stopped()) {
         let limit = end_game(&extremal.reversed(), rival, ask, work);
@@ -116,7 +127,8 @@ fn search_here(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> BranchE
     found
 }
 
-/// Continues a branch to its limit: arcs, at once or from a smaller ε, or a smoothed extremal.
+/// Continues a branch to its limit as ε → 0: bang-bang arcs, extracted at the ε of `rival` or at a
+/// smaller ε, or a smoothed extremal.
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &Work) -> BranchEnd {
     let mut at = rival.clone();
     let fuel = extremal.counts_fuel();
@@ -189,8 +201,9 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &SearchRequest, work: &W
     BranchEnd::of(rival, smooth, all, taken)
 }
 
-/// Solves for the extremal without smoothing under a norm limit, where the law is smooth as long as
-/// the costate does not vanish. Returns `from` if Newton does not converge.
+/// Solves for the extremal without smoothing, for a limit on the norm of the torque: its control
+/// law is smooth as long as the costate does not vanish. Returns `from` if Newton does not
+/// converge.
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();

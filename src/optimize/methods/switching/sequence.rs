@@ -39,40 +39,41 @@ pub(crate) struct Step {
     pub torque: Torque,
 }
 
-/// Arcs in order, and the steps that cover them.
+/// Arcs in order of time, and the steps into which they are divided.
 #[derive(Clone, Copy)]
 pub(super) struct Sequence<'a> {
     pub m: &'a Vector3,
-    /// Lengths of the arcs.
+    /// Duration of each arc.
     pub lengths: &'a [f64],
     pub steps: &'a [Step],
     /// Initial nodes of the steps, and the end of the last step. A step without a stored node
     /// starts where the previous one ends.
     pub nodes: &'a [Node],
-    /// Displacement of the start from the first node, in the blocks of a disturbance.
+    /// Displacement of the start from the first node, as the blocks `η`, `δΠ`, `δe` of a
+    /// disturbance.
     pub beside: [Vector3; 3],
-    /// Longest integration step of the continuous flow, as a fraction of the duration; `None` over
-    /// the steps of a grid.
+    /// Longest integration step of the continuous flow, as a fraction of the duration; `None` for
+    /// discrete steps on a grid.
     pub longest: Option<f64>,
 }
 
 /// Result of a sweep over arcs.
 pub(super) struct SweptArcs {
-    /// KKT system in costates and arc lengths.
+    /// KKT system with the costates and the arc lengths as unknowns.
     pub kkt: KktSystem,
     /// Sum of the squares of the gaps between steps.
     pub gaps: f64,
     /// Torque held over each step.
     pub torques: Vec<Vector3>,
-    /// Nodes, one more than steps.
+    /// Nodes at the ends of the steps: one more than steps.
     pub nodes: Vec<Node>,
     /// Derivatives of the nodes with respect to costates and lengths, and the displacement that
     /// closes the gaps.
     answers: Vec<DMatrix<f64>>,
 }
 
-/// Returns the derivatives of all arc lengths with respect to the free ones: all or, for a given
-/// duration, all but the first.
+/// Returns the derivatives of all arc lengths with respect to the free arc lengths. All are free
+/// or, if the duration is `given`, all but the first.
 pub(super) fn free_lengths(arcs: usize, given: bool) -> DMatrix<f64> {
     let mut all = DMatrix::identity(arcs, arcs);
     if given {
@@ -86,8 +87,9 @@ impl Sequence<'_> {
     /// Displacement of zero: the sequence starts at the first node.
     pub const AT_THE_NODE: [Vector3; 3] = [Vector3::new(0.0, 0.0, 0.0); 3];
 
-    /// Sweeps with the smallest sufficient number of lanes. Returns `None` if a step has no
-    /// solution, a number is not finite, there are more arcs than lanes, or a stop is requested.
+    /// Sweeps over the sequence with the smallest sufficient number of lanes. Returns `None` if a
+    /// step has no solution, a number is not finite, there are more arcs than lanes, or a stop is
+    /// requested.
     pub fn swept(&self, extremal: &Extremal) -> Option<SweptArcs> {
         match 7 + self.lengths.len() {
             ..=8 => self.sweep::<8>(extremal),
@@ -163,7 +165,8 @@ impl SweptArcs {
         answer.view((6, 0), (3, answer.ncols()))
     }
 
-    /// Returns the disturbances of the nodes for a step of costates and lengths.
+    /// Returns the disturbance of each node that results from a Newton step of costates and
+    /// lengths.
     pub fn disturbances<'s>(&'s self, step: &DVector<f64>) -> impl Iterator<Item = [Vector3; 3]> + use<'s> {
         let change = step.clone().insert_row(step.len(), 1.0);
         self.answers.iter().map(move |answer| {
@@ -197,7 +200,8 @@ impl Extremal {
             over_arc(self, m, &first, law, (length, duration), longest, &mut lanes)
         };
         lanes.add(9, &self.rate(m, &end, &law.at(&end.e).torque), 1.0);
-        // The Hamiltonian is constant along the arc: its derivatives by m, Π, e are Ω, −e', Π'.
+        // The Hamiltonian is constant along the arc: its derivatives with respect to m, Π, e are Ω,
+        // −e', Π'.
         let of_hamiltonian =
             [turn.x, turn.y, turn.z, -e_rate.x, -e_rate.y, -e_rate.z, pi_rate.x, pi_rate.y, pi_rate.z, 0.0];
         StepMap {
@@ -214,7 +218,8 @@ impl Extremal {
     }
 }
 
-/// Carries the lanes over a step and returns the derivatives of its Hamiltonian.
+/// Propagates the derivatives `lanes` over a step and returns the derivatives of the step's
+/// Hamiltonian.
 #[inline(always)]
 fn carried<const L: usize>(
     done: &StepMap,
@@ -253,14 +258,14 @@ fn carried<const L: usize>(
     out[9]
 }
 
-/// Returns the number of integration steps for an arc: each covers at most the fraction `longest`
-/// of the duration, and of a revolution at the rate of the node `from`.
+/// Returns the number of integration steps for an arc. Each step covers at most the fraction
+/// `longest` of the duration and of a revolution at the rate of the node `from`.
 pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
     let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
     ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
 }
 
-/// Integrates one arc and carries its derivatives, in steps of at most the fraction `longest` of
+/// Integrates one arc and propagates its derivatives, in steps of at most the fraction `longest` of
 /// the duration and of a revolution at the initial rate.
 pub(super) fn over_arc<const L: usize>(
     extremal: &Extremal,

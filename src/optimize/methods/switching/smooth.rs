@@ -23,7 +23,7 @@ use nalgebra::{SMatrix, SVector};
 const TIME: usize = 6;
 const GAP: usize = 7;
 
-/// A path of the smoothed problem: nodes, duration and the costates at the start.
+/// A path of the smoothed problem: its nodes, its duration and the costates at its start.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     /// Attitude costate `M`, reference axes.
@@ -34,8 +34,8 @@ pub(crate) struct Path {
     pub parts: Vec<f64>,
 }
 
-/// Errors of a path: the residual of the seven equations, and its norm together with the gaps
-/// between intervals.
+/// Errors of a path: the residual of the seven equations, and as merit the norm of this residual
+/// together with the gaps between intervals.
 struct Misses {
     residual: SVector<f64, 7>,
     merit: f64,
@@ -64,7 +64,7 @@ pub(crate) struct Smooth<'a> {
 }
 
 impl Path {
-    /// Creates a path on a uniform grid.
+    /// Creates a path whose nodes are equally spaced in time.
     pub fn equal(m: Vector3, duration: f64, nodes: Vec<Node>) -> Self {
         let intervals = nodes.len() - 1;
         let parts = (0..=intervals).map(|node| node as f64 / intervals as f64).collect();
@@ -89,8 +89,8 @@ impl Path {
         }
     }
 
-    /// Returns the path at rates that are smaller by a factor. The switching functions do not
-    /// change, because their size is that of the price at any rate.
+    /// Returns the path flown `factor` times slower. The switching functions do not change, because
+    /// their size is that of the price of fuel at any rate.
     pub fn slower(&self, factor: f64) -> Self {
         let nodes = self.nodes.iter().map(|node| Node { pi: node.pi / factor, ..*node }).collect();
         Self { m: self.m / factor, duration: factor * self.duration, nodes, parts: self.parts.clone() }
@@ -112,9 +112,9 @@ impl<'a> Smooth<'a> {
         Self { extremal, epsilon, bias: Bias::default() }
     }
 
-    /// Integrates every interval from its own node, without derivatives, because most trial paths
-    /// are rejected. Returns `None` if the merit is not below `most`, which the first intervals
-    /// usually show.
+    /// Integrates every interval from its own node and returns the errors of the path. It computes
+    /// no derivatives, because most trial paths are rejected. Returns `None` if the merit is not
+    /// below `most`; usually the first intervals suffice to see this.
     fn sweep(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> Option<Misses> {
         let residual = self.residual(path);
         let at_end = residual.norm_squared();
@@ -131,7 +131,8 @@ impl<'a> Smooth<'a> {
     fn residual(&self, path: &Path) -> SVector<f64, 7> {
         let extremal = self.extremal;
         let end = path.nodes[path.intervals()];
-        // The duration is determined by its given value, or by a Hamiltonian of zero.
+        // The seventh equation: the duration has its given value or, if it is free, the Hamiltonian
+        // is zero.
         let last = match extremal.given_duration {
             Some(given) => path.duration - given,
             None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
@@ -152,8 +153,8 @@ impl<'a> Smooth<'a> {
         self.extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0))
     }
 
-    /// Returns the control law as a function of the position within an interval, from 0 to 1. The
-    /// interval is given by its begin and end as fractions of the duration.
+    /// Returns the control law as a function of the position within an interval, from 0 to 1.
+    /// `from` and `to` are the start and the end of the interval, as fractions of the duration.
     #[inline(always)]
     fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> LawResponse<T> {
         #[inline(always)]
@@ -163,8 +164,8 @@ impl<'a> Smooth<'a> {
         }
     }
 
-    /// Computes the gaps by the fourth-order method, eight intervals at once, and stops when the
-    /// sum of their squares reaches `most`.
+    /// Computes the gaps between intervals by the fourth-order method, eight intervals at once, and
+    /// returns the sum of their squares. It stops when the sum reaches `most`.
     #[inline(always)]
     fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> f64 {
         let n = path.intervals();
@@ -213,7 +214,8 @@ impl<'a> Smooth<'a> {
         }
     }
 
-    /// Returns the derivatives of the seven equations, given those of the last node.
+    /// Returns the derivatives of the seven equations, from the derivatives `lanes` of the last
+    /// node.
     fn at_the_end(&self, path: &Path, lanes: &Lanes<8>) -> Answers {
         let end = path.nodes[path.intervals()];
         let extremal = self.extremal;
@@ -235,8 +237,8 @@ impl<'a> Smooth<'a> {
         Answers { jacobian: SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]), carried }
     }
 
-    /// Iterates Newton's method until the merit is below `tolerance`; `None` if it does not
-    /// converge within `most` iterations or is stopped.
+    /// Iterates Newton's method from `path` until the merit is below `tolerance`. Returns `None` if
+    /// it does not converge within `most` iterations or is stopped.
     pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, work: &Work) -> Option<Path> {
         if work.stopped() {
             return None;
@@ -285,7 +287,8 @@ impl<'a> Smooth<'a> {
         (ON_THE_WAY * self.epsilon).clamp(ON_THE_WAY_WITHIN.0, ON_THE_WAY_WITHIN.1)
     }
 
-    /// Solves by Newton, then refines the intervals and solves again until there are enough.
+    /// Solves by Newton, then refines the intervals by the rule `intervals` and solves again, until
+    /// no interval needs to be refined.
     fn refined(&self, path: Path, intervals: Intervals, tolerance: f64, work: &Work) -> Option<Path> {
         let mut path = self.solve(path, tolerance, NEAR_ITERATIONS, work)?;
         while let Some(finer) = match intervals {
@@ -320,7 +323,7 @@ impl<'a> Smooth<'a> {
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
     }
 
-    /// Returns the costate `e` at interpolated points between two nodes.
+    /// Returns the momentum costate `e` at interpolated points between two nodes.
     fn within(&self, m: &Vector3, from: &Node, to: &Node, length: f64) -> impl Iterator<Item = Vector3> {
         let law = |e: &Vector3| self.extremal.smooth(e, self.epsilon, &Vector3::zeros());
         let rate = |node: &Node| self.extremal.rate(m, node, &law(&node.e).torque)[2];
@@ -331,8 +334,9 @@ impl<'a> Smooth<'a> {
         })
     }
 
-    /// Returns the path with intervals bisected repeatedly while `divide` is true. Its arguments
-    /// are the nodes at both ends, the length in time and the number of bisections so far.
+    /// Returns the path with intervals bisected repeatedly while `divide` is true. The arguments of
+    /// `divide` are the nodes at both ends of an interval, its duration and the number of
+    /// bisections that led to it.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
         let (course, mut stages) = (Course::of(self.extremal, &path.m), FlowStages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
@@ -390,14 +394,15 @@ pub(crate) struct Smoothed {
 }
 
 impl Smoothed {
-    /// Solves for an extremal at the ε of this one, which is the initial guess.
+    /// Solves for an extremal of the maneuver `extremal` at the ε of this one, which is the initial
+    /// guess. Returns `None` if Newton does not converge to `tolerance` within `most` iterations.
     pub fn solved(&self, extremal: &Extremal, tolerance: f64, most: usize, work: &Work) -> Option<Self> {
         let path = Smooth::of(extremal, self.epsilon).solve(self.path.clone(), tolerance, most, work)?;
         Some(Self { path, ..*self })
     }
 
-    /// Returns the gap `∫ (e·τ + Σ c_j v_j − its minimum) dt`: to first order, the cost that could
-    /// still be saved.
+    /// Returns the gap: to first order, the cost that could still be saved. It is the integral over
+    /// time of `e·τ + Σ c_j v_j` minus the minimum of this sum over the inputs.
     pub fn gap(&self, extremal: &Extremal) -> f64 {
         let of =
             |node: &Node, law: &LawResponse| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
@@ -465,10 +470,10 @@ pub(crate) fn descend(
     descend_by(RATIO, intervals, extremal, from, target, bias, work)
 }
 
-/// Rule for the intervals of a path during a continuation.
+/// Rule by which the intervals of a path are refined during a continuation.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Intervals {
-    /// Uniform intervals.
+    /// Intervals of equal length.
     Equal,
     /// Intervals that resolve the changes of the inputs, up to a sufficient total number.
     Following,

@@ -1,5 +1,5 @@
-//! Tests of the parts of minimum time against finite differences, closed forms and the optima of
-//! another program.
+//! Tests of the minimum-time and minimum-fuel methods against finite differences, closed forms and
+//! the optima of another program.
 
 use super::arcs::Arcs;
 use super::branches::{SearchRequest, branches};
@@ -59,7 +59,8 @@ fn laws() -> [TorqueLimit; 3] {
     [cube(), TorqueLimit::Inputs(canted.map(Vector3::from).to_vec()), TorqueLimit::Norm(0.8)]
 }
 
-/// Returns an extremal for each control law, and one with a price of the torque norm.
+/// Returns one extremal problem for each kind of limit on the torque, and one with a price on the
+/// norm of the torque.
 fn extremals() -> Vec<Extremal> {
     let still = |law: TorqueLimit| extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
     let costs = Extremal { costs: vec![0.5], ..still(TorqueLimit::Norm(0.8)) };
@@ -82,7 +83,7 @@ fn unstopped() -> Work<'static> {
     Work::of(Watch::NONE)
 }
 
-/// Returns the shortest bang-bang maneuver that the search finds.
+/// Returns the best bang-bang maneuver that the search finds.
 fn shortest(extremal: &Extremal) -> Certified {
     search(extremal, &best(), &unstopped()).limits.swap_remove(0).arcs.expect("arcs")
 }
@@ -153,7 +154,7 @@ fn eight_steps_at_once_are_eight_steps() {
             assert_eq!(ends.r.map(|value| of(&value)), end.r.map(f64::to_bits));
             assert_eq!(ends.pi.map(|value| of(&value)), end.pi.map(f64::to_bits));
             assert_eq!(ends.e.map(|value| of(&value)), end.e.map(f64::to_bits));
-            // The derivatives too, by the method written for FOURTH and by the general one.
+            // The derivatives also agree, by the method written for FOURTH and by the general one.
             let from = Lanes::<8>::of_costate().with(7, &[Vector3::x(); 3], &units);
             let stretched = Some((6, 2.0));
             let carried = stages.carry_on(length, &from, stretched, &units, |value| value.0[lane]);
@@ -247,7 +248,7 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
             && law.held().is_some()
         {
             let column = |row: usize| Vector3::from_fn(|axis, _| found.jacobian[row + axis][9]);
-            // The rotation before F, and the attitude costate before the step.
+            // The rotation before the step's rotation F, and the attitude costate before the step.
             let m = Vector3::new(x[0], x[1], x[2]);
             let action = 1.0 + m.dot(&column(0)) + found.e.dot(&column(3));
             assert!((action - found.hamiltonian).abs() < 1e-14);
@@ -298,7 +299,8 @@ fn a_norm_that_costs_is_counted_and_its_law_makes_the_sum_least() {
 }
 
 /// The reference values 3.2430832775 and 28.6304065350 are from another program, bang-bang shooting
-/// to ten and twelve digits; published are 3.2431 (Bilimoria and Wie) and 28.630408 (Betts).
+/// to ten and twelve digits; the published values are 3.2431 (Bilimoria and Wie) and 28.630408
+/// (Betts).
 #[test]
 fn reference_optima_are_met_in_continuous_time_and_by_extrapolation_on_aligned_grids() {
     let xte = Matrix3::from_diagonal(&Vector3::new(5621.0, 4547.0, 2364.0));
@@ -460,7 +462,7 @@ fn costates_of_the_least_gap(given: &Extremal) {
     let moved = with_less_gap(given, &arcs).swap_remove(0);
     let least = Certified::of(given, moved.clone()).gap;
     assert!(own > 1e-2 && least < 1e-4, "{own:e} {least:e}");
-    // Costates whose gap is not smaller than the own one are ignored.
+    // Costates are ignored if their gap is not smaller than that of the arcs' own costates.
     let bound = |moved: &Arcs| {
         let mut certificate = Certified::of(given, arcs.clone());
         certificate.bound_by(given, moved.clone());

@@ -37,25 +37,26 @@ pub(super) const ZERO: f64 = 1e-12;
 /// no length because two inputs switch together.
 pub(crate) const NO_LENGTH: f64 = 1e-14;
 
-/// Most Newton iterations from a nearby solution of the same kind. More of them seldom lead to
-/// convergence.
+/// Largest number of Newton iterations from an initial guess near a solution of the same kind. More
+/// of them seldom lead to convergence.
 pub(super) const NEAR_ITERATIONS: usize = 12;
-/// Most Newton iterations from a distant initial guess. More of them seldom lead to convergence.
+/// Largest number of Newton iterations from a distant initial guess. More of them seldom lead to
+/// convergence.
 pub(super) const FAR_ITERATIONS: usize = 20;
 
-/// Longest step of the eighth-order method, as a fraction of the duration. The error of such a step
-/// is at round-off level; longer steps are faster and less accurate.
+/// Longest step of the eighth-order integrator, as a fraction of the duration. The error of such a
+/// step is at round-off level; longer steps are faster and less accurate.
 pub(super) const FINE: f64 = 0.03;
 /// Factor on `FINE` for intermediate iterations: a larger one makes them faster and less
 /// accurate.
 pub(super) const COARSER: f64 = 4.0;
 
-/// Sample points of an integral over two fine steps, or over one interval of cubic interpolation.
-/// More points resolve shorter intervals with a wrong sign of an input, and take longer.
+/// Number of sample points of an integral over two fine steps, or over one interval of cubic
+/// interpolation. More points resolve shorter times with a wrong sign of an input, and take longer.
 pub(super) const POINTS: usize = 4;
 
-/// Factor from one ε to the next in continuations of which every ε is used. A larger factor finds
-/// more plans and takes longer.
+/// Factor from one ε to the next in continuations whose solution at every ε is used. A larger
+/// factor finds more plans and takes longer.
 pub(super) const SMALLER: f64 = 0.4;
 
 /// Constants of the initial paths (`base`, `long`). They decide whether any extremal is found, and
@@ -72,13 +73,14 @@ pub(super) mod paths {
     /// level gives a longer duration; more levels take longer.
     pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
 
-    /// Smallest difference between the level of an initial path and the level that the inputs need
-    /// for zero torque, because unequal one-sided thrusters are on even without motion. A larger
-    /// value leaves more torque for the motion and gives a shorter duration.
+    /// Smallest excess of the input level of an initial path over the level that zero torque needs.
+    /// Unequal one-sided thrusters are on even without motion. A larger value leaves more torque
+    /// for the motion and gives a shorter duration.
     pub const ABOVE_IDLE: f64 = 0.25;
 
-    /// ε of the initial paths for a given duration, tried in this order. It is so large that fuel
-    /// hardly affects the smoothed law; a smaller one is harder to start from.
+    /// Values of ε of the initial paths for a given duration, tried in this order. They are so
+    /// large that fuel hardly affects the smoothed law; from a smaller ε Newton converges less
+    /// often.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
 
     /// Upper bound of the search for the costate (in units of ε) that produces a torque under a
@@ -101,22 +103,28 @@ pub(super) mod paths {
     /// that shorten smoothed extremals and lengthen arcs. Larger steps need fewer solves and fail
     /// more often.
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
-    /// Largest factor on the duration in one step of such a continuation.
+    /// Largest factor on the duration in one step of a continuation in the duration.
     pub const STRETCH: f64 = 1.3;
+    /// Displacement of the end that breaks the symmetry of a maneuver, as a fraction of its size.
+    /// After a larger one Newton fails to return to the true end; a smaller one leaves the search
+    /// on the saddle (`--test it -- problems::found::plans_cost`).
+    pub const DISPLACED: f64 = 0.02;
 
-    /// Given durations from which a minimum-time extremal is continued, as fractions of the
-    /// duration of the first level. More values find more extremals and take longer.
+    /// Given durations from which a minimum-time extremal is continued, as multiples of the
+    /// duration of the initial path at the first of `LEVELS`. More values find more extremals and
+    /// take longer.
     pub const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
 
     /// A duration is long if it exceeds this multiple of `2 √θ` (scaled), the time that a sphere
     /// needs for a turn by θ about a limited axis. With a larger factor, smoothed inputs, which
-    /// never rest, fail for some bodies; with a smaller one, a branch of the long duration may not
-    /// yet be a rival.
+    /// never rest, fail for some bodies; with a smaller one, a branch that is optimal for the long
+    /// duration may be pruned at the shorter one.
     pub const LONG: f64 = 4.0;
 
-    /// Fractions of a given duration for which one-sided thrusters are also planned; the plans are
-    /// then slowed down. Each takes about as long as the plan itself. With fewer values a cheaper
-    /// plan of a shorter duration is sometimes missed (`evidence -- stretches`).
+    /// Fractions of a given duration in which maneuvers with one-sided thrusters are also planned;
+    /// these plans are then slowed down to the duration. Each fraction takes about as much time as
+    /// the plan itself. With fewer values a cheaper plan of a shorter duration is sometimes missed
+    /// (`evidence -- stretches`).
     pub const QUICKER: [f64; 2] = [0.85, 0.6];
 }
 
@@ -125,9 +133,9 @@ pub(super) mod paths {
 pub(super) mod branches {
     use crate::Vector3;
 
-    /// Sum of the boundary rates (scaled) beyond which the body is fast, so that the long way may
-    /// be the quicker one and ε decreases in smaller steps. A smaller value makes more searches
-    /// take longer; a larger one loses branches.
+    /// Sum of the initial and final rates (scaled) above which the body counts as fast, so that the
+    /// long way may be the quicker one and ε decreases in smaller steps. A smaller value makes more
+    /// searches take longer; a larger one loses branches.
     pub const FAST: f64 = 0.3;
 
     /// ε at which branches are distinguished and perturbed. At a larger value fewer branches exist
@@ -152,15 +160,16 @@ pub(super) mod branches {
     /// smaller value takes longer for small turns.
     pub const SMALLEST_ANGLE: f64 = 0.03;
 
-    /// Initial extremals that cost more than the best one by this factor are pruned. A larger
-    /// factor keeps more branches and takes longer.
+    /// Ratio to the lowest cost above which initial extremals are pruned. A larger factor keeps
+    /// more branches and takes longer.
     pub const RIVAL_BASE: f64 = 1.15;
 
     /// Rotation vector from the body axes to the axes of the symmetry-breaking perturbations. A
     /// symmetric maneuver usually has its symmetry along body axes, and a perturbation along these
-    /// has the symmetry too and breaks nothing.
+    /// axes has the symmetry too and does not break it.
     pub const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
-    /// Second choice of that rotation vector, for further sets of perturbations.
+    /// Rotation vector from the body axes to the axes of the second set of symmetry-breaking
+    /// perturbations.
     pub const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
 
     /// Ratio of the largest to the smallest control authority, or principal moment, above which
@@ -168,8 +177,9 @@ pub(super) mod branches {
     /// one misses branches.
     pub const UNLIKE: f64 = 1.2;
 
-    /// Relative component perpendicular to the axes already chosen below which an axis counts as
-    /// linearly dependent. A smaller value accepts three nearly dependent axes.
+    /// An axis counts as linearly dependent on the axes already chosen if the fraction of its
+    /// length perpendicular to them is below this value. A smaller value accepts three nearly
+    /// dependent axes.
     pub const ASIDE: f64 = 0.1;
 
     /// Relative differences of cost and of costates below which two minimum-time paths are the same
@@ -202,7 +212,7 @@ pub(super) mod smooth {
     /// Tolerance of the residual in a continuation to smaller ε, as a fraction of ε. A smaller
     /// fraction takes more iterations; with a larger one the next solve starts from a worse guess.
     pub const ON_THE_WAY: f64 = 0.1;
-    /// Smallest and largest tolerance of the residual in such a continuation.
+    /// Smallest and largest tolerance of the residual in a continuation to smaller ε.
     pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
 
     /// Largest Newton step of the duration and of the switching times, as a fraction of the
@@ -220,16 +230,16 @@ pub(super) mod smooth {
     /// with more trials.
     pub const MOST_TRIALS: usize = 6;
 
-    /// Intervals of the initial path where a turn has only one and ε is large. With half as many,
-    /// Newton sometimes converges to other extremals. Where a turn has several initial paths, some
-    /// of them poor guesses, they have `INTERVALS`.
+    /// Number of intervals of an initial path, at large ε, if one path per turn suffices. With half
+    /// as many, Newton sometimes converges to other extremals. If a turn has several initial paths,
+    /// some of which are poor guesses, each has `INTERVALS` intervals.
     pub const INTERVALS_NEAR: usize = 16;
 
-    /// Intervals of a path at the start of a continuation. More intervals take longer; fewer lead
-    /// to other extremals.
+    /// Number of intervals of a path at the start of a continuation. More intervals take longer;
+    /// fewer may lead to other extremals.
     pub const INTERVALS: usize = 32;
-    /// Number of intervals that suffices where no input changes fast. More intervals take longer
-    /// and resolve shorter pulses.
+    /// Number of intervals of a path that suffices where no input changes fast. More intervals take
+    /// longer and resolve shorter pulses.
     pub const ENOUGH: usize = 128;
     /// Largest number of intervals of a path. It bounds the time of one solve; a larger value
     /// allows a smaller ε.
@@ -251,8 +261,8 @@ pub(super) mod arcs {
     /// long.
     pub const MOST_STEPS: f64 = 1e3;
 
-    /// Fewest switches that determine all costates; with fewer of them the Newton step is the
-    /// shortest one.
+    /// Smallest number of switches that determine all costates. With fewer switches the Newton step
+    /// of smallest norm is used.
     pub const DETERMINED: usize = 5;
     /// Largest number of switches of a plan. Singular arcs of minimum-fuel plans are long and need
     /// many; more switches take longer.
@@ -269,12 +279,12 @@ pub(super) mod arcs {
     /// several pulses. A larger value divides more pulses; a smaller one misses singular arcs.
     pub const BETWEEN: f64 = 0.7;
 
-    /// Runs with a wrong sign whose gap is at least this fraction of the largest are corrected
-    /// together with it. A smaller value corrects more runs at once.
+    /// Runs of a wrong sign whose gap is at least this fraction of the largest gap are corrected
+    /// together with the worst run. A smaller value corrects more runs at once.
     pub const TOGETHER: f64 = 0.2;
 
-    /// First smoothing parameter μ of the smallest-gap problem. A larger value is easier for Newton
-    /// and takes more reductions.
+    /// First smoothing parameter μ of the absolute values in the smallest-gap problem. A larger
+    /// value is easier for Newton and takes more reductions.
     pub const FIRST: f64 = 0.1;
     /// Factor from one μ to the next in the smallest-gap problem. A smaller factor needs fewer
     /// reductions, each with more Newton iterations.
@@ -300,11 +310,11 @@ pub(crate) mod limits {
     /// smaller value leads to more pulses and takes longer.
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// Minimum-time branches that cost more than the best one by this factor are pruned. A larger
-    /// factor follows more branches and takes longer.
+    /// Ratio to the lowest cost above which minimum-time branches are pruned. A larger factor
+    /// follows more branches and takes longer.
     pub const RIVAL: f64 = 1.015;
-    /// Pruning factor for minimum-fuel problems and one-sided thrusters, where the smoothed cost
-    /// can be far from the cost of the arcs.
+    /// Ratio to the lowest cost above which branches are pruned for minimum fuel and for one-sided
+    /// thrusters, where the smoothed cost can be far from the cost of the arcs.
     pub const FAR_RIVAL: f64 = 1.1;
 
     /// Largest number of reductions of ε for a minimum-time branch without exact arcs. More of them
@@ -321,16 +331,16 @@ pub(crate) mod limits {
     /// its inputs. A smaller value has a smaller gap and takes more intervals.
     pub const SMALLEST: f64 = 2e-5;
 
-    /// Largest number of corrections of a switching sequence in each of these loops: signs of
-    /// inputs, arcs whose gap is not small, and on the grid the bounds of pulses and the order of
+    /// Largest number of corrections of a switching sequence, separately for the signs of inputs,
+    /// for arcs whose gap is not small and, on the grid, for the bounds of pulses and the order of
     /// switches. More corrections take longer and seldom help.
     pub const MOST_CORRECTIONS: usize = 12;
 
-    /// Number of runs with the largest gaps, each of which is tried alone as a correction. More
-    /// runs take longer.
+    /// Number of runs of a wrong sign, those with the largest gaps, each of which is corrected
+    /// alone as a trial. More runs take longer.
     pub const WORST: usize = 3;
-    /// Fractions of the duration of such a run on which the input is changed, tried in this order.
-    /// A smaller fraction adds a shorter pulse; more fractions take longer.
+    /// Fractions of a run of a wrong sign over which its input is changed, tried in this order. A
+    /// smaller fraction adds a shorter pulse; more fractions take longer.
     pub const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
 
     /// Relative amount by which arcs may cost more than their smoothed extremal and still be its
@@ -354,7 +364,7 @@ pub(super) mod impulses {
     /// coasts and take longer.
     pub const RANDOM: usize = 48;
     /// Number of cheapest two-impulse transfers that are converted to burns. More of them take
-    /// longer, and find plans whose order of costs changes with burns.
+    /// longer, and find plans that are cheaper with burns than their impulsive transfers suggest.
     pub const TRIED: usize = 24;
     /// Number of cheapest transfers with burns to which further burns are added. More of them find
     /// more plans and take longer.
@@ -364,8 +374,8 @@ pub(super) mod impulses {
 /// Constants of the grid (`discretize`, `on_grid`, `grid_step`). They decide whether arcs have a
 /// discrete optimum.
 pub(crate) mod grid {
-    /// Fewest steps of an arc. More of them make the grid more accurate, and leave room for fewer
-    /// arcs.
+    /// Smallest number of steps of an arc. A larger number makes the grid more accurate, and leaves
+    /// room for fewer arcs.
     pub const LEAST_STEPS: usize = 2;
 
     /// Residual below which Newton on the grid may end, once it stops decreasing. A smaller value
@@ -374,26 +384,27 @@ pub(crate) mod grid {
     /// Ratio of two successive residuals above which the residual no longer decreases. A larger
     /// ratio takes more iterations for the last digits.
     pub const FALLING: f64 = 0.1;
-    /// Most Newton iterations on the grid. More of them seldom lead to convergence.
+    /// Largest number of Newton iterations on the grid. More of them seldom lead to convergence.
     pub const MOST_ITERATIONS: usize = 30;
 
-    /// First ε on a grid, times its number of steps: about the smallest that the grid resolves.
-    /// With a smaller value Newton fails more often; a larger one needs more reductions of ε.
+    /// First ε of the smoothed problem on a grid, times the number of steps: about the smallest ε
+    /// that the grid resolves. With a smaller value Newton fails more often; a larger one needs
+    /// more reductions of ε.
     pub const FOLLOWED: f64 = 0.3;
 }
 
 /// Constants of pulses with a minimum pulse width (`pulses`). They decide which schedules are
 /// tried, and when their times are optimal.
 pub(super) mod pulses {
-    /// Longest integration step, as [`FINE`](super::FINE) but shorter because more derivatives are
-    /// carried.
+    /// Longest integration step of the motion under pulses, as a fraction of the duration. It is
+    /// shorter than [`FINE`](super::FINE) because more derivatives are propagated.
     pub const FINE: f64 = 0.01;
-    /// Longest integration step in intermediate iterations, as a fraction of the duration. A longer
-    /// one is faster and less accurate.
+    /// Longest integration step of the motion under pulses in intermediate iterations, as a
+    /// fraction of the duration. A longer one is faster and less accurate.
     pub const COARSE: f64 = super::COARSER * FINE;
 
     /// Weight of the terminal conditions relative to the size of a step that restores them. A
-    /// larger weight leaves a smaller residual, and conditions the program worse.
+    /// larger weight leaves a smaller residual and a worse conditioned program.
     pub const STIFF: f64 = 1e8;
 
     /// Largest change of a time in one step (trust region), as a fraction of the duration. A larger
@@ -406,8 +417,8 @@ pub(super) mod pulses {
     /// and to shorter steps.
     pub const LESS_TRUST: f64 = 0.3;
 
-    /// Most Gauss–Newton iterations after a step, and most successive iterations with a slow
-    /// decrease of the terminal error. More iterations take longer and seldom converge.
+    /// Largest number of Gauss–Newton iterations after a step, and of successive iterations with a
+    /// slow decrease of the terminal error. More iterations take longer and seldom converge.
     pub const ITERATIONS: usize = 6;
     /// Ratio of two successive terminal errors above which the decrease is slow. A smaller ratio
     /// gives up sooner.
@@ -425,8 +436,8 @@ pub(super) mod pulses {
     pub const GOOD: f64 = 0.5;
 
     /// Slack of a bound, as a fraction of the duration, below which the bound is active. The
-    /// thresholds are tried in this order. A larger one holds times that should be free; a smaller
-    /// one misses active bounds.
+    /// thresholds are tried in this order. A larger threshold holds times at bounds that should be
+    /// free; a smaller one misses active bounds.
     pub const NEAR: [f64; 3] = [super::NOTHING, 1e-8, 1e-10];
 
     /// Largest change of the times in the final Newton iteration, as a fraction of the duration. A
@@ -460,14 +471,15 @@ pub(super) mod pulses {
     /// Number of cheapest schedules that are changed by one pulse at a time. More of them find
     /// cheaper pulses and take longer.
     pub const CHANGED: usize = 3;
-    /// Largest number of changes of schedules that are tried in all. It bounds the time of the
+    /// Largest total number of changes of schedules that are tried. It bounds the time of the
     /// search.
     pub const MOST_CHANGES: usize = 60;
 
-    /// Number of random schedules. More of them find cheaper pulses and take longer.
+    /// Number of initial schedules with random changes. More of them find cheaper pulses and take
+    /// longer.
     pub const RANDOM: usize = 12;
-    /// Largest number of random schedules if no schedule meets the terminal conditions. More of
-    /// them find more plans and take longer.
+    /// Largest number of initial schedules with random changes if no schedule meets the terminal
+    /// conditions. More of them find more plans and take longer.
     pub const MOST_RANDOM: usize = 40;
 
     /// Relative difference of costs below which two schedules are the same. A larger value merges
@@ -479,6 +491,8 @@ pub(super) mod pulses {
 
     /// Largest number of pulses of a schedule. It bounds the size of the quadratic programs.
     pub const MOST_PULSES: usize = 24;
-    /// Number of levels among which the three of a burn are chosen; the time grows with its cube.
+    /// Number of inputs of the extremal, counted from the first, whose combinations of three are
+    /// compared for an impulse; further inputs are not used. The time grows with the cube of this
+    /// number.
     pub const MOST_COMBINED: usize = 12;
 }

@@ -9,15 +9,15 @@ use std::time::Instant;
 /// Work counters, and the watch that may stop the search. Every Newton iteration polls it, so that
 /// anything that consists of Newton iterations stops soon.
 pub(crate) struct Work<'a> {
-    /// Number of sweeps over smoothed problems.
+    /// Number of sweeps over paths of smoothed problems.
     pub sweeps: Cell<usize>,
-    /// Number of Newton solutions for switching times.
+    /// Number of Newton runs for switching times.
     pub newtons: Cell<usize>,
     watch: Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// Creates counters that are zero.
+    /// Creates counters at zero, with the watch that may stop the search.
     pub fn of(watch: Watch<'a>) -> Self {
         Self { sweeps: Cell::new(0), newtons: Cell::new(0), watch }
     }
@@ -27,7 +27,8 @@ impl<'a> Work<'a> {
     }
 }
 
-/// A request to stop that long loops poll: the flag of the observer, or the end of the time limit.
+/// A request to stop that long loops poll: it is raised if the flag of the observer is set or the
+/// deadline has passed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StopRequest {
     flag: Option<Arc<AtomicBool>>,
@@ -43,7 +44,7 @@ impl StopRequest {
         Self { flag: watch.flag.cloned(), deadline: watch.deadline }
     }
 
-    /// Returns whether a stop is requested.
+    /// Returns whether the flag is set or the deadline has passed.
     pub fn is_raised(&self) -> bool {
         self.flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)

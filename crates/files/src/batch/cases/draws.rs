@@ -9,7 +9,7 @@ use crate::spec::{Dispersion, Distribution, Override, Varied};
 use nalgebra::DVector;
 use slewkit::numerics::random::Stream;
 
-/// Random draws from the distributions of a spec.
+/// Source of random cases, which draws values from the distributions of a spec.
 #[derive(Debug)]
 pub(super) struct Draws(pub Dispersion);
 
@@ -32,7 +32,7 @@ impl Draws {
     }
 }
 
-/// Draws the deviation from the nominal values of a quantity.
+/// Draws the deviation of a quantity from its nominal value, one number for each component.
 fn offset(varied: &Varied, stream: &mut Stream) -> Vec<f64> {
     let count = varied.map.ncols();
     let standard = match varied.distribution {

@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// A folder, with the names of its specs in order.
+/// A folder of specs, with the file names of the specs in byte order.
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
@@ -18,9 +18,9 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// Finds the files of `path` that end in `.toml` or `.json`, in the byte order of their names.
-    /// Also returns the hash, to which the names and contents of the specs and of the orbit files
-    /// that they refer to were added.
+    /// Opens the folder `path` and finds its files that end in `.toml` or `.json`, in the byte
+    /// order of their names. Returns the folder, and the hash `fingerprint` continued by the names
+    /// and contents of the specs and of the orbit files to which the specs refer.
     pub fn open(path: &Path, mut fingerprint: Fingerprint) -> Result<(Self, Fingerprint), BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let mut names = Vec::new();
@@ -80,7 +80,8 @@ impl Folder {
         self.names.len() as u64
     }
 
-    /// Returns the case with this number, which must not exceed the number of specs.
+    /// Returns the case with the number `number`, counted from 1, which must not exceed the number
+    /// of specs.
     pub fn case(&self, number: u64) -> Case {
         let name = self.names[number as usize - 1].clone();
         Case { number, spec: Some(self.path.join(&name)), name: Some(name), set: Vec::new() }

@@ -12,8 +12,9 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Parses an axis. `key=start:stop:count` gives `count` uniformly spaced values, including both
-    /// ends. `key=a,b,c` gives any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
+    /// Parses an axis in one of two notations. The text `key=start:stop:count` gives `count`
+    /// uniformly spaced values, including both ends. The text `key=a,b,c` lists the values, which
+    /// may be of any type, such as `[1, 0, 0],[0, 1, 0]`.
     ///
     /// # Errors
     /// Returns an error if the text does not describe an axis.
@@ -45,7 +46,7 @@ impl Axis {
         if values.iter().any(|value| value.is_empty()) {
             return wrong(format!("`{key}` has an empty value", key = cut(key, 60)));
         }
-        // The type `Override` checks the key path and the notation of the value.
+        // `Override::new` checks the path of the key and the notation of the value.
         if let Err(reason) = Override::new(key, &values[0]) {
             return wrong(reason);
         }
@@ -63,19 +64,20 @@ impl Axis {
     }
 }
 
-/// Returns uniformly spaced numbers as texts. Integers are written without a decimal point, so that
-/// a number of steps can be swept.
+/// Returns `count` uniformly spaced numbers from `start` to `stop` as texts. Integers are written
+/// without a decimal point, so that an axis can vary a number of steps.
 fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     let value = |index: u64| match index {
         0 => start,
         index if index + 1 == count => stop,
-        // A weighted mean does not accumulate rounding errors, unlike repeated addition of a step.
+        // A weighted mean of the two ends accumulates no rounding errors, unlike repeated addition.
         index => {
             let part = index as f64 / (count - 1) as f64;
             start * (1.0 - part) + stop * part
         }
     };
-    // Rounding errors of the mean are removed: 20:40:3 gives 30 and not 30.000000000000004.
+    // The values are rounded to remove the rounding errors of the mean: 20:40:3 gives 30 and not
+    // 30.000000000000004.
     let text = |value: f64| {
         let short: f64 = format!("{value:.13e}").parse().unwrap_or(value);
         let value = if (short - value).abs() <= 2.0 * f64::EPSILON * value.abs() { short } else { value };
@@ -153,7 +155,8 @@ impl Grid {
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// Returns the case with this number, which must not exceed the number of points of the grid.
+    /// Returns the case with the number `number`, counted from 1, which must not exceed the number
+    /// of grid points.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());

@@ -18,10 +18,11 @@ use grid::Grid;
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// Largest number of cases of one batch; the summary stores some bytes for each case.
+/// Largest number of cases of one batch. It bounds the memory, because the summary stores several
+/// bytes for each case.
 pub const MAX_CASES: u64 = MOST_CASES as u64;
 
-/// A source of cases, which knows their number and returns them in order.
+/// A source of cases, which determines their number and order.
 #[derive(Debug)]
 enum Source {
     Table(Table),
@@ -34,10 +35,10 @@ enum Source {
 #[derive(Debug)]
 pub struct Batch {
     base: Option<Base>,
-    /// Keys that are set in every case of a folder, which has no base spec.
+    /// Keys that are set in every case of a folder, in addition to the spec of the case.
     overrides: Vec<Override>,
     source: Source,
-    /// Header of the results for all cases of the batch.
+    /// Header of the file of results of the whole batch, without a shard.
     header: Header,
 }
 
@@ -147,13 +148,13 @@ impl Batch {
         self.header.cases
     }
 
-    /// Returns the header of the results of a shard; `times` states whether result lines hold wall
-    /// times.
+    /// Returns the header for the file of results of `shard`; `times` is true if the result lines
+    /// hold wall times.
     pub fn header(&self, shard: Shard, times: bool) -> Header {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// Returns the cases of a shard, without its first `done` cases.
+    /// Returns the cases of `shard` in order, skipping the first `done` cases.
     ///
     /// # Errors
     /// Returns an error if the table cannot be read again.
@@ -173,7 +174,7 @@ impl Batch {
         })
     }
 
-    /// Returns the case with this number.
+    /// Returns the case with the number `number`, counted from 1.
     ///
     /// # Errors
     /// Returns an error if the batch has no case with this number.
@@ -188,7 +189,7 @@ impl Batch {
         self.stream(Shard::ALL, number - 1)?.next().unwrap_or_else(|| Err(none()))
     }
 
-    /// Reads the spec of a case, with its keys set.
+    /// Reads the spec of a case after setting the keys of the case.
     ///
     /// # Errors
     /// Returns all errors of the spec of the case.
@@ -206,7 +207,8 @@ fn of_base(base: &Base) -> Fingerprint {
     base.texts().fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()))
 }
 
-/// Checks that no key occurs twice or lies within another key of the list.
+/// Checks that no key occurs twice in the list, and that no key is nested in another key of the
+/// list.
 fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
     for (index, key) in keys.iter().enumerate() {
         let inside = |other: &&String| **other == *key || other.starts_with(&format!("{key}."));

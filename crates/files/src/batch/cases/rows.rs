@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// A cell of the table.
+/// A cell of the table, with its position.
 #[derive(Debug)]
 pub(super) struct Cell {
     pub text: String,
@@ -18,7 +18,7 @@ pub(super) struct Cell {
     pub column: usize,
 }
 
-/// A row of the table.
+/// A row of the table, with its line number.
 #[derive(Debug)]
 pub(super) struct Row {
     /// Line number of the row, counted from 1.
@@ -26,7 +26,7 @@ pub(super) struct Row {
     pub cells: Vec<Cell>,
 }
 
-/// Reader of the rows of a file, which skips blank lines.
+/// Reader of the rows of a table; it skips blank lines.
 #[derive(Debug)]
 pub(super) struct Rows {
     path: PathBuf,
@@ -40,7 +40,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Opens a file, which must be readable repeatedly. The text that is read is added to the hash.
+    /// Opens the table at `path` for reading. The text of every row that is read is added to the
+    /// hash `fingerprint`.
     pub fn open(path: &Path, fingerprint: Fingerprint) -> Result<Self, BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
@@ -64,12 +65,12 @@ impl Rows {
         self.fingerprint
     }
 
-    /// Returns the position of a cell, for messages.
+    /// Returns the position of a cell in the file, for error messages.
     pub fn origin(&self, row: &Row, cell: &Cell) -> Origin {
         Origin { file: self.name.clone(), line: row.line, column: cell.column }
     }
 
-    /// Creates an error for a row, or for the whole file if `row` is `None`.
+    /// Creates an error message for a row, or for the whole file if `row` is `None`.
     pub fn refuse(&self, row: Option<&Row>, code: &'static str, reason: String, remedy: &str) -> BatchError {
         let origin = Origin { file: self.name.clone(), line: row.map_or(1, |row| row.line), column: 1 };
         let text = row.and_then(|row| row.cells.first()).map_or("", |cell| cell.text.as_str());
@@ -122,7 +123,7 @@ impl Rows {
     }
 }
 
-/// Splits a line into cells with their columns.
+/// Splits a line into cells and records the column at which each cell begins.
 fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str> {
     // A table with one column has no separator, and its cells may contain blanks.
     let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;

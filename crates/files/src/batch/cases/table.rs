@@ -13,11 +13,12 @@ use std::path::{Path, PathBuf};
 
 /// Header of the column with the names of the cases.
 const NAME: &str = "name";
-/// Header of a column that is ignored; some programs write a row index without a header.
+/// Header of a column that is ignored: some programs write row indices in a column without a
+/// header.
 const UNNAMED: &str = "";
-/// Largest length of a name, as for specs.
+/// Largest length of the name of a case, equal to the limit on names in specs.
 const LONGEST_NAME: usize = 200;
-/// Largest number of findings that are reported.
+/// Largest number of errors of a table that are reported.
 const MOST_FINDINGS: usize = 100;
 
 /// A table whose rows have been checked.
@@ -32,8 +33,8 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Reads the whole table at `path` once and checks its keys and rows. Counts the rows and adds
-    /// the bytes to the hash.
+    /// Reads the whole table at `path` once, checks its keys and rows, counts the rows and adds the
+    /// text to the hash `fingerprint`.
     pub fn open(
         path: &Path,
         base: &Base,
@@ -91,13 +92,13 @@ impl Table {
         Ok((table, count, hash))
     }
 
-    /// Returns the keys that the table sets.
+    /// Returns the keys of the spec that the columns of the table set.
     pub fn keys(&self) -> Vec<String> {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
 
-    /// Reads the cases from the file again. If the file has changed since it was opened, an error
-    /// takes the place of the last case.
+    /// Reads the cases from the file a second time, one row at a time. If the file has changed
+    /// since it was opened, an error is returned in place of the last case.
     pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
         let mut rows = Rows::open(&self.path, self.hashes[0])?;
         rows.next()?;
@@ -111,7 +112,7 @@ impl Table {
         }))
     }
 
-    /// Returns the case in the next row.
+    /// Reads the next row and returns its case, which gets the number `number`.
     fn read(&self, number: u64, rows: &mut Rows) -> Result<Case, BatchError> {
         let Some(row) = rows.next()? else { return Err(changed(rows)) };
         let case = self.case(number, &row, rows)?;

@@ -1,9 +1,9 @@
 //! The motion between the rows of an attitude file, as the file defines it.
 //!
-//! Polynomials interpolate the four components of the quaternions, whose sign is consistent along
-//! the rows. The result is normalised. Lagrange's go through attitudes, Hermite's through attitudes
-//! and the derivatives `q' = ½ q (0, Ω)` that follow from their rates. No polynomial crosses the
-//! end of a block.
+//! Polynomials interpolate the four components of the quaternion, whose sign is consistent along
+//! the rows; the result is normalised. Lagrange polynomials pass through the attitudes. Hermite
+//! polynomials also have the derivatives `q' = ½ q (0, Ω)` that follow from the rates of the file.
+//! No polynomial crosses the end of a block.
 
 use super::Attitudes;
 use crate::spec::cut;
@@ -11,28 +11,28 @@ use slewkit::lie::interpolation::{Row, cubic, linear};
 use slewkit::numerics::polynomial;
 use slewkit::{Vector3, lie};
 
-/// The interpolation between the rows of a block.
+/// Interpolation method between the rows of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
-    /// The file does not state the interpolation.
+    /// The file does not state an interpolation method.
     #[default]
     Unsaid,
-    /// One axis and one rate.
+    /// Rotation about one axis at a constant rate.
     OneRate,
-    /// Lagrange's polynomial of this degree, two at least.
+    /// Lagrange polynomial of this degree, which is at least two.
     Lagrange(usize),
-    /// Hermite's of this degree, for which the file has rates.
+    /// Hermite polynomial of this degree, which uses the rates in the file.
     Hermite(usize),
 }
 
-/// The highest degree: beyond it polynomials on equal steps oscillate.
+/// Largest degree of a polynomial. Polynomials of higher degree on a uniform grid oscillate.
 const HIGHEST: usize = 25;
 
 impl Between {
-    /// Returns the interpolation of this name and degree.
+    /// Returns the interpolation method with the name `name` and the degree `degree` in a file.
     ///
     /// # Errors
-    /// Returns why the interpolation is not used.
+    /// Returns the reason why the program does not use the interpolation of the file.
     pub(super) fn named(name: &str, degree: Option<usize>) -> Result<Self, String> {
         let is = |word: &str| name.eq_ignore_ascii_case(word);
         let short = cut(name, 30);
@@ -50,7 +50,7 @@ impl Between {
         }
     }
 
-    /// Returns the number of rows that the interpolation uses.
+    /// Returns the number of rows through which the interpolation passes.
     pub fn rows(self) -> usize {
         match self {
             Self::Unsaid | Self::OneRate => 2,
@@ -60,39 +60,41 @@ impl Between {
     }
 }
 
-/// The rows of one block. The last row may be the first row of the next block.
+/// The rows of one block of a file. The last row may also be the first row of the next block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// The first row of the block.
+    /// Index of the first row of the block.
     pub first: usize,
-    /// The last row of the block.
+    /// Index of the last row of the block.
     pub last: usize,
-    /// The interpolation between its rows.
+    /// Interpolation method between the rows of the block.
     pub between: Between,
 }
 
-/// The attitudes that are inserted between the rows of a file.
+/// Attitudes of a file with additional attitudes between its rows.
 #[derive(Clone, Debug, Default)]
 pub struct Refined {
-    /// Seconds from the first row of the file.
+    /// Time since the first row of the file \[s\].
     pub time: Vec<f64>,
-    /// The attitudes, as in [`Attitudes::quaternion`].
+    /// Quaternion at each time, in the convention of [`Attitudes::quaternion`].
     pub quaternion: Vec<[f64; 4]>,
-    /// The row of the file at each time, or the last one before it.
+    /// Index of the row of the file at each time, or of the last row before this time.
     pub row: Vec<usize>,
-    /// The breaks, as in [`Attitudes::breaks`].
+    /// Indices of the times before which the motion must not be interpolated, as in
+    /// [`Attitudes::breaks`].
     pub breaks: Vec<usize>,
 }
 
-/// The largest number of halvings of an interval between two rows.
+/// Largest number of times that the interval between two rows is halved.
 const MOST_HALVINGS: u32 = 6;
-/// The largest number of rows of a refinement.
+/// Largest number of attitudes that the refinement of a file may have.
 const MOST_ROWS: usize = 1 << 22;
 
 impl Attitudes {
-    /// Returns the attitude at `time` \[s\] from the first row, interpolated as the file states. If
-    /// the file does not state the interpolation, it is the cubic through attitudes and rates, or a
-    /// turn at one rate. `None` outside of all blocks.
+    /// Returns the attitude at `time` \[s\] after the first row, interpolated by the method that
+    /// the file states. If the file states no method, the interpolation is the cubic through
+    /// attitudes and rates, or, without rates, a rotation at a constant rate. Returns `None`
+    /// outside of all blocks.
     pub fn at(&self, time: f64) -> Option<[f64; 4]> {
         let inside = |block: &&Block| (self.time[block.first]..=self.time[block.last]).contains(&time);
         self.within(self.blocks.iter().find(inside)?, time)
@@ -138,9 +140,9 @@ impl Attitudes {
         lie::quaternion_from_rotation(&attitude)
     }
 
-    /// Returns additional attitudes, so many that the motion at one rate between them follows the
-    /// motion of the file to a tenth of `tolerance` \[rad\]; `None` if no block of the file names
-    /// another motion.
+    /// Inserts attitudes between the rows, so many that rotations at a constant rate between them
+    /// differ from the motion of the file by at most a tenth of `tolerance` \[rad\]. Returns `None`
+    /// if no block of the file states a polynomial, or if too many attitudes would be needed.
     pub fn refined(&self, tolerance: f64) -> Option<Refined> {
         let bent = |block: &Block| matches!(block.between, Between::Lagrange(_) | Between::Hermite(_));
         if !self.blocks.iter().any(bent) {
@@ -150,7 +152,7 @@ impl Attitudes {
         let mut breaks = self.breaks.iter().peekable();
         for (index, block) in self.blocks.iter().enumerate() {
             for k in block.first..=block.last {
-                // The first row of a block that the one above shares is there already.
+                // If two blocks share this row, it has already been added.
                 if found.row.last() != Some(&k) {
                     if breaks.next_if(|row| **row == k).is_some() {
                         found.breaks.push(found.time.len());
@@ -173,7 +175,8 @@ impl Attitudes {
         Some(found)
     }
 
-    /// Moments and attitudes between row `k` of a block and the next.
+    /// Returns the times and attitudes that are inserted between row `k` of a block and the next
+    /// row.
     fn inner(&self, block: &Block, k: usize, tolerance: f64) -> Vec<(f64, [f64; 4])> {
         let mut open = vec![(self.time[k], self.time[k + 1], 0)];
         let mut found = Vec::new();
@@ -184,7 +187,8 @@ impl Attitudes {
             let at = |q| Row { attitude: lie::rotation_from_quaternion(q), rate: Vector3::zeros() };
             let straight = linear(&at(&start), &at(&end), 0.5);
             let off = lie::minus(&lie::rotation_from_quaternion(&here), &straight).norm();
-            // Once at least: a motion may meet its chord in the middle.
+            // Each interval is halved at least once, because the motion may cross its chord in the
+            // middle.
             if (off > 0.1 * tolerance || depth == 0) && depth < MOST_HALVINGS && from < middle && middle < to
             {
                 found.push((middle, here));
@@ -203,7 +207,8 @@ impl Refined {
     }
 }
 
-/// Returns the derivative of a quaternion, scalar first, at a rate in body axes.
+/// Returns the derivative of a quaternion, scalar first, for the angular velocity `rate` in body
+/// axes \[rad/s\].
 fn moved([w, x, y, z]: &[f64; 4], rate: &Vector3) -> [f64; 4] {
     let vector = Vector3::new(*x, *y, *z);
     let moved = 0.5 * (*w * rate + vector.cross(rate));

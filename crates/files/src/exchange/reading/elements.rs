@@ -1,58 +1,59 @@
-//! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with
-//! its place. Document types are refused, so a file cannot define entities, and no other files are
-//! fetched.
+//! XML messages of CCSDS, parsed by the crate `roxmltree`: the elements in the order of the text,
+//! each with its position. Document type declarations are rejected, so a file cannot define
+//! entities. No other files are fetched.
 
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-/// The largest number of nodes of a document: its tree needs less than 100 bytes for each.
+/// Largest number of nodes of a document. The tree needs less than 100 bytes for each node.
 const MOST_NODES: u32 = 1 << 22;
 
-/// A kind of message, and the handling of its elements.
+/// Handler of the elements of one kind of message.
 pub(super) trait Message<'t> {
-    /// The element that is the message, in `<ndm>` or alone.
+    /// Name of the element that holds the message. It is the document itself or is contained in
+    /// `<ndm>`.
     const ELEMENT: &'static str;
 
-    /// Is called when the message states its version.
+    /// Handles the version number of the message.
     fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong>;
-    /// Is called when an element begins within the open elements.
+    /// Handles the start of the element `name`, which is nested in the elements `within`.
     fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, unit: Option<Piece<'t>>) -> Result<(), Wrong>;
-    /// Is called when an element has ended within the open elements.
+    /// Handles the end of `element`, which is nested in the elements `within`.
     fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong>;
 }
 
-/// An element that has ended.
+/// An element whose end has been read.
 pub(super) struct Element<'t> {
-    /// The name in its start tag.
+    /// Name of the element, at its position in the start tag.
     pub name: Piece<'t>,
-    /// The text of the element, if it contains only text.
+    /// Text of the element; `None` if the element contains other elements or no text.
     pub value: Option<Piece<'t>>,
 }
 
 impl<'t> Element<'t> {
-    /// Returns the text of the element; empty if it has no text.
+    /// Returns the text of the element, or an empty text if it has none.
     pub fn text(&self) -> Piece<'t> {
         self.value.unwrap_or(Piece { at: self.name.at, text: "" })
     }
 }
 
-/// The elements that are open, the outermost first.
+/// Names of the elements that have begun but not ended, the outermost first.
 #[derive(Default)]
 pub(super) struct Open<'t>(Vec<Piece<'t>>);
 
 impl Open<'_> {
-    /// Returns whether one of the open elements has that name.
+    /// Returns whether one of these elements has the name `element`.
     pub fn has(&self, element: &str) -> bool {
         self.0.iter().any(|piece| piece.text == element)
     }
 }
 
-/// The largest depth of nested elements: the reader searches each element among the elements around
-/// it.
+/// Largest depth of nested elements. It bounds the time, because the reader searches the enclosing
+/// elements of every element.
 const DEEPEST: usize = 100;
 
-/// Returns the tree of a text.
+/// Parses a text and returns its XML tree.
 pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).or_else(|error| {
@@ -84,22 +85,22 @@ pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     })
 }
 
-/// Returns the name of an element and the place where it begins.
+/// Returns the name of an element, without a prefix, and its position in the text.
 pub(crate) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     let (at, name) = (node.range().start + 1, node.tag_name().name());
-    // A name may have a prefix.
+    // The name may have a namespace prefix.
     let source = &node.document().input_text()[at..];
     let prefix = source.find(name).filter(|found| *found > 0 && source[..*found].ends_with(':'));
     Piece { at: at + prefix.unwrap_or(0), text: name }
 }
 
-/// Returns the value of an attribute of an element.
+/// Returns the value of the attribute `name` of an element; `None` if the element lacks it.
 pub(crate) fn attribute<'t>(node: Node<'t, 't>, name: &str) -> Option<Piece<'t>> {
     let found = node.attribute_node(name)?;
     Some(Piece { at: found.range_value().start, text: found.value() }.trimmed())
 }
 
-/// Returns the text of an element that has no other elements.
+/// Returns the text of an element; `None` if the element contains other elements or no text.
 pub(crate) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> {
     if node.children().any(|child| child.is_element()) {
         return Ok(None);
@@ -115,8 +116,8 @@ pub(crate) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> 
     }
 }
 
-/// Returns the elements that are messages of one kind: the document itself, or the messages in its
-/// `<ndm>`.
+/// Returns the messages of one kind, whose element is named `element`: the document itself, or the
+/// children of its element `<ndm>`.
 pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<Vec<Node<'t, 't>>, Wrong> {
     let root = document.root_element();
     let told = name(root);
@@ -143,8 +144,8 @@ pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<
     Ok(found)
 }
 
-/// Reads the messages of a kind from a document, element by element. Returns the place where the
-/// last message begins.
+/// Passes all elements of the messages of one kind to the handler `message`. Returns the name of
+/// the last message element, at its position in the text.
 pub(super) fn read<'t, M: Message<'t>>(
     document: &'t Document<'t>,
     message: &mut M,
@@ -157,7 +158,7 @@ pub(super) fn read<'t, M: Message<'t>>(
         };
         message.version(number)?;
         let mut open = Open(vec![last]);
-        // The loop walks the tree without recursion, so any depth is possible.
+        // The loop visits the tree without recursion, so a deep tree cannot overflow the stack.
         let mut next = root.first_element_child();
         while let Some(node) = next {
             let piece = name(node);

@@ -1,11 +1,11 @@
 //! Positions of a satellite, from an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and
 //! values or XML).
 //!
-//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration, which
-//! is ignored. The segment names the polynomial between rows: Lagrange's through positions, or
-//! Hermite's through positions and velocities, two for each row, which is the default. Straight
-//! lines are refused, because they are no orbit. Covariances are ignored. Rows of different
-//! segments are not joined.
+//! A row is a date, a position \[km\] and a velocity \[km/s\]; an acceleration may follow, and is
+//! ignored. The segment names the interpolation polynomial: a Lagrange polynomial through the
+//! positions, or, by default, a Hermite polynomial through positions and velocities. Linear
+//! interpolation is rejected, because it does not follow an orbit. Covariances are ignored. Rows of
+//! different segments are not combined.
 
 mod xml;
 
@@ -19,51 +19,53 @@ use slewkit::{Matrix3, Vector3};
 use slewkit_sky::Between;
 use std::io::Read;
 
-/// The degree of the polynomial if the segment does not state one. A Hermite polynomial of this
-/// degree follows a low orbit in steps of a minute within a micrometre.
+/// Degree of the polynomial if the segment does not state one. A Hermite polynomial of this degree
+/// through rows one minute apart follows a low orbit within a micrometre.
 const DEGREE: usize = 7;
-/// The lowest degree whose curvature is nearly continuous at the rows, and the highest degree:
-/// beyond it polynomials on equal steps oscillate.
+/// Lowest degree that is accepted. From this degree, the second derivative of the interpolated
+/// position is nearly continuous at the rows.
 const LOWEST: usize = 3;
+/// Highest degree that is accepted; polynomials of higher degree on a uniform grid oscillate.
 const HIGHEST: usize = 25;
 
-/// Axes in which positions are given.
+/// Axes in which the positions and velocities of a segment are given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EphemerisAxes {
-    /// Axes fixed in space, with the rotation from their components to components of ICRF.
+    /// Inertial axes, with the rotation from components in these axes to components in the ICRF.
     Inertial(Matrix3),
-    /// True equator, mean equinox of date.
+    /// True equator and mean equinox of date (TEME).
     Teme,
-    /// True equator and equinox of date: TOD.
+    /// True equator and true equinox of date (TOD).
     TrueOfDate,
-    /// Turning with the Earth: ITRF.
+    /// Axes that turn with the Earth (ITRF).
     Earth,
 }
 
-/// Positions of a satellite between two moments.
+/// Positions and velocities of a satellite over an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// The moments between which positions may be used.
+    /// First and last time at which the positions may be used.
     pub span: [Epoch; 2],
-    /// The moments of the rows, increasing.
+    /// Times of the rows, in increasing order.
     pub moment: Vec<Epoch>,
-    /// Positions relative to the centre of the Earth \[m\], in `axes`.
+    /// Position in each row, relative to the centre of the Earth \[m\]; `axes` names its axes.
     pub position: Vec<Vector3>,
-    /// Velocities \[m/s\] relative to `axes`, which may rotate.
+    /// Velocity in each row, relative to the axes `axes`, which may rotate \[m/s\].
     pub velocity: Vec<Vector3>,
-    /// The line of each row, from 1.
+    /// Line number of each row, counted from 1.
     pub line: Vec<usize>,
-    /// Which axes.
+    /// Axes of the positions and velocities.
     pub axes: EphemerisAxes,
-    /// The interpolation between rows; its degree never needs more rows than the segment has.
+    /// Interpolation method between the rows. Its degree does not require more rows than the
+    /// segment has.
     pub between: Between,
 }
 
-/// Reads an OEM, as segments; `name` is the name of the file in messages.
+/// Reads an OEM and returns its segments; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// The first fault, with its line. A centre other than the Earth is a fault, and so is a frame
-/// other than ICRF, GCRF, EME2000, TOD, TEME and ITRF.
+/// Returns the first error, with its line. A centre other than the Earth is an error, and so is a
+/// frame other than ICRF, GCRF, EME2000, TOD, TEME and ITRF.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     match segments(&text) {
@@ -78,7 +80,7 @@ pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diag
     }
 }
 
-/// Keys of a segment that are used, and keys that may be ignored.
+/// Keys that the metadata of a segment may have, including keys that are ignored.
 const KNOWN: [&str; 13] = [
     "OBJECT_NAME",
     "OBJECT_ID",
@@ -95,10 +97,10 @@ const KNOWN: [&str; 13] = [
     "COMMENT",
 ];
 
-/// Keys above the first segment.
+/// Keys that may precede the first segment.
 const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
-/// Metadata that are being read.
+/// Keys and values of the metadata that are being read.
 type Keys<'t> = Vec<(&'static str, Piece<'t>)>;
 
 /// The part of the file to which a line belongs.
@@ -111,12 +113,12 @@ enum Place<'t> {
 
 /// A segment whose rows are being read.
 struct Started {
-    /// The segment, whose places are bytes of the text in place of lines.
+    /// The segment; until all rows are read, `line` holds byte positions in place of line numbers.
     segment: Segment,
     scale: Scale,
-    /// Whether the polynomial also interpolates the velocities.
+    /// True for Hermite interpolation, false for Lagrange interpolation.
     hermite: bool,
-    /// The degree of interpolation that the segment states, if any.
+    /// Degree of interpolation that the segment states; `None` if it states none.
     degree: Option<usize>,
 }
 
@@ -205,10 +207,11 @@ fn add<'t>(keys: &mut Keys<'t>, key: Piece<'t>, value: Piece<'t>) -> Result<(), 
     Ok(())
 }
 
-/// The name and the number of the object that all segments are of.
+/// Name and number of the object to which all segments of the file belong.
 type Object<'t> = Option<[Piece<'t>; 2]>;
 
-/// Returns the segment that the metadata describe together; `end` is the place where they end.
+/// Creates a segment without rows from its metadata. `end` is the position at which the metadata
+/// end, for messages.
 fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Result<Started, Wrong> {
     let get = |name: &str| keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
     let here = ["OBJECT_NAME", "OBJECT_ID"].map(|name| get(name).unwrap_or(Piece { at: end.at, text: "" }));
@@ -297,7 +300,7 @@ fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, W
 }
 
 impl Started {
-    /// Reads a line of keywords and values.
+    /// Reads a row of the keyword notation.
     fn line(&mut self, line: Piece<'_>) -> Result<(), Wrong> {
         let words = line.words();
         if ![7, 10].contains(&words.len()) {
@@ -308,7 +311,7 @@ impl Started {
         self.row(words[0], [words[1], words[2], words[3]], [words[4], words[5], words[6]])
     }
 
-    /// Reads a moment, a position \[km\] and a velocity \[km/s\].
+    /// Reads a row: its date, position \[km\] and velocity \[km/s\].
     fn row(
         &mut self,
         moment: Piece<'_>,
@@ -336,7 +339,8 @@ impl Started {
         Ok(())
     }
 
-    /// Returns the segment; `end` is where its rows end.
+    /// Returns the segment with its interpolation method. `end` is the position at which its rows
+    /// end, for messages.
     fn finish(self, end: Piece<'_>) -> Result<Segment, Wrong> {
         let Self { mut segment, hermite, degree, .. } = self;
         let count = segment.moment.len();
@@ -354,7 +358,7 @@ impl Started {
             );
             return end.wrong(reason, "give more rows, or a lower INTERPOLATION_DEGREE");
         }
-        // The usable span must lie within the rows.
+        // The span in which positions may be used must not extend beyond the rows.
         let [first, last] = [segment.moment[0], segment.moment[count - 1]];
         if first.since(&segment.span[0]) > 0.0 {
             segment.span[0] = first;
@@ -366,7 +370,7 @@ impl Started {
     }
 }
 
-/// A position closer to the centre than this is no satellite's \[m\]: the polar radius of the
+/// Smallest distance of a position from the centre of the Earth \[m\]: the polar radius of the
 /// Earth.
 const LEAST: f64 = 6_356_752.0;
 
@@ -394,7 +398,7 @@ mod tests {
         assert_eq!((found[0].line[2], found[0].velocity[2]), (16, Vector3::new(0.0, 7.5e3, 0.0)));
         assert_eq!(found[1].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
         assert_eq!(found[0].span[1].since(&found[0].span[0]), 180.0);
-        // EME2000 is 23 milliarcseconds from ICRF.
+        // The frame bias between EME2000 and ICRF is 23 milliarcseconds.
         let EphemerisAxes::Inertial(bias) = found[0].axes else { panic!("inertial") };
         let angle = slewkit::lie::log(&bias).norm().to_degrees() * 3.6e6;
         assert!((angle - 23.1).abs() < 0.1, "{angle}");

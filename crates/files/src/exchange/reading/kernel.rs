@@ -1,9 +1,10 @@
-//! C-kernels of SPICE: segments of type 3, pointing with rates or without, about one structure.
+//! C-kernels of SPICE with segments of type 3, with or without rates, for a single structure.
 //!
-//! The C-matrix leads from reference to body components: the quaternion of the file is the
-//! conjugate of ours, scalar first; rates are in reference axes. Between rows SPICE turns about one
-//! axis at one rate. Times are ticks of a clock. A C-kernel states neither the length of a tick nor
-//! the zero of the clock: both are read from the comment area, if this program has written them.
+//! The C-matrix maps reference components to body components. The quaternion of the file is
+//! therefore the conjugate of the quaternion in plan files, scalar first. Rates are in reference
+//! axes. Between rows, SPICE rotates about a fixed axis at a constant rate. Times are clock ticks.
+//! A C-kernel states neither the length of a tick nor the zero of the clock; they are read from the
+//! comment area if this program wrote the kernel.
 
 use super::between::Between;
 use super::rows::{Moved, Rows};
@@ -12,18 +13,21 @@ use crate::epoch::Epoch;
 use crate::exchange::spice::FRAMES;
 use slewkit::{Vector3, lie};
 
-/// Bytes of a record, and of a number.
+/// Length of a record of the file \[bytes\].
 const RECORD: usize = 1024;
+/// Length of a number of the file \[bytes\].
 const WORD: usize = 8;
-/// The largest number of records of summaries that are read.
+/// Largest number of summary records that are read.
 const MOST_RECORDS: usize = 1 << 16;
 
-/// The statement of the comment area about the clock and the epoch, as this program writes it.
+/// Text by which the comment area of a kernel of this program states the unit of its clock.
 const CLOCK: &str = "one tick is a microsecond of TT";
+/// Text that precedes the epoch of time zero in the comment area of a kernel of this program.
 const EPOCH: &str = "Epoch: ";
+/// Length of a clock tick of a kernel of this program \[s\].
 const TICK: f64 = 1e-6;
 
-/// The bytes of a file, in either order.
+/// Bytes of a file, with their byte order.
 struct Bytes<'b> {
     all: &'b [u8],
     little: bool,
@@ -42,7 +46,7 @@ impl Bytes<'_> {
         self.word(at).map(f64::from_le_bytes)
     }
 
-    /// Returns a nonnegative whole number.
+    /// Reads a nonnegative integer of four bytes at byte `at`.
     fn count(&self, at: usize) -> Option<usize> {
         self.word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok())
     }
@@ -51,7 +55,8 @@ impl Bytes<'_> {
         self.word(at).map(i32::from_le_bytes)
     }
 
-    /// Returns the text of the comment area: between the file record and the summaries.
+    /// Returns the text of the comment area, which lies between the file record and the summary
+    /// record number `first_summary`.
     fn comments(&self, first_summary: usize) -> String {
         let records = self.all.chunks(RECORD).skip(1).take(first_summary.saturating_sub(2));
         let bytes = records.flat_map(|record| record.iter().take(1000));
@@ -62,8 +67,8 @@ impl Bytes<'_> {
     }
 }
 
-/// A summary: its structure, frame and type, whether the segment has rates, and the words of its
-/// numbers, from 1.
+/// Summary of a segment: its structure, frame and type, whether it has rates, and the first and
+/// last word of its array, counted from 1.
 struct Summary {
     structure: i32,
     frame: i32,
@@ -72,7 +77,7 @@ struct Summary {
     words: [usize; 2],
 }
 
-/// Reads the file.
+/// Reads a C-kernel and returns its rows.
 pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     let cut_off = || Wrong {
         span: (0, 0),
@@ -128,7 +133,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Returns two numbers and six integers for each segment, in records that are chained.
+/// Returns the summaries of all segments. They are stored in a chain of records, which begins with
+/// record number `first`. Returns `None` if the chain is damaged.
 fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
     const SUMMARY: usize = 5;
     let (mut found, mut record) = (Vec::new(), first);
@@ -138,7 +144,7 @@ fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
         }
         let at = (record - 1).checked_mul(RECORD)?;
         let (next, count) = (file.number(at)?, file.number(at + 2 * WORD)?);
-        // A record has room for 25 packets at most.
+        // A record has room for at most 25 summaries.
         if !(0.0..=25.0).contains(&count) {
             return None;
         }
@@ -157,7 +163,8 @@ fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
     None
 }
 
-/// Adds the rows of a segment. Returns `None` if the file is shorter than the segment states.
+/// Adds the rows of a segment. Returns `None` if the file is shorter than the summary of the
+/// segment states.
 fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Result<(), Wrong>> {
     let [begin, end] = summary.words.map(|word| word.wrapping_sub(1).wrapping_mul(WORD));
     let of = |number: f64| (0.0..1e9).contains(&number).then_some(number as usize);
@@ -165,7 +172,8 @@ fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Resul
     let intervals = of(file.number(end.checked_sub(WORD)?)?)?;
     let width = if summary.rates { 7 } else { 4 };
     let times = begin.checked_add(count.checked_mul(width * WORD)?)?;
-    // Behind the times: every hundredth of them, the starts of intervals, every hundredth of these.
+    // The times are followed by every hundredth time, the starts of the interpolation intervals,
+    // and every hundredth start.
     let starts = times.checked_add((count + count.saturating_sub(1) / 100) * WORD)?;
     let start_of = |k: usize| file.number(starts + k * WORD);
     let mut interval = 0;
@@ -185,7 +193,7 @@ fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Resul
             None
         };
         let moved = Moved { quaternion, rate, open: (0.0, 0.0) };
-        // A kernel has no lines: errors point to its beginning.
+        // A kernel has no lines, so errors point to the beginning of the file.
         let here = Piece { at: 0, text: "" };
         if let Err(wrong) = rows.add(here, Number { value: tick * TICK, half_unit: 0.0 }, moved) {
             return Some(Err(wrong));

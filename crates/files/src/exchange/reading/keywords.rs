@@ -1,11 +1,11 @@
-//! AEM as keywords and values.
+//! AEM in the keyword notation (`KEY = value`).
 
 use super::message::{Metadata, Version};
 use super::rows::Rows;
 use super::{Piece, Wrong, lines, wrong};
 use crate::spec::cut;
 
-/// Keys above the first block.
+/// Keys that may precede the first block.
 const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
 /// The part of the file to which a line belongs.
@@ -16,7 +16,7 @@ enum Place<'t> {
     Data(super::message::Block),
 }
 
-/// Reads the file.
+/// Reads an AEM in the keyword notation and returns its rows.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut lines = lines(text).peekable();
     let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an AEM") };
@@ -90,7 +90,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     }
 }
 
-/// Returns `KEY = value`.
+/// Splits a line `KEY = value` into its key and its value.
 pub(super) fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
     match line.text.find('=') {
         Some(sign) if sign > 0 => Ok((

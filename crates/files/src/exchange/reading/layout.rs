@@ -1,20 +1,21 @@
-//! The numbers behind the date of a row, in every kind of attitude that AEM 1.0 and 2.0 have.
+//! Layout of the numbers that follow the date of a row, for all attitude types of AEM 1.0 and 2.0.
 //!
-//! The numbers describe the frame Y as seen from the frame X. A sequence of Euler angles turns the
-//! axes of X into the axes of Y, the first angle first, so that `M = A₁(a₁) A₂(a₂) A₃(a₃)` converts
-//! components in Y to components in X, and
+//! The numbers describe the orientation of the frame Y relative to the frame X. A sequence of Euler
+//! angles rotates the axes of X into the axes of Y. The first rotation has the first angle, so
+//! `M = A₁(a₁) A₂(a₂) A₃(a₃)` converts components in Y to components in X, and the angular velocity
+//! of Y relative to X is
 //!
 //! ```text
 //! Ω = a₃' e₃ + A₃ᵀ (a₂' e₂ + A₂ᵀ a₁' e₁)      axes of Y
 //! ```
 //!
-//! SPIN has the right ascension α and the declination δ of the spin axis, z of Y, and the angle φ
-//! about it: `M = Rz(α + 90°) Rx(90° − δ) Rz(φ)`. Where X is the body, attitude and rate are turned
-//! round: `Mᵀ`, and `−M Ω` in the axes of X.
+//! SPIN has the right ascension α and the declination δ of the spin axis, which is the z axis of Y,
+//! and the angle φ about it: `M = Rz(α + 90°) Rx(90° − δ) Rz(φ)`. If X is the body frame, attitude
+//! and rate are inverted: the attitude is `Mᵀ`, and the rate is `−M Ω` in the axes of X.
 //!
-//! `QUATERNION/RATE` and `EULER_ANGLE/RATE` of version 1.0 are read by some programs as components
-//! of the angular velocity in RATE_FRAME, by others as derivatives of the angles of EULER_ROT_SEQ.
-//! If both readings give one rate, it is used; otherwise the file has no rates.
+//! Some programs read `QUATERNION/RATE` and `EULER_ANGLE/RATE` of version 1.0 as components of the
+//! angular velocity in RATE_FRAME, others as derivatives of the angles of EULER_ROT_SEQ. If both
+//! interpretations give the same angular velocity, it is used; otherwise the file has no rates.
 
 use super::rows::Moved;
 use super::{Number, Piece, Wrong};
@@ -22,52 +23,53 @@ use crate::spec::cut;
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::FRAC_PI_2;
 
-/// The meaning of the first numbers of a row.
+/// Meaning of the numbers of a row that describe the attitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Attitude {
-    /// Four.
+    /// The four components of a quaternion.
     Quaternion {
-        /// Whether the scalar is the first.
+        /// True if the scalar component is first, false if it is last.
         scalar_first: bool,
     },
-    /// Three angles about these axes, from 0.
+    /// Three Euler angles. Each array element is the index of a rotation axis, 0 for x to 2 for z.
     Euler([usize; 3]),
-    /// Three angles and a rate, followed by this many numbers that are not used.
+    /// The spin: three angles and a rate, followed by the given count of numbers that are ignored.
     Spin(usize),
 }
 
-/// The meaning of the other numbers of a row.
+/// Meaning of the numbers of a row that describe the rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rates {
-    /// The row has no other numbers, or they are ignored.
+    /// The row has no rate, or its rate is ignored.
     None,
-    /// Derivatives of the numbers of the attitude.
+    /// Time derivatives of the quaternion or of the Euler angles.
     Derivative,
-    /// Components of the angular velocity of Y relative to X.
+    /// Components of the angular velocity of the frame Y relative to the frame X.
     Velocity(Axes),
-    /// Rates of version 1.0: components, or derivatives of these angles.
+    /// Rates of version 1.0. They are components in these axes, or derivatives of Euler angles in
+    /// the given sequence.
     Old(Axes, Option<[usize; 3]>),
 }
 
-/// The axes in which rates are given.
+/// Frame in whose axes the components of an angular velocity are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axes {
-    /// The axes of X.
+    /// The frame X, relative to which the attitude is given.
     X,
-    /// The axes of Y.
+    /// The frame Y, whose attitude is given.
     Y,
 }
 
-/// The layout of a row.
+/// Layout of a row of an attitude file, without its date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Layout {
     pub attitude: Attitude,
     pub rates: Rates,
-    /// Whether X is the body.
+    /// True if X is the body frame, so that attitude and rate must be inverted.
     pub inverse: bool,
 }
 
-/// A row, and by how much the two readings of its rates differ [rad/s].
+/// A row, and the difference between the two interpretations of its rates \[rad/s\].
 pub(super) struct Told {
     pub row: Moved,
     pub apart: f64,
@@ -78,7 +80,7 @@ const EULER: [&str; 3] = ["ANGLE_1", "ANGLE_2", "ANGLE_3"];
 const SPIN: [&str; 4] = ["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"];
 
 impl Layout {
-    /// Returns the number of values after the date.
+    /// Returns the number of values that follow the date of a row.
     pub fn count(&self) -> usize {
         let attitude = match self.attitude {
             Attitude::Quaternion { .. } => 4,
@@ -93,8 +95,8 @@ impl Layout {
             }
     }
 
-    /// Returns the names that the numbers have in XML, in the order in which [`Layout::read`]
-    /// expects them. Quaternions have a name for each component, so they need no order.
+    /// Returns the names of the numbers of a row in XML, in the order that [`Layout::read`]
+    /// expects. For quaternions this is the layout of [`Layout::of_names`].
     pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = match self.attitude {
             Attitude::Quaternion { .. } => QUATERNION.to_vec(),
@@ -111,7 +113,7 @@ impl Layout {
         names
     }
 
-    /// Numbers of XML: named numbers are in the order of [`Layout::names`].
+    /// Returns the layout of a row whose numbers are in the order of [`Layout::names`].
     pub fn of_names(mut self) -> Self {
         if let Attitude::Quaternion { scalar_first } = &mut self.attitude {
             *scalar_first = false;
@@ -122,11 +124,12 @@ impl Layout {
         self
     }
 
-    /// Returns the row of these numbers.
+    /// Converts the numbers of a row, which must be as many as [`Layout::count`], to an attitude
+    /// and a rate.
     pub fn read(&self, numbers: &[Number]) -> Told {
         let value = |k: usize| numbers[k].value;
         let vector = |k: usize| Vector3::new(value(k), value(k + 1), value(k + 2));
-        // A zero has no digits that are lost, but where all are zero.
+        // A zero is often printed with fewer digits. It counts only if all numbers are zero.
         let half_unit = |from: usize, to: usize| {
             let printed = numbers[from..to].iter().filter(|number| number.value != 0.0);
             let most = printed.map(|number| number.half_unit).fold(0.0, f64::max);
@@ -200,8 +203,9 @@ impl Layout {
         if self.inverse { -(lie::rotation_from_quaternion(of_y) * rate) } else { rate }
     }
 
-    /// Returns three rates in axes of Y, and the difference between the possible readings of these
-    /// rates.
+    /// Converts the three rate numbers of a row to an angular velocity in the axes of the frame Y.
+    /// Also returns the difference between the two possible interpretations of the numbers
+    /// \[rad/s\].
     fn told(&self, numbers: Vector3, of_y: &[f64; 4]) -> (Vector3, f64) {
         let in_y = |axes: Axes| match axes {
             Axes::Y => numbers,
@@ -220,7 +224,7 @@ impl Layout {
     }
 }
 
-/// Returns the axes of a sequence as `ZYX` or `321`.
+/// Parses a sequence of Euler axes such as `ZYX` or `321`.
 pub(super) fn sequence(piece: Piece<'_>) -> Result<[usize; 3], Wrong> {
     let axis = |byte: u8| match byte.to_ascii_uppercase() {
         b'X' | b'1' => Some(0),
@@ -253,14 +257,14 @@ fn euler(axes: [usize; 3], angles: &Vector3) -> Matrix3 {
 fn euler_rate(axes: [usize; 3], angles: &Vector3, rates: &Vector3) -> Vector3 {
     let mut rate = Vector3::zeros();
     for k in 0..3 {
-        // The next axes see the rate that the former angles have produced.
+        // The rate due to the previous angles is converted to the axes after rotation `k`.
         rate = about(axes[k], angles[k]).tr_mul(&rate);
         rate[axes[k]] += rates[k];
     }
     rate
 }
 
-/// Returns the angles of a rotation in a sequence.
+/// Returns the Euler angles \[rad\] of a rotation in the sequence `axes`.
 fn angles_of(rotation: &Matrix3, axes: [usize; 3]) -> Vector3 {
     let name: String = axes.iter().map(|axis| ["x", "y", "z"][*axis]).collect();
     crate::export::euler_angles(rotation, &name).into()
@@ -271,7 +275,7 @@ mod tests {
     use super::{angles_of, euler, euler_rate};
     use slewkit::{Vector3, lie};
 
-    /// The rate equals the rotation by the change of the angles in a short time.
+    /// The angular velocity equals the numerical derivative of the rotation.
     #[test]
     fn rates_of_angles_are_those_of_the_rotation() {
         let (angles, rates) = (Vector3::new(0.3, -0.7, 1.1), Vector3::new(0.2, 0.5, -0.4));

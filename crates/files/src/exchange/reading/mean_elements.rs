@@ -1,7 +1,7 @@
-//! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0):
-//! keywords and values, XML, or JSON as in catalogues, with numbers or texts for numbers. Only
-//! elements of SGP4 about the Earth are read, in TEME and UTC; numbers of satellites have as many
-//! digits as they need.
+//! Mean elements of a satellite, from an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0) in
+//! keyword notation, XML or JSON. JSON is read in the form used by catalogues, in which numbers may
+//! be written as texts. Only SGP4 elements of satellites of the Earth are read, in TEME and UTC.
+//! Satellite numbers may have any number of digits.
 
 use super::message::date;
 use super::said::{self, Keys, Said};
@@ -11,7 +11,7 @@ use crate::spec::{Diagnostics, Node, Source, Value, cut, parse_json};
 use slewkit_sky::MeanElements;
 use std::io::Read;
 
-/// The units of the standard for the keys that are read.
+/// Units that the standard requires for the keys that are used.
 const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION", &["rev/day"]),
     ("SEMI_MAJOR_AXIS", &["km"]),
@@ -24,8 +24,8 @@ const UNITS: [(&str, &[&str]); 9] = [
     ("MEAN_MOTION_DDOT", &["rev/day**3"]),
 ];
 
-/// The keys of the standard. Keys of users and elements of covariances are not listed, and are
-/// ignored.
+/// Keys of the standard. User-defined keys and the elements of a covariance are not listed; they
+/// are ignored.
 const KNOWN: [&str; 39] = [
     "CCSDS_OMM_VERS",
     "omm",
@@ -68,11 +68,11 @@ const KNOWN: [&str; 39] = [
     "SEMIMAJOR_AXIS",
 ];
 
-/// Reads an OMM; `name` is its name in messages.
+/// Reads an OMM and returns its elements; `name` is the name of the file in messages.
 ///
 /// # Errors
-/// The first fault, with its line. Elements of another theory than SGP4, or in another frame than
-/// TEME, are faults too.
+/// Returns the first error, with its line. Elements of a theory other than SGP4, or in a frame
+/// other than TEME, are errors too.
 pub fn read_mean_elements(input: impl Read, name: &str) -> Result<MeanElements, Diagnostics> {
     let text = whole_text(input, name, "an OMM")?;
     mean_elements(&text).map_err(|wrong| resolved(wrong, name, text))
@@ -103,8 +103,8 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
     }
 }
 
-/// Adds the keys and values of JSON: of an object, of lists, and of objects within them, each object
-/// a part.
+/// Appends the keys and values of a JSON tree to `keys`. The tree may contain lists and nested
+/// objects; every object is a separate part.
 fn flatten<'t>(node: &'t Node, text: &'t str, parts: &mut usize, keys: &mut Keys<'t>) -> Result<(), Wrong> {
     let at = node.span.start;
     match &node.value {
@@ -138,8 +138,8 @@ fn flatten<'t>(node: &'t Node, text: &'t str, parts: &mut usize, keys: &mut Keys
     }
 }
 
-/// Returns whether a key is of the standard, or is to be ignored: keys of users, and elements of a
-/// covariance such as `CX_DOT_Y`.
+/// Returns true for a key of the standard and for a key that is ignored: a user-defined key, or an
+/// element of a covariance such as `CX_DOT_Y`.
 fn known(key: Piece<'_>) -> bool {
     let upper = key.text.to_ascii_uppercase();
     let of_covariance = |rest: &str| {
@@ -152,8 +152,9 @@ fn known(key: Piece<'_>) -> bool {
         || upper.strip_prefix('C').is_some_and(of_covariance)
 }
 
-/// Returns the elements from the keys. A `message` has all keys that the standard requires; a
-/// record of a catalogue may lack the keys that all its records have in common.
+/// Returns the mean elements that the keys describe. If `message` is true, all keys that the
+/// standard requires must exist. A record of a catalogue may lack the keys whose values are common
+/// to all records.
 fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     said::check(keys, &UNITS)?;
     said::one_message(keys, "sets of elements")?;
@@ -164,7 +165,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
             let reason = format!("version {} is not known", cut(version.text, 20));
             return version.wrong(reason, "give an OMM of version 2.0 or 3.0");
         }
-        // Elements of XML that contain others begin with a lower-case letter.
+        // In XML, names of elements that contain other elements begin with a lower-case letter.
         let xml = keys[0].key.text == "omm";
         let container = |key: Piece<'_>| xml && key.text.starts_with(|sign: char| sign.is_lowercase());
         if let Some(said) = keys.iter().find(|said| !known(said.key) && !container(said.key)) {
@@ -238,7 +239,8 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     })
 }
 
-/// Returns year, day of the year and nanoseconds of the day of `2026-11-21T07:00:00.25`.
+/// Returns the year, the day of the year, and the time of day in nanoseconds of a date such as
+/// `2026-11-21T07:00:00.25`.
 fn day_of(text: &str) -> (i32, u32, u64) {
     let (date, clock) = text.split_once('T').unwrap_or((text, ""));
     let numbers: Vec<u32> = date.split('-').filter_map(|part| part.parse().ok()).collect();
@@ -307,8 +309,7 @@ mod tests {
         }
     }
 
-    /// A covariance has 21 elements, and users name theirs as they like: none of them is an element
-    /// of the orbit.
+    /// The 21 elements of a covariance and user-defined keys are ignored, whatever their names are.
     #[test]
     fn covariances_and_keys_of_users_are_passed_over() {
         let axes = ["X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT"];

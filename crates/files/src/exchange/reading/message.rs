@@ -1,4 +1,4 @@
-//! The metadata of AEM files in both notations, and the rows that they describe.
+//! Metadata of AEM files in keyword notation and XML, and the rows that they describe.
 
 use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates, sequence};
@@ -8,7 +8,7 @@ use crate::epoch::{Epoch, Scale};
 use crate::exchange::frames::{Meaning, meaning};
 use crate::spec::cut;
 
-/// Versions of the message.
+/// Version of an attitude ephemeris message (AEM).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Version {
     One,
@@ -28,13 +28,13 @@ impl Version {
     }
 }
 
-/// Keys of a block of metadata, as the file has them.
+/// Keys and values of a block of metadata, as read from the file.
 #[derive(Debug, Default)]
 pub(super) struct Metadata<'t> {
     keys: Vec<(&'static str, Piece<'t>)>,
 }
 
-/// Keys of both versions.
+/// Keys that the metadata of AEM 1.0 or 2.0 may have.
 const KNOWN: [&str; 22] = [
     "OBJECT_NAME",
     "OBJECT_ID",
@@ -61,7 +61,7 @@ const KNOWN: [&str; 22] = [
 ];
 
 impl<'t> Metadata<'t> {
-    /// Adds a key, once.
+    /// Adds a key with its value. An unknown key and a key that is given twice are errors.
     pub fn add(&mut self, key: Piece<'t>, value: Piece<'t>) -> Result<(), Wrong> {
         let Some(name) = KNOWN.into_iter().find(|known| key.is(known)) else {
             let reason = format!("unknown key `{}` in the metadata of an AEM", cut(key.text, 40));
@@ -91,7 +91,8 @@ impl<'t> Metadata<'t> {
         )
     }
 
-    /// Returns the block that the keys describe together; `end` is the place where they end.
+    /// Returns the description of a block from its metadata. `end` is the position at which the
+    /// metadata end, for messages.
     pub fn block(&self, version: Version, end: Piece<'_>) -> Result<Block, Wrong> {
         let needed = |name: &str| self.needed(name, end);
         needed("OBJECT_NAME")?;
@@ -129,7 +130,8 @@ impl<'t> Metadata<'t> {
             return key
                 .wrong("this key is of version 1.0", "remove it: attitudes lead from A to B, scalar last");
         }
-        // The numbers are of the frame Y as seen from X, and Y is B unless they lead from B to A.
+        // The numbers describe the orientation of the frame Y relative to the frame X. Y is B if
+        // the attitude leads from A to B, and A otherwise.
         let (x, y) = if to_b { ("REF_FRAME_A", "REF_FRAME_B") } else { ("REF_FRAME_B", "REF_FRAME_A") };
         let (x_name, y_name) = if to_b { (a, b) } else { (b, a) };
         let axes = |key: &str| -> Result<Option<Axes>, Wrong> {
@@ -153,7 +155,7 @@ impl<'t> Metadata<'t> {
         Ok(Block { layout, scale, names, named_at: reference.at, guessed, span, between, note, object })
     }
 
-    /// Returns the meaning of the numbers of a row.
+    /// Returns the meaning of the numbers in a row, from the attitude type.
     fn kind(
         &self,
         version: Version,
@@ -167,7 +169,7 @@ impl<'t> Metadata<'t> {
             Some(axes) => Ok(Rates::Velocity(axes)),
             None => end.wrong("the metadata have no `ANGVEL_FRAME`", "name the frame of the rates"),
         };
-        // Some write a blank where the standard has a sign between the parts.
+        // Some programs write a blank in place of the underscore in the name.
         let name: String =
             kind.text.to_ascii_uppercase().chars().map(|c| if c == ' ' { '_' } else { c }).collect();
         let quaternion = Attitude::Quaternion { scalar_first };
@@ -202,8 +204,8 @@ impl<'t> Metadata<'t> {
         }
     }
 
-    /// Returns the interpolation between the rows, and a note if the one that the file names is not
-    /// used.
+    /// Returns the interpolation method between the rows. If the program does not support the
+    /// method that the file names, also returns a note that states this.
     fn between(&self) -> Result<(Between, Option<String>), Wrong> {
         let Some(method) = self.get("INTERPOLATION_METHOD") else { return Ok((Between::Unsaid, None)) };
         let degree = match self.get("INTERPOLATION_DEGREE") {
@@ -222,7 +224,7 @@ impl<'t> Metadata<'t> {
         })
     }
 
-    /// Returns the span that the block states, and its usable part.
+    /// Returns the time span of the block and the part of it that the file calls usable.
     fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
@@ -236,8 +238,8 @@ impl<'t> Metadata<'t> {
     }
 }
 
-/// Returns whether A is the body, and whether that had to be guessed: of two frames one is the
-/// spacecraft's.
+/// Determines which of the frames A and B is the body frame. Returns true if it is A; the second
+/// value is true if the names do not determine this, so that it was guessed.
 pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
     match (meaning(a.text), meaning(b.text)) {
         (Meaning::Body, Meaning::Body) => {
@@ -261,58 +263,59 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
     }
 }
 
-/// The times at which the data of a block begin and end.
+/// Start and end of the data of a block.
 #[derive(Clone, Debug)]
 struct Span {
     span: [Epoch; 2],
     useable: [Option<Epoch>; 2],
-    /// The uncertainty of times from the digits of the dates \[s\].
+    /// Uncertainty of the start and the end due to the printed digits of the dates \[s\].
     digits: f64,
 }
 
-/// The layout and the meaning of the rows of a block.
+/// Layout of the rows of a block, and the meaning of their numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub layout: Layout,
     pub scale: Scale,
-    /// Reference and body.
+    /// Names of the reference frame and of the body frame.
     names: [String; 2],
-    /// The byte at which the reference is named.
+    /// Byte position of the name of the reference frame, for messages.
     named_at: usize,
-    /// Whether the names do not determine which of the two is the body.
+    /// True if the names of the frames do not determine which of them is the body frame, so that it
+    /// was guessed.
     guessed: bool,
     span: Span,
     between: Between,
-    /// A note if the named interpolation between rows is not used.
+    /// Note that the interpolation method of the file is not used; `None` if it is used or absent.
     note: Option<String>,
-    /// Name and number of the object that turns.
+    /// Name and number of the object whose attitude is given.
     object: [String; 2],
 }
 
-/// Returns the note about an interpolation that is not used.
+/// Returns the note that the interpolation method of the file is not used, for the reason `why`.
 pub(super) fn not_used(why: &str) -> String {
     format!("the motion between rows by INTERPOLATION_METHOD {why}: judged at one rate")
 }
 
-/// Returns a moment in the scale of the block.
+/// Parses a date in the time scale of the block.
 pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
     Epoch::in_scale(piece.text, scale)
         .or_else(|error| piece.wrong(error.to_string(), "write 2026-11-21T07:00:00.25"))
 }
 
-/// Returns half a unit of the last digit of a date.
+/// Returns half a unit of the last printed digit of the seconds of a date \[s\].
 pub(super) fn half_second(date: &str) -> f64 {
     let clock = date.trim_end_matches(['Z', 'z']);
     half_unit(clock.rsplit(':').next().unwrap_or(clock))
 }
 
-/// Rates that differ by less count as equal: the round-off of single precision for a rate of a
-/// radian per second [rad/s].
+/// Largest difference between two angular velocities that count as equal \[rad/s\]: the round-off
+/// of single precision at 1 rad/s.
 const ONE_RATE: f64 = 1e-7;
 
 impl Block {
-    /// Takes the names over; all blocks of a file must agree. The first row of a block may be the
-    /// last of the one above.
+    /// Begins a block of rows. Its frames and its object must be those of the previous blocks. The
+    /// first row of a block may repeat the last row of the previous block.
     pub fn begin(&self, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
         let [reference, body] = self.names.clone();
         let before = rows.found.reference_frame.as_ref().zip(rows.found.body_frame.as_ref());
@@ -351,7 +354,7 @@ impl Block {
         Ok(())
     }
 
-    /// Adds a row: its date and numbers in the order of the file.
+    /// Adds a row from its date and its numbers, which are in the order of the keyword notation.
     pub fn row(
         &self,
         at: Piece<'_>,
@@ -362,7 +365,7 @@ impl Block {
         self.add(&self.layout, at, moment, numbers, rows)
     }
 
-    /// Adds a row whose numbers are in the order of [`Layout::names`].
+    /// Adds a row from its date and its numbers, which are in the order of [`Layout::names`].
     pub fn named_row(
         &self,
         at: Piece<'_>,
@@ -400,8 +403,8 @@ impl Block {
         rows.add(at, Number { value: time, half_unit: half_second(written.text) }, told.row)
     }
 
-    /// Refuses a row outside of the span of its block, and notes one that the file itself calls
-    /// unusable.
+    /// Checks that a row lies within the time span of its block. Counts the row if it is outside of
+    /// the span that the file calls usable.
     fn within(&self, written: Piece<'_>, moment: &Epoch, rows: &mut Rows) -> Result<(), Wrong> {
         let Span { span: [start, stop], useable, digits } = &self.span;
         let open = digits.max(half_second(written.text));

@@ -1,10 +1,11 @@
-//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, APM, STK
-//! attitude files, C-kernels of SPICE, tables; and orbits: OEM and OMM.
+//! Readers of attitude files: AEM 1.0 and 2.0 in keyword notation and XML, APM, STK attitude files,
+//! SPICE C-kernels and tables; and of orbit files: OEM and OMM.
 //!
-//! Values are converted to our convention: body to reference, scalar first, rates in body axes in
-//! rad/s. Every error has its line. A file is read completely before any of it is used.
-//! [`Attitudes::not_taken`] lists the statements of the file that are not used. The result also has
-//! the uncertainty of the printed digits, the blocks and the spans of the file.
+//! Values are converted to the convention of plan files: quaternions from body to reference, scalar
+//! first, and rates in body axes \[rad/s\]. Every error states its line. A file is read completely
+//! before any part of it is used. [`Attitudes::not_taken`] lists the statements of the file that
+//! are not used. The result also has the blocks and time spans of the file, and the uncertainty due
+//! to its printed digits.
 
 mod between;
 pub(crate) mod elements;
@@ -34,51 +35,51 @@ use slewkit::verify::Rounding;
 use slewkit::{Vector3, lie};
 use std::io::Read;
 
-/// The largest file, in bytes.
+/// Largest size of a file \[bytes\].
 const MAX_BYTES: u64 = 1 << 28;
 
-/// Attitudes at moments.
+/// Attitudes of a body at increasing times, as read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attitudes {
-    /// Seconds from the first row, increasing.
+    /// Time of each row since the first row \[s\], in increasing order.
     pub time: Vec<f64>,
-    /// The attitudes from body to reference, `[w, x, y, z]`, of length 1, of one sign along the
-    /// rows.
+    /// Unit quaternion `[w, x, y, z]` of each row, from body to reference axes. The sign is chosen
+    /// so that the quaternion is continuous along the rows.
     pub quaternion: Vec<[f64; 4]>,
-    /// The angular velocities relative to the reference frame, body axes [rad/s]; empty if the file
-    /// has no rates that can be interpreted.
+    /// Angular velocity of each row relative to the reference frame, in body axes \[rad/s\]; empty
+    /// if the file has no rates or their meaning is ambiguous.
     pub rate: Vec<Vector3>,
-    /// The line of each row, from 1.
+    /// Line number of each row, counted from 1.
     pub line: Vec<usize>,
-    /// The blocks of rows in the file, each with the stated interpolation between its rows.
+    /// Blocks of the file, each with the interpolation method between its rows.
     pub blocks: Vec<Block>,
-    /// Rows at which a block begins that does not begin where the block before it ends: the motion
-    /// from the row before must not be interpolated.
+    /// Indices of the rows before which the motion must not be interpolated: first rows of a block
+    /// that does not begin at the end of the previous block.
     pub breaks: Vec<usize>,
-    /// The uncertainty that the printed digits leave; zero for times if the steps are equal.
+    /// Uncertainty due to the printed digits. The uncertainty of times is 0 if the steps are equal.
     pub rounding: Rounding,
     /// Half a unit of the last digit of the printed times \[s\].
     pub printed_time: f64,
-    /// The time of the first row, if the file has its own zero of time \[s\].
+    /// Time of the first row of a table without dates \[s\]; `None` for all other files.
     pub begins: Option<f64>,
-    /// The moment of the first row, if the file states it.
+    /// Epoch of the first row; `None` if the file does not state it.
     pub epoch: Option<Epoch>,
-    /// The name of the reference frame in the file.
+    /// Name of the reference frame; `None` if the file does not name it.
     pub reference_frame: Option<String>,
-    /// The name of the body frame in the file.
+    /// Name of the body frame; `None` if the file does not name it.
     pub body_frame: Option<String>,
-    /// The line on which the file names the frames.
+    /// Number of the line that names the frames, counted from 1; `None` if no line does.
     pub frames_line: Option<usize>,
-    /// The statements of the file that are not used, and the questions that it leaves open, a
-    /// sentence each without its point.
+    /// Statements of the file that were ignored, and assumptions of the reader, one sentence each,
+    /// without the final period.
     pub not_taken: Vec<String>,
-    /// The changes that were made while reading.
+    /// Warnings about changes that the reader made, such as a normalised quaternion.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Attitudes {
-    /// Returns equally many attitudes at equal distances in time, each on the rotation at one rate
-    /// between its neighbours.
+    /// Returns as many attitudes as the file has rows, at uniformly spaced times. They are
+    /// interpolated by rotation at a constant rate between the neighbouring rows.
     pub fn evenly(&self) -> Vec<[f64; 4]> {
         let (count, end) = (self.time.len(), self.time.last().copied().unwrap_or(0.0));
         let mut low = 0;
@@ -99,11 +100,11 @@ impl Attitudes {
     }
 }
 
-/// Reads attitudes from a file whose kind follows from its first bytes. `name` is the name of the
-/// file in messages.
+/// Reads attitudes from a file. The first bytes determine the kind of the file; `name` is the name
+/// of the file in messages.
 ///
 /// # Errors
-/// The first fault, with its line.
+/// Returns the first error, with its line.
 pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnostics> {
     let bytes = whole(input, name)?;
     if bytes.starts_with(KERNEL) {
@@ -117,30 +118,31 @@ pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnos
         .map_err(|wrong| Diagnostics(vec![wrong.finding().resolve(std::slice::from_ref(&source))]))
 }
 
-/// The first bytes of a C-kernel.
+/// First bytes of every C-kernel.
 const KERNEL: &[u8] = b"DAF/CK";
 
-/// One attitude of a file.
+/// An attitude that a file states for one time.
 #[derive(Clone, Debug)]
 pub struct AttitudeTold {
-    /// The attitude from body to reference, `[w, x, y, z]`, of length 1.
+    /// Unit quaternion `[w, x, y, z]` from body to reference axes.
     pub quaternion: [f64; 4],
-    /// The name of the reference frame in the file.
+    /// Name of the reference frame; `None` if the file does not name it.
     pub reference_frame: Option<String>,
-    /// The name of the body frame in the file.
+    /// Name of the body frame; `None` if the file does not name it.
     pub body_frame: Option<String>,
-    /// The statements of the file that are not used, and the questions that it leaves open, as in
+    /// Statements of the file that were ignored, and assumptions of the reader, as in
     /// [`Attitudes::not_taken`].
     pub not_taken: Vec<String>,
 }
 
-/// Reads the attitudes at a moment, `seconds` after `epoch`. An APM may have several, of several
-/// frames; its moment must be the requested one. All other files have one attitude at a moment,
-/// interpolated as the file declares. Times of tables count from the epoch. `name` is the name of
-/// the file in messages.
+/// Reads the attitudes at the time `seconds` \[s\] after `epoch`. An APM may state several
+/// attitudes, relative to different frames, but only for one time, which must be the requested
+/// time. Any other file gives one attitude, interpolated by the method of the file. Tables without
+/// dates count their times from `epoch`. `name` is the name of the file in messages.
 ///
 /// # Errors
-/// Returns the first fault with its line, or a moment that the file does not have.
+/// Returns the first error of the file, with its line, or an error if the file has no attitude at
+/// this time.
 pub fn read_attitudes_at(
     input: impl Read,
     name: &str,
@@ -177,8 +179,8 @@ pub fn read_attitudes_at(
         (None, begins) => seconds - begins.unwrap_or(0.0),
     };
     let last = found.time.last().copied().unwrap_or(0.0);
-    // A time that misses the span by no more than its printed digits, or than the round-off of a
-    // sum of seconds, is inside.
+    // A time may lie outside of the rows by the resolution of the printed times or by the
+    // round-off of a sum of seconds.
     let inside = if time.abs() <= found.printed_time.max(SAME_MOMENT) { 0.0 } else { time };
     let inside = if (inside - last).abs() <= found.printed_time.max(SAME_MOMENT) { last } else { inside };
     let Some(quaternion) = found.at(inside) else {
@@ -195,10 +197,11 @@ pub fn read_attitudes_at(
     }])
 }
 
-/// Moments are equal to this \[s\]: sums of seconds in doubles.
+/// Largest difference of two times that count as equal \[s\]. It allows for the round-off of sums
+/// of seconds.
 const SAME_MOMENT: f64 = 1e-6;
 
-/// Returns the bytes of a file.
+/// Reads all bytes of a file, whose size is limited.
 fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let refused = |reason: String, remedy: &str| {
@@ -214,7 +217,7 @@ fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
     Ok(bytes)
 }
 
-/// Returns the text of a file that is to be `what`.
+/// Reads the text of a file. `what` describes the expected contents in messages.
 pub(crate) fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
     text_of(&whole(input, name)?, name, what)
 }
@@ -240,13 +243,13 @@ fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> 
     })
 }
 
-/// Returns the diagnostics of a fault in a text, with its line.
+/// Creates the diagnostics for an error in a text, with its line.
 fn resolved(wrong: Wrong, name: &str, text: String) -> Diagnostics {
     Diagnostics(vec![wrong.finding().resolve(&[Source::new(name, text)])])
 }
 
-/// Returns the kind of CCSDS message that a text begins with, such as `AEM`: its first key, or its
-/// first element except `<ndm>`.
+/// Returns the kind of the CCSDS message with which a text begins, such as `AEM`. It is found from
+/// the first key, or from the first XML element other than `<ndm>`.
 fn kind(text: &str) -> Option<&str> {
     let start = text.trim_start();
     if start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("CCSDS_")) {
@@ -263,7 +266,8 @@ fn kind(text: &str) -> Option<&str> {
     names.take(2).find(|name| !name.eq_ignore_ascii_case("ndm"))
 }
 
-/// Descriptions of messages without attitudes, and of messages that are not read.
+/// CCSDS messages that contain no attitudes or are not supported, each with a description and a
+/// remedy.
 const OTHERS: [(&str, &str, &str); 8] = [
     (
         "APM",
@@ -311,7 +315,7 @@ fn read(text: &str) -> Result<Rows, Wrong> {
     }
 }
 
-/// A fault and its place, bytes of the text.
+/// An error at a position in the text, which is a range of bytes.
 #[derive(Debug)]
 pub(crate) struct Wrong {
     span: (usize, usize),
@@ -320,7 +324,7 @@ pub(crate) struct Wrong {
 }
 
 impl Wrong {
-    /// Returns the fault of a finding in the text.
+    /// Converts a finding in the text to an error at the position of the finding.
     fn of(found: Finding) -> Self {
         let Span { start, end, .. } = found.spot.span;
         Self { span: (start, end), reason: found.reason, remedy: found.remedy }
@@ -330,10 +334,10 @@ impl Wrong {
         self.coded("E0151")
     }
 
-    /// Returns the finding with a code.
+    /// Converts the error to a finding with the error code `code`.
     pub(crate) fn coded(self, code: &'static str) -> Finding {
         let (start, end) = self.span;
-        // An empty span at the first byte would point nowhere.
+        // The span must not be empty, because an empty span at the first byte has no position.
         let span = Span { source: 0, start, end: end.max(start + 1) };
         Finding::error(code, span, self.reason, self.remedy)
     }
@@ -348,41 +352,41 @@ fn wrong<T>(
     Err(Wrong { span: (at, at + length), reason: reason.into(), remedy: remedy.into() })
 }
 
-/// A number, and half a unit of its last printed digit.
+/// A number of a file, with half a unit of its last printed digit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Number {
-    /// The value.
+    /// Value of the number.
     pub value: f64,
     half_unit: f64,
 }
 
-/// A piece of the text and the byte at which it begins.
+/// A piece of the text, with its position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<'t> {
-    /// The byte at which it begins.
+    /// Byte position at which the piece begins.
     pub at: usize,
-    /// The text.
+    /// Text of the piece.
     pub text: &'t str,
 }
 
 impl<'t> Piece<'t> {
-    /// Returns the piece without blanks at its ends.
+    /// Returns the piece without leading and trailing blanks.
     pub(crate) fn trimmed(self) -> Self {
         let lead = self.text.len() - self.text.trim_start().len();
         Self { at: self.at + lead, text: self.text.trim() }
     }
 
-    /// Returns whether the piece equals this word, in upper or lower case.
+    /// Returns whether the piece equals `word`, ignoring upper and lower case.
     pub(crate) fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
 
-    /// Refuses the piece.
+    /// Returns an error at the position of the piece.
     pub(crate) fn wrong<T>(self, reason: impl Into<String>, remedy: impl Into<String>) -> Result<T, Wrong> {
         wrong(self.at, self.text.len(), reason, remedy)
     }
 
-    /// Returns the words between blanks.
+    /// Splits the piece at blanks into words.
     pub(crate) fn words(self) -> Vec<Self> {
         let words = self.text.split_ascii_whitespace();
         words
@@ -393,7 +397,7 @@ impl<'t> Piece<'t> {
             .collect()
     }
 
-    /// Returns a finite number.
+    /// Parses the piece as a finite number.
     pub(crate) fn number(self) -> Result<Number, Wrong> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
@@ -406,7 +410,7 @@ impl<'t> Piece<'t> {
     }
 }
 
-/// Returns half a unit of the last digit of a number.
+/// Returns half a unit of the last printed digit of a number.
 fn half_unit(text: &str) -> f64 {
     let (mantissa, exponent) = match text.find(['e', 'E']) {
         Some(at) => (&text[..at], text[at + 1..].parse::<i32>().unwrap_or(0)),
@@ -417,7 +421,7 @@ fn half_unit(text: &str) -> f64 {
     0.5 * 10_f64.powi(exponent.saturating_sub(decimals))
 }
 
-/// Returns lines of a text with their places, blank ones left out.
+/// Returns the lines of a text that are not blank, with their positions.
 fn lines(text: &str) -> impl Iterator<Item = Piece<'_>> {
     let pieces = text.split_inclusive('\n').scan(0, |at, line| {
         let piece = Piece { at: *at, text: line };

@@ -1,5 +1,5 @@
-//! Attitudes at one moment, by an attitude parameter message of CCSDS (APM 1.0 and 2.0): keywords and values
-//! or XML, quaternions or Euler angles.
+//! Attitudes at one time, from an attitude parameter message of CCSDS (APM 1.0 and 2.0), in keyword
+//! notation or XML, as quaternions or Euler angles.
 
 use super::layout::{Attitude, Layout, Rates, sequence};
 use super::message::{body_is_a, date, half_second};
@@ -10,22 +10,22 @@ use crate::rounding::{ROTATION, SILENT};
 use crate::spec::cut;
 use slewkit::numerics::figures::short;
 
-/// An attitude at a moment.
+/// An attitude of the message, with its time.
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     pub moment: Epoch,
-    /// The uncertainty of the moment from its digits \[s\].
+    /// Uncertainty of the time due to its printed digits \[s\].
     pub open: f64,
-    /// The attitude from body to reference, `[w, x, y, z]`, whose length is as exact as its digits.
+    /// Attitude quaternion `[w, x, y, z]` from body to reference axes, which is not normalised yet.
     pub quaternion: [f64; 4],
     pub reference_frame: String,
     pub body_frame: String,
-    /// The place of the quaternion.
+    /// Byte position of the attitude, for messages.
     pub at: usize,
 }
 
 impl Parameters {
-    /// Returns the attitude with a quaternion of length 1.
+    /// Returns the attitude with a normalised quaternion.
     pub fn told(self) -> Result<AttitudeTold, Wrong> {
         let length = self.quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
         let defect = (length - 1.0).abs();
@@ -47,7 +47,7 @@ impl Parameters {
 
 const UNITS: [(&str, &[&str]); 3] = [("ANGLE_1", &["deg"]), ("ANGLE_2", &["deg"]), ("ANGLE_3", &["deg"])];
 
-/// Reads the attitudes of the message, one for each quaternion and each set of Euler angles.
+/// Reads all attitudes of an APM, one for each quaternion and each set of Euler angles.
 pub(super) fn read(text: &str) -> Result<Vec<Parameters>, Wrong> {
     if text.trim_start().starts_with('<') {
         let document = elements::document(text)?;
@@ -72,7 +72,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
     };
     let written = needed("EPOCH")?.value;
     let moment = date(written, scale)?;
-    // Quaternions come first.
+    // Quaternions precede Euler angles in the result.
     let of = |name: &'static str| keys.iter().filter(move |said| said.key.is(name));
     let mut starts: Vec<_> = of("Q1").chain(of("ANGLE_1")).collect();
     if starts.is_empty() {
@@ -83,7 +83,8 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
         };
         return angle.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
     }
-    // A message may also state how two frames of the spacecraft are mounted: that is no attitude.
+    // A message may also state the orientation of two spacecraft frames relative to each other. It
+    // is not an attitude of the spacecraft.
     if starts.len() > 1 {
         starts.retain(|start| frames(keys, start).is_ok_and(|[a, b]| body_is_a(a, b).is_ok()));
     }
@@ -97,7 +98,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
     starts.into_iter().map(|start| attitude(keys, start, moment, open)).collect()
 }
 
-/// Returns one of several keys that belong to the attitude that begins with `start`.
+/// Returns the first key of `names` that exists for the attitude whose first key is `start`.
 fn near<'t>(keys: &Keys<'t>, start: &Said<'t>, names: &[&str]) -> Result<Said<'t>, Wrong> {
     names.iter().find_map(|name| said::near(keys, start, name)).map_or_else(
         || start.key.wrong(format!("the attitude has no `{}`", names[0]), format!("add {} = …", names[0])),
@@ -105,14 +106,14 @@ fn near<'t>(keys: &Keys<'t>, start: &Said<'t>, names: &[&str]) -> Result<Said<'t
     )
 }
 
-/// Returns the frames A and B of the attitude that begins with `start`. The names of version 1.0
-/// have a word for its kind before them.
+/// Returns the frames A and B of the attitude whose first key is `start`. In version 1.0, the names
+/// of these keys begin with `Q_`.
 fn frames<'t>(keys: &Keys<'t>, start: &Said<'t>) -> Result<[Piece<'t>; 2], Wrong> {
     let frame = |name: &str, old: &str| near(keys, start, &[name, old]).map(|said| said.value);
     Ok([frame("REF_FRAME_A", "Q_FRAME_A")?, frame("REF_FRAME_B", "Q_FRAME_B")?])
 }
 
-/// Returns the attitude that begins with `start`.
+/// Returns the attitude whose first key is `start`.
 fn attitude<'t>(keys: &Keys<'t>, start: &Said<'t>, moment: Epoch, open: f64) -> Result<Parameters, Wrong> {
     let number = |name: &str| -> Result<Number, Wrong> { near(keys, start, &[name])?.value.number() };
     let [a, b] = frames(keys, start)?;

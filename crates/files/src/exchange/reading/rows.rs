@@ -1,4 +1,4 @@
-//! Collects the rows of a file in our convention.
+//! Collection of the rows of an attitude file, in the convention of plan files.
 
 use super::between::{Between, Block};
 use super::{Attitudes, Number, Piece, Wrong, wrong};
@@ -8,47 +8,48 @@ use slewkit::Vector3;
 use slewkit::numerics::figures::{short, significant};
 use slewkit::verify::Rounding;
 
-/// The latest time that a row may have \[s\]; the earliest is its negative.
+/// Largest absolute value of the time of a row \[s\].
 const LATEST: f64 = 1e12;
-/// Steps with relative differences below this count as equal, so that their times have no
+/// Largest relative difference between steps that count as equal. The times of equal steps have no
 /// uncertainty.
 const EQUAL: f64 = 1e-9;
 
-/// A row that is read, before it is converted to a row of [`Attitudes`].
+/// A row as read from the file, before it becomes a row of [`Attitudes`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moved {
-    /// Body to reference, `[w, x, y, z]`, not yet normalised.
+    /// Attitude quaternion `[w, x, y, z]` from body to reference axes, not normalised yet.
     pub quaternion: [f64; 4],
-    /// Body axes [rad/s].
+    /// Angular velocity in body axes \[rad/s\]; `None` if the row has no rate.
     pub rate: Option<Vector3>,
-    /// The uncertainty of the attitude \[rad\] and of the rate [rad/s] from the digits.
+    /// Uncertainty of the attitude \[rad\] and of the rate \[rad/s\] due to the printed digits.
     pub open: (f64, f64),
 }
 
-/// The rows so far.
+/// Rows that have been read so far.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub found: Attitudes,
-    /// The place of each row.
+    /// Byte position of each row.
     places: Vec<usize>,
-    /// The place where the frames are named.
+    /// Byte position at which the file names the frames.
     pub named_at: Option<usize>,
-    /// The interpolation between the rows of the block that begins with the next row.
+    /// Interpolation method of the block that begins with the next row; `None` if no block begins
+    /// with it.
     begins: Option<Between>,
-    /// The name and the number of the turning object, as the blocks state them.
+    /// Name and number of the object whose attitude is given, as stated in the blocks.
     pub object: Option<[String; 2]>,
-    /// The largest difference of a length from 1, and the row.
+    /// Largest deviation of the length of a quaternion from 1, and the index of its row.
     defect: (f64, usize),
-    /// The uncertainty from the digits, in the row that has the most digits.
+    /// Smallest uncertainty due to the printed digits in any row.
     open: Option<Rounding>,
-    /// Whether the rates of the file have two meanings that differ.
+    /// True if the two interpretations of the rates of AEM 1.0 differ in this file.
     two_readings: bool,
-    /// The number of rows that the file itself calls unusable.
+    /// Number of rows outside of the time span that the file calls usable.
     unusable: usize,
 }
 
 impl Rows {
-    /// Adds a row; `time` has an arbitrary zero.
+    /// Adds a row at `time` \[s\], counted from any fixed time.
     pub fn add(&mut self, at: Piece<'_>, time: Number, row: Moved) -> Result<(), Wrong> {
         let Moved { quaternion, rate, open } = row;
         let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -93,7 +94,7 @@ impl Rows {
             .quaternion
             .last()
             .map_or(1.0, |last| last.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>());
-        // A quaternion whose length is 1 to round-off keeps its bits.
+        // A quaternion whose length is 1 within round-off is not changed.
         let scale = if defect < 4.0 * f64::EPSILON { 1.0 } else { length };
         let scale = if same < 0.0 { -scale } else { scale };
         if defect > self.defect.0 {
@@ -112,8 +113,8 @@ impl Rows {
         Ok(())
     }
 
-    /// Checks the first row of a block at the time of the last row of the block before it: both
-    /// must have the same attitude, and one row is kept.
+    /// Checks the first row of a block whose time equals the time of the last row of the previous
+    /// block. The two rows must have the same attitude; only one of them is stored.
     fn shared(&self, at: Piece<'_>, quaternion: [f64; 4], open: f64) -> Result<(), Wrong> {
         let before = self.found.quaternion.last().copied().unwrap_or_default();
         let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
@@ -124,29 +125,29 @@ impl Rows {
         at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
     }
 
-    /// Records a statement that is not used, once.
+    /// Adds a note about a statement that is not used, unless the list already has the note.
     pub fn note(&mut self, text: String) {
         if !self.found.not_taken.contains(&text) {
             self.found.not_taken.push(text);
         }
     }
 
-    /// Begins a block with the next row.
+    /// Begins a block, whose first row is the next row.
     pub fn begin(&mut self, between: Between) {
         self.begins = Some(between);
     }
 
-    /// Leaves rates out, because their two meanings differ in this row.
+    /// Excludes the rates of the file, because their two interpretations differ in this row.
     pub fn leave_rates_out(&mut self) {
         self.two_readings = true;
     }
 
-    /// Marks the next row as outside of the span that the file calls usable.
+    /// Counts the next row as outside of the time span that the file calls usable.
     pub fn unusable(&mut self) {
         self.unusable += 1;
     }
 
-    /// Returns the result, and a warning of what was normalised.
+    /// Returns the attitudes, with a warning if quaternions were normalised.
     pub fn finish(mut self, source: &Source) -> Result<Attitudes, Wrong> {
         let count = self.found.time.len();
         if count < 2 {
@@ -187,7 +188,8 @@ impl Rows {
         Ok(self.found)
     }
 
-    /// Removes stated interpolations that the rows of their block do not allow.
+    /// Discards the interpolation method of a block if the block has too few rows or no rates for
+    /// it.
     fn settle_between(&mut self) {
         let mut notes = Vec::new();
         for block in &mut self.found.blocks {
@@ -211,27 +213,29 @@ impl Rows {
         notes.into_iter().for_each(|note| self.note(note));
     }
 
-    /// Returns the uncertainty from the digits: at most as much as the lengths of the quaternions
-    /// show, and zero for times if the steps are equal.
+    /// Returns the uncertainty due to the printed digits, given the smallest uncertainty `open` in
+    /// any row. For attitudes it is limited by the deviations of the quaternions from unit length.
+    /// For times it is 0 if the steps are equal.
     fn rounding(&self, open: Rounding) -> Rounding {
         let time = &self.found.time;
         let mean = time[time.len() - 1] / (time.len() - 1) as f64;
         let equal = time.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= EQUAL * mean);
-        // Rounded components change the lengths of quaternions. Numbers such as 0.6 and 0.8 have
-        // few digits and no uncertainty.
+        // Rounded components change the length of a quaternion. Exact components such as 0.6 and
+        // 0.8 have few digits but no uncertainty.
         let attitude = open.attitude.min(SHOWN * self.defect.0 + SHOWN * f64::EPSILON);
         Rounding { attitude, rate: open.rate, time: if equal { 0.0 } else { open.time } }
     }
 }
 
-/// The largest ratio of the angle by which rounding turns an attitude to its largest change of the
-/// length of any of many rows.
+/// Upper bound on the ratio of the rotation angle due to rounding to the largest deviation from
+/// unit length, over many quaternions.
 const SHOWN: f64 = 16.0;
-/// The largest angle between two rows of one attitude if the digits are unknown, as for six digits
-/// \[rad\].
+/// Largest difference between quaternion components of one attitude if the number of digits is
+/// unknown; it corresponds to six digits.
 const SAME: f64 = 2e-6;
 
-/// Returns the warning of a spec, for the rows of a file.
+/// Returns the warning that the quaternions of the file were normalised. `defect` is the largest
+/// deviation from unit length, at byte `place`.
 fn normalised(defect: f64, place: usize, source: &Source) -> Diagnostic {
     let end = source.text[place..].find('\n').map_or(source.text.len(), |end| place + end);
     let reason = format!(

@@ -1,27 +1,27 @@
-//! The statements of messages of one moment (OMM, OPM, APM): keys with values, by keywords, in XML
-//! or in JSON.
+//! Keys and values of messages for one time (OMM, OPM, APM), in keyword notation, XML or JSON.
 
 use super::keywords::pair;
 use super::{Piece, Wrong, elements, lines, wrong};
 use crate::spec::cut;
 use roxmltree::{Document, Node};
 
-/// A key, its value, and the unit that stands with it.
+/// A key with its value and, if the message states it, the unit of the value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Said<'t> {
     pub key: Piece<'t>,
     pub value: Piece<'t>,
     pub unit: Option<Piece<'t>>,
-    /// The number of the part that contains the key: each mark of a block begins a new part.
+    /// Number of the part of the message that contains the key. Every mark of a block begins a new
+    /// part.
     pub part: usize,
 }
 
-/// The keys of a message in their order.
+/// The keys of a message, in the order of the file.
 pub(super) type Keys<'t> = Vec<Said<'t>>;
 
-/// Returns the keys of a file in keywords and values, whose messages begin with the key `opening`:
-/// `CCSDS_OMM_VERS` or alike. A message begins a part, and lines that end with `_START` or `_STOP`
-/// mark its other parts.
+/// Returns the keys of a file in keyword notation. Every message begins with the key `opening`,
+/// such as `CCSDS_OMM_VERS`, and begins a new part. Lines that end with `_START` or `_STOP` also
+/// begin a new part.
 pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Result<Keys<'t>, Wrong> {
     let mut found = Keys::new();
     let mut part = 0;
@@ -47,7 +47,7 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
     Ok(found)
 }
 
-/// Returns the unit behind a value, between brackets.
+/// Splits a value into the value itself and the unit in brackets that may follow it.
 fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
     let Some(inner) = value.text.strip_suffix(']') else { return (value, None) };
     let Some(open) = inner.rfind('[') else { return (value, None) };
@@ -55,8 +55,8 @@ fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
     (Piece { at: value.at, text: &value.text[..open] }.trimmed(), Some(unit))
 }
 
-/// Returns the keys of the messages in XML: elements that contain no others. Parameters of users are
-/// left out, because they may have the names of other keys.
+/// Returns the keys of the messages in an XML document: the elements that contain no other
+/// elements. User-defined parameters are omitted, because their names may be those of other keys.
 pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Keys<'t>, Wrong> {
     let mut found = Keys::new();
     let mut parents: Vec<Node<'_, '_>> = Vec::new();
@@ -85,20 +85,21 @@ pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Ke
     Ok(found)
 }
 
-/// Returns one of several keys.
+/// Returns the first key named `name` that has a value; `None` if no such key exists.
 pub(super) fn get<'t>(keys: &Keys<'t>, name: &str) -> Option<Said<'t>> {
     keys.iter().find(|said| said.key.is(name) && !said.value.text.is_empty()).copied()
 }
 
-/// Returns the key `name` that belongs to the key `start`: of its part, or the last one before it.
+/// Returns the key `name` that belongs to the key `start`. It is in the same part or, if the part
+/// does not contain it, is the last such key before `start`.
 pub(super) fn near<'t>(keys: &Keys<'t>, start: &Said<'t>, name: &str) -> Option<Said<'t>> {
     let named = |said: &&Said<'_>| said.key.is(name) && !said.value.text.is_empty();
     let before = keys.iter().rfind(|said| said.key.at <= start.key.at && named(said));
     keys.iter().find(|said| said.part == start.part && named(said)).or(before).copied()
 }
 
-/// Refuses a file of several messages, each of which has one epoch, by the names of their objects;
-/// `what` is what they have.
+/// Checks that the file contains only one epoch, and therefore one message. The error lists the
+/// names of the objects; `what` describes the contents of the messages.
 pub(super) fn one_message(keys: &Keys<'_>, what: &str) -> Result<(), Wrong> {
     const NAMED: usize = 3;
     let epochs: Vec<_> = keys.iter().filter(|said| said.key.is("EPOCH")).collect();
@@ -115,7 +116,7 @@ pub(super) fn one_message(keys: &Keys<'_>, what: &str) -> Result<(), Wrong> {
     second.key.wrong(reason, "leave that of one object and one epoch in the file")
 }
 
-/// Returns a required key.
+/// Returns the key `name`, or an error if it does not exist.
 pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong> {
     if let Some(found) = get(keys, name) {
         return Ok(found);
@@ -124,11 +125,11 @@ pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong>
     wrong(last.at, last.text.len(), format!("the message has no `{name}`"), format!("add {name} = …"))
 }
 
-/// Refuses a key that is given twice within a part, or in a unit that is not the unit of the key.
+/// Checks that no key is given twice within a part, and that each unit is the unit of its key.
 pub(super) fn check(keys: &Keys<'_>, units: &[(&str, &[&str])]) -> Result<(), Wrong> {
     for (index, said) in keys.iter().enumerate() {
         let same = |before: &&Said<'_>| before.part == said.part && before.key.is(said.key.text);
-        // Parts are short, and the keys of a part are consecutive.
+        // The keys of a part are consecutive and few.
         if keys[..index]
             .iter()
             .rev()

@@ -1,6 +1,6 @@
-//! STK attitude files (`.a`): keywords, then rows of seconds from the scenario's epoch with
-//! quaternions that turn the reference axes into the body axes, and rates in body axes \[deg/s\] or
-//! none.
+//! STK attitude files (`.a`): keywords, followed by rows. A row has the time since the scenario
+//! epoch \[s\], a quaternion that rotates the reference axes into the body axes, and possibly the
+//! rate in body axes \[deg/s\].
 
 use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates};
@@ -10,7 +10,7 @@ use super::{Number, Piece, Wrong, lines, wrong};
 use crate::epoch::{Epoch, Scale};
 use crate::spec::cut;
 
-/// The formats of rows that are read, and their layout after the time.
+/// Row formats that are supported, with the layout of the numbers that follow the time.
 const FORMATS: [(&str, bool, Rates); 4] = [
     ("AttitudeTimeQuaternions", false, Rates::None),
     ("AttitudeTimeQuatScalarFirst", true, Rates::None),
@@ -20,12 +20,12 @@ const FORMATS: [(&str, bool, Rates); 4] = [
 const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
-/// Returns whether the beginning of a file is the beginning of an STK attitude file.
+/// Returns whether a file that begins with the text `start` is an STK attitude file.
 pub(super) fn begins(start: &str) -> bool {
     start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("stk.v."))
 }
 
-/// Reads the file.
+/// Reads an STK attitude file and returns its rows.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut rows = Rows::default();
     let (mut epoch, mut layout, mut began, mut ended) = (None, None, false, false);
@@ -126,11 +126,11 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Keywords that do not concern the attitudes.
+/// Keywords that do not affect the attitudes and are ignored.
 const KNOWN: [&str; 3] = ["BlockingFactor", "CentralBody", "MessageLevel"];
 
-/// Returns the interpolation between rows, or why it is not used. A file that names its method or
-/// its order has Lagrange's polynomial and the order 1 for the other one.
+/// Returns the interpolation method between rows, or the reason why it is not used. If the file
+/// states only the order, the method is Lagrange; if it states only the method, the order is 1.
 fn between(method: Option<Piece<'_>>, order: Option<usize>) -> Result<Between, String> {
     if method.is_none() && order.is_none() {
         return Ok(Between::Unsaid);
@@ -144,7 +144,7 @@ fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {
     })
 }
 
-/// Returns `21 Nov 2026 07:00:00.000`, UTC.
+/// Parses a date in UTC, such as `21 Nov 2026 07:00:00.000`.
 fn date(piece: Piece<'_>) -> Result<Epoch, Wrong> {
     let words = piece.words();
     let iso = match words[..] {

@@ -1,6 +1,6 @@
-//! Tables of attitudes: a head that names the columns with their units, then numbers, separated by
-//! commas, semicolons, tabs or blanks, between quotes or not. Lines that begin with # are comments,
-//! and a column without a name is left out.
+//! Tables of attitudes: a header that names the columns with their units, followed by rows of
+//! numbers. Cells are separated by commas, semicolons, tabs or blanks, and may be quoted. Lines
+//! that begin with # are comments. A column without a name is ignored.
 
 use super::layout::{Attitude, Layout, Rates};
 use super::rows::Rows;
@@ -9,7 +9,8 @@ use crate::cells::{self, separator};
 use crate::spec::cut;
 use slewkit::Vector3;
 
-/// Columns that are used, with their names in our own tables.
+/// Name of the column of times. The names of the used columns are those of the tables that this
+/// program writes.
 const TIME: &str = "time_s";
 const QUATERNION: [&str; 4] = ["quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"];
 const RATE_RAD: [&str; 3] =
@@ -17,7 +18,7 @@ const RATE_RAD: [&str; 3] =
 const RATE_DEG: [&str; 3] =
     ["angular_velocity_x_deg_s", "angular_velocity_y_deg_s", "angular_velocity_z_deg_s"];
 
-/// Reads the table.
+/// Reads a table of attitudes and returns its rows.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut lines = lines_of_table(text);
     let Some(head) = lines.next() else {
@@ -79,7 +80,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Returns lines that are neither blank nor comments. A tab at either end belongs to a cell.
+/// Returns the lines that are neither blank nor comments. A leading or trailing tab is kept,
+/// because it separates cells.
 fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
     let blank = [' ', '\r', '\n'];
     let lines = text.split_inclusive('\n').scan(0, move |at, line| {
@@ -91,12 +93,12 @@ fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
     lines.filter(|line| !line.text.trim().is_empty() && !line.text.starts_with('#'))
 }
 
-/// Returns the cells of a line.
+/// Splits a line into cells; `sign` is the separator of the cells, `None` for blanks.
 fn cells(line: Piece<'_>, sign: Option<char>) -> Result<Vec<Piece<'_>>, Wrong> {
     let found = cells::cells(line.text, sign)
         .or_else(|reason| line.wrong(reason, "put a cell between two quotes, or none"))?;
     let piece = |cell: cells::Cell<'_>| {
-        // Names and numbers contain no quotes, so the text of a cell is a part of the line.
+        // Names and numbers contain no quotes, so the text of a cell is a substring of the line.
         let end = (cell.start + cell.text.len()).min(line.text.len());
         let text = line.text.get(cell.start..end).unwrap_or_default();
         Piece { at: line.at + cell.start, text }.trimmed()

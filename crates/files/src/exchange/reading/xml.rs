@@ -1,4 +1,4 @@
-//! AEM in XML.
+//! AEM in XML (CCSDS 505.0-B).
 
 use super::elements::{self, Element, Message, Open};
 use super::message::{Block, Metadata, Version};
@@ -13,11 +13,11 @@ struct Row<'t> {
     values: Vec<(&'t str, Number)>,
 }
 
-/// Units that numbers of an AEM may have.
+/// Units that the numbers of an AEM may have.
 const UNITS: [&str; 4] = ["deg", "deg/s", "1/s", "s"];
 
-/// Names in version 1.0 of angles and rates by their place in the sequence, and the names that they
-/// have here.
+/// Names of Euler angles and rates in XML of version 1.0: the enclosing element, the element, and
+/// the name of the number in the layout of a row.
 const BY_PLACE: [(&str, &str, &str); 6] = [
     ("rotationAngles", "rotation1", "ANGLE_1"),
     ("rotationAngles", "rotation2", "ANGLE_2"),
@@ -27,7 +27,7 @@ const BY_PLACE: [(&str, &str, &str); 6] = [
     ("rotationRates", "rotation3", "RATE_3"),
 ];
 
-/// The blocks that have been read, and the one that is being read.
+/// Blocks read so far, and the block that is being read.
 #[derive(Default)]
 struct Reading<'t> {
     rows: Rows,
@@ -37,7 +37,7 @@ struct Reading<'t> {
     row: Row<'t>,
 }
 
-/// Reads the file.
+/// Reads an AEM in XML and returns its rows.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let document = elements::document(text)?;
     let mut reading = Reading::default();
@@ -100,7 +100,7 @@ impl<'t> Message<'t> for Reading<'t> {
     }
 }
 
-/// Adds the row.
+/// Adds a row whose elements have all been read.
 fn finish(row: &Row<'_>, block: &Block, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
     let Some(moment) = row.date else {
         return at.wrong("the state has no <EPOCH>", "give the date of every state");

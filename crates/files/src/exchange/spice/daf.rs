@@ -10,24 +10,26 @@ use std::io::{self, Write};
 const RECORD: usize = 1024;
 /// Number of characters in a comment record.
 const COMMENT: usize = 1000;
-/// A byte string that a transfer in text mode damages, by which readers detect such a transfer.
+/// Byte string that a file transfer in text mode damages, so that readers can detect such a
+/// transfer.
 const TRANSFER: &[u8] = b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP";
-/// Position of this string in the file record \[bytes\].
+/// Position of the string [`TRANSFER`] in the file record \[bytes\].
 const TRANSFER_AT: usize = 699;
-/// Number of doubles and number of integers in a summary.
+/// Number of doubles and number of integers in the summary of a segment.
 const SUMMARY: (i32, i32) = (2, 6);
-/// Number of characters in the name of a segment; it has as many bytes as the summary.
+/// Number of characters in the name of a segment, equal to the size of its summary in bytes.
 const NAME: usize = 40;
 
-/// One array with its summary.
+/// A segment of the file: one array with its summary.
 pub(super) struct Segment {
-    /// Name of the array.
+    /// Name of the segment.
     pub name: String,
-    /// First and last time of the array, in clock ticks.
+    /// First and last time of the array \[clock ticks\].
     pub bounds: [f64; 2],
-    /// Structure, reference frame, type, and 1 if the segment has rates.
+    /// Numbers of the structure, of the reference frame and of the segment type; then 1 if the
+    /// segment has rates, 0 if it has none.
     pub integers: [i32; 4],
-    /// The numbers of the array.
+    /// Contents of the array, as doubles.
     pub numbers: Vec<f64>,
 }
 
@@ -43,10 +45,10 @@ pub(super) struct Daf {
 }
 
 impl Daf {
-    /// Writes the file.
+    /// Writes the whole file.
     pub fn write(&self, output: &mut dyn Write) -> io::Result<()> {
         let comments = self.comments();
-        // Records and words of eight bytes are numbered from 1.
+        // Records, and words of eight bytes, are numbered from 1.
         let summaries = 2 + comments.len() / RECORD;
         let begin = (summaries + 1) * RECORD / 8 + 1;
         let end = begin + self.segment.numbers.len() - 1;
@@ -69,7 +71,7 @@ impl Daf {
         output.write_all(&file)?;
         output.write_all(&comments)?;
 
-        // The summary record has no next and no previous record, and contains one summary.
+        // The only summary record has no predecessor and no successor, and contains one summary.
         let mut summary: Vec<u8> =
             [0.0, 0.0, 1.0].into_iter().chain(self.segment.bounds).flat_map(f64::to_le_bytes).collect();
         let integers = self.segment.integers.into_iter().chain([begin, end]);
@@ -109,7 +111,7 @@ fn put(bytes: &mut [u8], at: usize, what: &[u8]) {
     bytes[at..at + what.len()].copy_from_slice(what);
 }
 
-/// Returns the ASCII characters of a text, cut or padded with blanks to exactly `width` characters.
+/// Returns the ASCII characters of a text, truncated or padded with blanks to `width` characters.
 fn padded(text: &str, width: usize) -> String {
     let ascii = text.chars().filter(char::is_ascii).take(width).collect::<String>();
     format!("{ascii:<width$}")

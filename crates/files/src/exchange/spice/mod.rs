@@ -1,9 +1,10 @@
 //! SPICE kernels of a plan: a C-kernel of type 3 with rates, and its clock and frame kernels.
 //!
-//! The C-matrix of SPICE maps reference to body components. The quaternion is therefore the
-//! conjugate of the one in plan files, scalar first. The rate is in reference axes, in rad/s. The
-//! clock counts microseconds of terrestrial time from the epoch of the maneuver. The structure
-//! number is the number of the spacecraft times 1000, from which SPICE finds the clock.
+//! The C-matrix of SPICE maps reference components to body components. The quaternion in the kernel
+//! is therefore the conjugate of the quaternion in plan files, scalar first. Rates are in reference
+//! axes \[rad/s\]. The clock counts microseconds of terrestrial time from the epoch of the
+//! maneuver. The structure number is the number of the spacecraft times 1000; SPICE derives the
+//! number of the clock from it.
 
 mod daf;
 
@@ -14,18 +15,18 @@ use daf::{Daf, Segment};
 use slewkit::lie;
 use std::io::Write;
 
-/// Clock ticks per second.
+/// Number of clock ticks per second.
 const TICKS: f64 = 1e6;
 /// Type of the segment: pointing with rates, interpolated by rotation about a fixed axis.
 const TYPE: i32 = 3;
-/// Number of list entries for each entry of the directory of the list.
+/// Number of array entries between two entries of the directory of the array.
 const DIRECTORY: usize = 100;
 
-/// SPICE's numbers and names of the inertial frames that are written and read.
+/// Inertial frames that are written and read, each with its SPICE number and name.
 pub(super) const FRAMES: [(i32, &str); 3] = [(1, "J2000"), (2, "B1950"), (17, "ECLIPJ2000")];
 
-/// Returns the SPICE number of the reference frame; `None` if SPICE does not have the frame. SPICE has
-/// no bias between ICRF and J2000.
+/// Returns the SPICE number of the reference frame; `None` if SPICE does not have the frame. In
+/// SPICE, ICRF and J2000 are the same frame.
 pub(super) fn inertial_frame(identity: &Identity) -> Option<i32> {
     let name = match identity.reference_frame() {
         "ICRF" | "EME2000" => "J2000",
@@ -38,13 +39,13 @@ fn number(record: &Record<'_>) -> Result<i32, Lacking> {
     record.identity.spice_id.ok_or(Lacking::SpiceId)
 }
 
-/// Writes the C-kernel.
+/// Writes the attitudes and rates as a SPICE C-kernel of type 3.
 pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
     let ticks: Vec<f64> = record.trajectory.time.iter().map(|time| time * TICKS).collect();
-    // The array holds the attitudes and rates, the times, every hundredth time, the start of the
-    // only interpolation interval, and both counts. A single interval needs no directory.
+    // The array consists of the attitudes with rates, the times, every hundredth time, the start of
+    // the only interpolation interval, and the numbers of intervals and rows.
     let mut numbers = Vec::with_capacity(9 * ticks.len());
     for (k, quaternion) in record.trajectory.quaternion.iter().enumerate() {
         let [w, x, y, z] = *quaternion;
@@ -65,7 +66,7 @@ pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<()
     Ok(Daf { kind: "CK", name: record.name(), comment, segment }.write(output)?)
 }
 
-/// Returns the lines of the comment area: object and name, remarks, structure, clock and epoch.
+/// Returns the lines of the comment area: object and maneuver, remarks, structure, clock and epoch.
 fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError> {
     let mut lines = vec![format!("Attitude of {}: {}", record.object(), record.name())];
     lines.extend(record.notes.iter().cloned());
@@ -77,7 +78,7 @@ fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError>
     Ok(lines)
 }
 
-/// Writes the clock kernel.
+/// Writes the SPICE clock kernel, which defines the clock of the C-kernel.
 pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let (number, epoch) = (number(record)?, record.epoch()?);
     let clock = number.unsigned_abs();
@@ -94,7 +95,7 @@ pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// Writes the frame kernel.
+/// Writes the SPICE frame kernel, which defines the body frame.
 pub(super) fn write_fk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let (frame, name) = (number * 1000, record.identity.body_frame());

@@ -1,4 +1,4 @@
-//! Finds a direction in which the inputs have no effect, if they do not reach every direction.
+//! Search for a direction in which the inputs have no effect.
 
 use slewkit::Vector3;
 use slewkit::mechanics::{Actuation, ActuatorSet};
@@ -7,7 +7,8 @@ use slewkit::mechanics::{Actuation, ActuatorSet};
 const NOTHING: f64 = 1e-9;
 
 /// Describes a direction in which the inputs have no effect, such as "nothing turns the body about
-/// (0, 0, -1)". Returns `None` if torques and forces reach every direction.
+/// (0, 0, -1)". `moves` is true if the body also translates. Returns `None` if the inputs can act
+/// in every direction.
 pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     if actuation.reaches_every_direction(moves) {
         return None;
@@ -23,8 +24,8 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
         })
 }
 
-/// Returns a unit vector along which no input acts. For one-sided inputs, no input acts in the
-/// direction of this vector, though some may act in the opposite direction.
+/// Returns a unit vector in whose direction no input acts. One-sided inputs may act in the opposite
+/// direction.
 fn direction(set: &ActuatorSet) -> Option<Vector3> {
     match set.rank() {
         (3, _) if !set.limits().one_sided => None,
@@ -39,7 +40,7 @@ fn direction(set: &ActuatorSet) -> Option<Vector3> {
 }
 
 /// Returns a direction that has no positive scalar product with any axis. All such directions form
-/// a cone whose edges are normal to two axes each; the mean of the edges is returned.
+/// a cone; each of its edges is normal to two axes. The mean of the edges is returned.
 fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     let units: Vec<Vector3> = axes.iter().map(|axis| axis.normalize()).collect();
     let mut amid = Vector3::zeros();
@@ -73,8 +74,8 @@ mod tests {
         ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap()
     }
 
-    /// A reported direction has no positive scalar product with any axis, and no direction is
-    /// reported if the axes reach all directions.
+    /// A reported direction has no positive scalar product with any axis. No direction is reported
+    /// if the axes together act in all directions.
     #[test]
     fn a_direction_is_named_where_one_lacks_and_nowhere_else() {
         const PAIRS: [[f64; 3]; 6] = [

@@ -1,9 +1,9 @@
 //! Reading of `[[actuators.thruster]]`: one-sided (unidirectional) thrusters.
 //!
-//! If only the attitude is planned, the input of a thruster is its torque about the center of
-//! mass \[N·m\]. Its limit is the limit of its torque, or of its force times the lever arm; its
-//! price refers to the torque or the force in the same way. If the body also translates, the input
-//! is the force of the thruster \[N\], which translates and rotates the body.
+//! If only the attitude is planned, the input of a thruster is its torque about the center of mass
+//! \[N·m\]. The limit on this input is the torque limit of the spec, or the force limit times the
+//! lever arm. The fuel price is converted in the same way. If the body also translates, the input
+//! is the force of the thruster \[N\], which accelerates and rotates the body.
 
 use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
 use crate::spec::{Section, short};
@@ -11,24 +11,24 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Motion, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 
-/// A thruster as the spec defines it.
+/// A thruster as defined in the spec.
 struct Thruster {
     /// Position relative to the center of mass \[m\]; `None` for a thruster that is defined by its
     /// torque.
     position: Option<Vector3>,
-    /// Direction of the force, or axis of the torque, as a unit vector.
+    /// Direction of the force, or axis of the torque, as a unit vector in body axes.
     axis: Vector3,
     /// Largest force \[N\] or torque \[N·m\].
     limit: f64,
-    /// Fuel price per unit of force or torque and second.
+    /// Fuel price of the thruster per unit of force or torque and second.
     price: f64,
 }
 
-/// Ratio of the lever arm to the distance from the center of mass below which a thruster produces
-/// no torque.
+/// Smallest lever arm with which a thruster produces a torque, as a fraction of the distance from
+/// the center of mass.
 const NO_LEVER: f64 = 1e-9;
 
-/// Reads the thrusters and returns their inputs with the price of each.
+/// Reads the thrusters, and returns their inputs with the fuel price of each input.
 pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];
@@ -89,7 +89,8 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices })
 }
 
-/// Converts a thruster that is defined by its force to one that is defined by its torque.
+/// Converts a thruster at `position` that is defined by its force to a thruster that is defined by
+/// its torque.
 fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vector3) -> Option<Thruster> {
     let torque = position.cross(&thruster.axis);
     let lever = torque.norm();

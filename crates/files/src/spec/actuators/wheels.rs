@@ -7,7 +7,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{BOUNDARY_ROUNDING, Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 
-/// A wheel as the spec defines it.
+/// A wheel as defined in the spec.
 struct Wheel {
     axis: Vector3,
     torque_limit: Option<f64>,
@@ -16,11 +16,11 @@ struct Wheel {
     weight: f64,
 }
 
-/// Deviation of the length of an axis from 1 that needs no warning. Four digits, each rounded by at
-/// most 5e-5, give a deviation of 9e-5.
+/// Largest deviation of an axis from unit length for which no warning is given. An axis with four
+/// digits, each with a rounding error of at most 5e-5, deviates by at most 9e-5.
 const SILENT: f64 = 1e-4;
 
-/// Reads the wheels and returns the actuators and weights of their torques.
+/// Reads the wheels. Returns their torques as actuators, with the effort weights.
 pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let [size, norm, rate] = TORQUE_LIMITS;
@@ -119,7 +119,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
 }
 
-/// Reads the spin axis, scaled to unit length.
+/// Reads the spin axis of the wheel and scales it to unit length.
 fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let size = axis.amax();
@@ -153,8 +153,8 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     Some(section.unit(axis))
 }
 
-/// Returns the torque limits of all wheels, or `Some(None)` if no wheel has one; reports an error
-/// if only some have one.
+/// Returns the torque limits of all wheels, or `Some(None)` if no wheel has a limit. If only some
+/// wheels have a limit, reports an error and returns `None`.
 fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f64>>> {
     let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
     if limits.is_empty() {

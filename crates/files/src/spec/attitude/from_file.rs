@@ -11,13 +11,13 @@ use slewkit::lie::{log, minus, rotation_from_quaternion};
 use slewkit::numerics::figures::significant;
 use std::path::Path;
 
-/// The time for which an attitude is read from a file, and the frames that it must have.
+/// Time at which an attitude is read from a file, and frames that the attitude must refer to.
 pub(in super::super) struct Moment<'a> {
-    /// Epoch of the maneuver, if the spec has one.
+    /// Epoch of the maneuver; `None` if the spec has none or it is invalid.
     epoch: Option<Epoch>,
-    /// True if the epoch of the spec is invalid, which has been reported.
+    /// True if the spec has an epoch that is invalid; the error has been reported.
     epoch_is_wrong: bool,
-    /// Time of the attitude after the epoch \[s\]; `None` if the plan determines it.
+    /// Time of the attitude after the epoch \[s\]; `None` if this time is a result of the plan.
     seconds: Option<f64>,
     reference_frame: Option<&'a str>,
     body_frame: Option<&'a str>,
@@ -27,8 +27,8 @@ pub(in super::super) struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
-    /// Creates the data for an attitude at `seconds` after the epoch of a spec. Relative paths
-    /// refer to `folder`.
+    /// Creates the data for an attitude `seconds` after the epoch of a spec. Relative paths refer
+    /// to the folder `folder`.
     pub fn of(root: &'a Section, seconds: Option<f64>, folder: &'a Path) -> Self {
         let names = root.section("names");
         let turns =
@@ -36,7 +36,7 @@ impl<'a> Moment<'a> {
         let epoch = root.word("epoch").and_then(|text| Epoch::parse(text).ok());
         Self {
             epoch,
-            // An invalid epoch is reported with the names of the spec.
+            // An invalid epoch is reported where the names in the spec are read.
             epoch_is_wrong: epoch.is_none() && root.has("epoch"),
             seconds,
             reference_frame: names.and_then(|names| names.word("reference_frame")),
@@ -47,7 +47,7 @@ impl<'a> Moment<'a> {
     }
 }
 
-/// Reads the attitude from the file that the table names.
+/// Reads the attitude from the file that the table `section` names.
 pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Option<Rotation> {
     const KEY: &str = "file";
     if let Some(other) = section.given.iter().find(|given| given.name != KEY && section.knows(&given.name)) {
@@ -90,7 +90,7 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
             }
         }
     }
-    // Attitudes in the frames of the spec have priority over attitudes in frames of unknown meaning.
+    // Attitudes in the frames of the spec are preferred to attitudes in frames that may be others.
     if found.iter().any(|(_, open, _)| open.is_empty()) {
         found.retain(|(_, open, _)| open.is_empty());
     }

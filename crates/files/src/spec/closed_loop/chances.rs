@@ -1,40 +1,42 @@
-//! Reading of the chances of limits, and of the margins and reserves in a plan.
+//! Reading of chance constraints, and of the margins and reserves that a plan file contains.
 
 use crate::spec::{Limits, Section, escape};
 use slewkit::assured::{self, Over};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::mechanics::LimitKind;
 
-/// Allowed probability of violating a limit, or any of several limits.
+/// A chance constraint: the allowed probability of violating a limit, or any of several limits.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
-    /// Names of constraints and of torque limits, as in reports.
+    /// Names of the constraints or torque limits concerned, as in reports.
     pub limits: Vec<String>,
     /// Largest allowed probability of a violation.
     pub at_most: f64,
-    /// True if the probability refers to the whole motion, false if it refers to the worst instant.
+    /// True for the probability over the whole motion, false for the probability at the worst
+    /// instant.
     pub of_motion: bool,
-    /// True if the probability is the joint one of several limits, from `[uncertainty]`.
+    /// True for the joint probability of violating any of several limits, which `[uncertainty]`
+    /// states.
     pub is_joint: bool,
-    /// Key of `[actuators]`, if the chance belongs to a torque limit.
+    /// Key of the chance in `[actuators]`, if it belongs to a torque limit.
     pub(crate) key: Option<&'static str>,
 }
 
-/// Kinds of torque limits with their keys in `[actuators]`: chance and reserve.
+/// Kinds of torque limits, each with its keys in `[actuators]` for the chance and for the reserve.
 pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
     (LimitKind::Size, "torque_limit_chance", "torque_limit_reserve_n_m"),
     (LimitKind::Norm, "torque_norm_limit_chance", "torque_norm_limit_reserve_n_m"),
     (LimitKind::Rate, "torque_rate_limit_chance", "torque_rate_limit_reserve_n_m_per_s"),
 ];
 
-/// Returns whether the torques have a limit of this kind.
+/// Returns whether the torque inputs have a limit of this kind.
 fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// Checks that the key `key` can be used: the actuators must have a limit of this kind, and it must
-/// be possible to reserve a part of it.
+/// Checks that the key `key` can be used: the actuators must have a limit of the kind `kind`, and
+/// the problem must allow a reserve for it.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -51,7 +53,8 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// Reads the chances of limits, each of which requires an uncertainty.
+/// Reads the chance constraints. `uncertain` is true if the spec has `[uncertainty]`, which every
+/// chance requires.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
@@ -61,7 +64,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // A spec that this program wrote contains the margin that the chance requires.
+        // A spec in a plan file contains both the chance and the margin that it requires.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
@@ -112,7 +115,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
     chances
 }
 
-/// Reads the chance under `key`, and whether it refers to the whole motion.
+/// Reads the chance under `key`. The second value is true if it refers to the whole motion.
 fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<(f64, bool)> {
     let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
     let at_most = if section.has(key) { section.number(key)? } else { return None };
@@ -138,8 +141,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// Reads the joint chance that any of several limits is exceeded at any time. The limits are named
-/// in `chance_of`; the default is all constraints without a chance of their own.
+/// Reads the joint probability of violating any of several limits at any time. The key `chance_of`
+/// names the limits; the default is all constraints without an individual chance.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {
@@ -190,7 +193,7 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
     Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None })
 }
 
-/// Adds the reserves of rates and torques in the spec to the maneuver.
+/// Adds the reserves of the rate and torque limits in the spec to the maneuver.
 pub(super) fn hold(root: &Section, problem: &mut Problem) {
     let rates: Vec<(String, usize)> = problem
         .constraints

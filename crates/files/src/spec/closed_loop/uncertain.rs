@@ -7,8 +7,8 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, Parameter};
 use slewkit::uncertainty::Uncertainty;
 use slewkit::{Matrix3, Vector3};
 
-/// Reads standard deviations: a common one, or one for each item; zero if the key is absent. In
-/// messages `all` names the items.
+/// Reads the standard deviations of `count` items, from a common number or a list; zeros if the key
+/// is absent. `all` describes the items in messages.
 fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &str) -> Vec<f64> {
     let Some((section, limits)) = section.and_then(|section| Some((section, section.limits(key)?))) else {
         return vec![0.0; count];
@@ -25,17 +25,17 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
     }
 }
 
-/// Reads the standard deviations of three body-axis components.
+/// Reads the standard deviations of the three components in body axes.
 fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
     Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
 }
 
-/// Relative asymmetry or negative eigenvalue of a covariance that is accepted, for the rounding to
-/// six digits.
+/// Largest relative asymmetry, and largest negative eigenvalue relative to the variances, for which
+/// a covariance is accepted. It allows for rounding to six digits.
 const ROUNDING: f64 = 1e-6;
 
-/// Reads a covariance, which must be symmetric and positive semidefinite. Returns `None` if the key
-/// is absent, or after an error was reported.
+/// Reads a covariance matrix, which must be symmetric and positive semidefinite. Returns `None` if
+/// the key is absent or an error was reported.
 fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
     let rows = if section.has(key) { section.square(key)? } else { return None };
     if rows.len() != N {
@@ -102,8 +102,9 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     Some(SMatrix::from_fn(|row, column| 0.5 * (given[(row, column)] + given[(column, row)])))
 }
 
-/// Reads the covariance of the attitude and rate errors `[ζ; δΩ]`: each part by standard deviations
-/// or by a block, or all of it as one matrix.
+/// Reads the covariance of the attitude error ζ and the rate error δΩ, as a matrix of `[ζ; δΩ]`.
+/// The spec gives the whole matrix or, for each of the two errors, standard deviations or a
+/// covariance.
 fn variances(section: Option<&Section>) -> Matrix6 {
     let degree = 1_f64.to_radians();
     let Some(of) = section else { return Matrix6::zeros() };
@@ -124,8 +125,8 @@ fn variances(section: Option<&Section>) -> Matrix6 {
     both
 }
 
-/// Returns independent errors of the inertia with their standard deviations. They are the principal
-/// components of the covariance of the six numbers xx, yy, zz, xy, xz, yz.
+/// Returns independent errors of the inertia, each with its standard deviation. They are the
+/// principal components of the covariance of the elements xx, yy, zz, xy, xz, yz.
 fn inertias(section: Option<&Section>) -> Vec<(Matrix3, f64)> {
     let Some(covariance) = section.and_then(|section| covariance::<6>(section, "covariance_kg2_m4")) else {
         return Vec::new();

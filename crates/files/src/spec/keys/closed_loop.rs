@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Keys of the covariance of a state: standard deviations, a block of the covariance, or all of it.
+/// Groups of keys for the covariance of a state. Each row lists alternatives for the same part.
 const STATE_COVARIANCES: &[&[&str]] = &[
     &["attitude_deg", "attitude_covariance_deg2", "covariance_deg_deg_s"],
     &["angular_velocity_deg_s", "angular_velocity_covariance_deg2_s2", "covariance_deg_deg_s"],

@@ -1,27 +1,27 @@
-//! Checks that the rows of a table of positions lie on an orbit and are close enough for
-//! interpolation.
+//! Check that the rows of a table of positions lie on an orbit, and are close enough to each other
+//! for interpolation.
 //!
 //! The velocities allow an independent check. From each row, two-body motion is propagated to the
-//! next row and to the middle between both. The effect of the Earth's oblateness is not included,
-//! but its size is known. A row is wrong if it disagrees with both of its neighbours while these
-//! agree with each other. An interval whose ends disagree contains a maneuver, or one of its rows
-//! is wrong. If the interpolation polynomial disagrees with the propagated position in the middle,
-//! the rows are too far apart.
+//! next row and to the middle of the interval between them. The effect of the Earth's oblateness is
+//! not included, but its size is known. A row is wrong if it disagrees with both of its neighbours
+//! while the neighbours agree with each other. An interval whose ends disagree contains a maneuver,
+//! or one of its two rows is wrong. If the interpolation polynomial disagrees with the propagated
+//! position in the middle, the rows are too far apart.
 
 use super::super::Section;
 use slewkit::numerics::figures::significant;
 use slewkit_sky::{Table, two_body};
 
-/// Allowed difference of positions in addition to the effect of the oblateness \[m\]: other bodies,
-/// drag and rounded digits over some minutes.
+/// Allowed difference of positions in addition to the effect of the oblateness \[m\]. It covers
+/// other celestial bodies, drag and rounded digits over some minutes.
 const ALLOWED: f64 = 100.0;
-/// Relative position error of the interpolation above which the table is rejected.
+/// Largest accepted relative position error of the interpolation.
 const ELSEWHERE: f64 = 1e-3;
 
-/// An error: line, reason, remedy.
+/// Line number, reason and remedy of an error.
 type Apart = (usize, String, &'static str);
 
-/// Checks the rows that the maneuver needs, up to `ahead` \[s\] after the epoch; `line` has the
+/// Checks the rows that the maneuver needs, up to `ahead` \[s\] after the epoch. `line` has the
 /// line numbers of the rows in the file, which messages call `shown`.
 pub(super) fn check(
     section: &Section,
@@ -42,8 +42,8 @@ pub(super) fn check(
             return Err((line[k], reason, "give positions in km and velocities in km/s: are these metres?"));
         }
     }
-    // Returns the difference between a propagated and a tabulated position, and the allowed
-    // difference \[m\].
+    // Returns the difference between the propagated and the tabulated position, and the largest
+    // accepted difference, both in metres.
     let missed = |from: usize, to: usize| {
         let step = time[to] - time[from];
         let of = |from: usize, to: usize, step: f64| {

@@ -5,10 +5,10 @@ use super::{ADD_EPOCH, Reading};
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
-/// Default of the largest angle between a keep-on cone and its boresight between nodes \[deg\].
+/// Default of the largest angle between a boresight and its keep-on cone between nodes \[deg\].
 const WITHIN_DEG: f64 = 0.1;
 
-/// Reads the largest angle between a keep-on cone and its boresight between nodes \[rad\].
+/// Reads the largest angle between a boresight and its keep-on cone between nodes \[rad\].
 pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
     if section.has("within_deg") || section.has("within_rad") {
         section.angle("within_deg", "within_rad").map(|angle| angle.radians())
@@ -18,8 +18,8 @@ pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
 }
 
 impl Reading {
-    /// Reads the times at which a constraint is active. Its directions have been read; `known` is
-    /// the number of targets that were read before them.
+    /// Reads the times at which a constraint is active. The directions of the constraint have been
+    /// read before; `known` is the number of targets that had been read before them.
     pub fn during(&self, section: &Section, known: usize) -> Option<During> {
         if section.has("during_s") {
             let pairs = section.square("during_s")?;

@@ -1,5 +1,5 @@
-//! The surroundings of the spacecraft: from `[scenery]`, as plan files have it, or computed from
-//! the orbit.
+//! The surroundings of the spacecraft. They are read from `[scenery]` in a plan file, or computed
+//! from the orbit.
 
 use super::super::Section;
 use super::{Named, Reading, track};
@@ -8,8 +8,8 @@ use slewkit::{Direction, Matrix3};
 use slewkit_sky::Target;
 
 impl Reading {
-    /// Returns the surroundings of the spacecraft. They are read from a plan file, or computed from
-    /// the orbit if the spec has a named target.
+    /// Returns the surroundings of the spacecraft, read from a plan file or, if the spec has a
+    /// named target, computed from the orbit. Returns `None` in all other cases.
     pub fn scenery(&self, root: &Section) -> Option<Scenery> {
         if let Some(section) = root.section("scenery") {
             return told_scenery(section);
@@ -25,8 +25,8 @@ impl Reading {
         })
     }
 
-    /// Returns how pictures and summaries show the target of the end, which must be the last target
-    /// read.
+    /// Returns the description of the target of the end for pictures and summaries. The target must
+    /// be the last one that was read.
     pub(super) fn shown(&self, at: &Direction) -> Option<TargetShown> {
         let Named { name, target, .. } = self.targets.last()?;
         let Direction::Moving(track) = at else { return None };

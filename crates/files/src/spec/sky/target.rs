@@ -1,11 +1,11 @@
-//! Keys of a target: angles, vectors, places, coefficients.
+//! Reading of the keys of a target: angles, vectors, places and coefficients.
 
 use super::super::{Section, orbit, short, show};
 use slewkit::mechanics::direction::Track;
 use slewkit::{Direction, Vector3};
 use slewkit_sky::Target;
 
-/// Reads a fixed direction, given by angles or as a vector.
+/// Reads a fixed direction, which is given by angles or as a vector.
 pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
     let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
@@ -44,7 +44,7 @@ pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
             section.refuse_here("E0021", reason, format!("add {other} = 0"))
         }
         (_, false) => {
-            // An error for the name of a celestial body has already been reported.
+            // The error that a celestial body needs another key has already been reported.
             if !section.has("body") {
                 let reason = "the direction is empty";
                 section.error_here("E0021", reason, "add ra_deg = 231.0, dec_deg = -18.3");
@@ -54,7 +54,7 @@ pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
     }
 }
 
-/// Returns the keys that belong to the word `word` of the key `at`.
+/// Returns the keys that belong to a target whose key `at` has the word `word`.
 fn keys_of(word: &str) -> &'static [&'static str] {
     match word {
         "ground" => &["latitude_deg", "longitude_deg", "height_m"],
@@ -67,8 +67,8 @@ fn keys_of(word: &str) -> &'static [&'static str] {
     }
 }
 
-/// Reports an error for keys that belong to another word of `at`, because an unused key is a
-/// mistake.
+/// Reports an error for each key that belongs to another word of the key `at`. A key without effect
+/// is probably a mistake.
 pub(super) fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
     for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
@@ -119,7 +119,7 @@ pub(super) fn station(section: &Section) -> Option<Target> {
     Some(Target::Ground { latitude_deg: latitude_deg?, longitude_deg: longitude_deg?, height_m })
 }
 
-/// Reads a moving direction, given by Chebyshev coefficients as in plan files.
+/// Reads a moving direction that is given by Chebyshev coefficients, as in plan files.
 pub(super) fn track(section: &Section) -> Option<Direction> {
     let (from, piece) = (section.number("from_s").unwrap_or(0.0), section.number("piece_s"));
     let (terms, all) = (section.count("terms"), section.vectors("coefficients"));

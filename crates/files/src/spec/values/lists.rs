@@ -6,13 +6,15 @@ use crate::spec::quantity::{ELAPSED, Quantity};
 use crate::spec::{Limits, Node, Value, show};
 use slewkit::mechanics::ActuatorSet;
 
-/// Largest number of inputs of one kind; a list with a number for each input is not longer.
+/// Largest number of inputs of one kind, and so of elements of a list with one number for each
+/// input.
 const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 
 /// Largest number of boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
-/// Reads every element; returns all values or, if there are errors, all errors.
+/// Reads every element of a list with `read`. Returns all values or, if any element has an error,
+/// all errors.
 pub(crate) fn each<I, T>(
     items: impl IntoIterator<Item = I>,
     mut read: impl FnMut(I) -> Read<T>,
@@ -27,8 +29,8 @@ pub(crate) fn each<I, T>(
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// Returns the elements of a list. If the value is not a list, the message describes the expected
-/// elements by `what` and shows `sample`.
+/// Returns the elements of a list. If the value is not a list, the error describes the expected
+/// elements with `what` and shows the sample `sample`.
 fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     match &node.value {
         Value::Array(items) => Ok(items),
@@ -39,7 +41,7 @@ fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     }
 }
 
-/// Returns the elements of a list that must have `wanted` elements, which messages call `what`.
+/// Returns the elements of a list, which must have `wanted` elements; messages call them `what`.
 fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     let (described, sample) = (format!("{wanted} {what}"), format!("a list in brackets, {wanted} {what}"));
     let items = list(node, &described, &sample)?;
@@ -50,7 +52,7 @@ fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     wrong("E0026", node, reason, format!("write a list of {wanted}"))
 }
 
-/// Returns the elements of a list that may be long; messages show `sample`.
+/// Returns the elements of a list of any length; messages show the sample `sample`.
 fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     let items = list(node, what, sample)?;
     if items.len() > MAX_LISTED {
@@ -138,8 +140,8 @@ pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     }
 }
 
-/// Reads a common limit for all inputs, or a list of limits: `count` of them if the number of
-/// inputs is known, otherwise at most [`MAX_AXES`].
+/// Reads a common limit for all inputs, or a list of limits. The list must have `count` elements;
+/// if `count` is `None`, it may have at most [`MAX_AXES`].
 pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(limit(node, quantity)?)) };
     if let Some(count) = count {
@@ -151,7 +153,8 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
     Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
 }
 
-/// Reads a common number for all items, or a list of at most [`MAX_AXES`] numbers.
+/// Reads a common number for all items, or a list of at most [`MAX_AXES`] numbers, one for each
+/// item.
 pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
     if given.is_empty() || given.len() > MAX_AXES {
@@ -161,9 +164,9 @@ pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
 }
 
-/// Reads a square matrix as a list of rows. It is written as n numbers, its diagonal, or as n rows
-/// of n numbers. In messages `what` describes the numbers, and `which` the items to which they
-/// belong.
+/// Reads a square matrix and returns it as a list of rows. The spec gives its n diagonal elements,
+/// or n rows of n numbers. In messages, `what` describes the numbers and `which` the items to which
+/// they belong.
 pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
@@ -198,7 +201,7 @@ pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> 
     each(items, |item| vector(item, quantity))
 }
 
-/// Largest number of time intervals in which a constraint is active.
+/// Largest number of time intervals for one constraint.
 pub(crate) const MAX_INTERVALS: usize = 1000;
 
 /// Reads a list of time intervals \[s\], which must be in order and must not overlap.

@@ -7,12 +7,12 @@ use slewkit::Vector3;
 /// A moving disc, or a moving point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyDisc {
-    /// The name of the target.
+    /// Name of the celestial body or target.
     pub name: String,
-    /// The kind of the disc.
+    /// Kind of the disc, which determines its colour.
     pub kind: DiscKind,
-    /// The unit vector to the middle of the disc and its angular radius \[rad\], at equally spaced
-    /// times from start to end. The list is never empty.
+    /// Direction of the middle of the disc, as a unit vector, and its angular radius \[rad\], at
+    /// equally spaced times from the start to the end. The list is never empty.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -25,15 +25,16 @@ pub enum DiscKind {
     Moon,
     /// The Sun.
     Sun,
-    /// The target.
+    /// A named target of the maneuver.
     Target,
 }
 
-/// The smallest radius of a drawn disc \[px\]. The Sun in its true size would be half a pixel.
+/// Smallest radius with which a disc is drawn \[px\]. At its true size, the Sun would have half a
+/// pixel.
 const LEAST: f64 = 4.0;
 
 impl DiscKind {
-    /// Returns the name of the kind in the style sheet of pages.
+    /// Returns the name of this kind in the style sheet of pages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Earth => "earth",
@@ -54,14 +55,15 @@ impl DiscKind {
 }
 
 impl SkyDisc {
-    /// Returns the direction and the angular radius \[rad\] at the start and at the end.
+    /// Returns the direction and the angular radius \[rad\] of the disc at the start and at the
+    /// end.
     pub fn ends(&self) -> [(Vector3, f64); 2] {
         let nothing = (Vector3::x(), 0.0);
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
     }
 
     /// Draws the disc at the end, its outline at the start, and the path of its middle. `scale` is
-    /// the radius of the map \[px\], and `rim` is a curve around the map.
+    /// the radius of the map \[px\]; `rim` is a closed curve around the map.
     pub(super) fn draw(
         &self,
         svg: &mut Svg,

@@ -1,18 +1,18 @@
-//! Places the names on a map so that they do not overlap, and do not cover tracks if enough room is
+//! Placement of names on a map. Names do not overlap, and do not cover tracks if enough space is
 //! left.
 
 use super::super::clear::crosses;
 
-/// The width of a wide character of a sans-serif font, relative to the font size.
+/// Width of a wide character of a sans-serif font, as a fraction of the font size.
 const WIDE: f64 = 0.6;
 
 /// The distance between a name and its object \[px\].
 const BESIDE: f64 = 7.0;
 
-/// The number of rows above and below an object in which a free place is searched.
+/// Number of rows above and below an object that are searched for a free place.
 const ROWS: i32 = 12;
 
-/// The occupied rectangles of a map: left, top, right, bottom \[px\].
+/// Rectangles of the map that are occupied, each given by left, top, right and bottom \[px\].
 pub(super) struct Names {
     taken: Vec<[f64; 4]>,
     /// The tracks that names should not cover.
@@ -22,20 +22,20 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Builds the empty list of names for a picture. All names will lie within the rectangle
-    /// `within`.
+    /// Creates an empty list of occupied rectangles. All names will be placed in the rectangle
+    /// `within`, and not on `tracks` if possible.
     pub fn within(within: [f64; 4], tracks: Vec<Vec<(f64, f64)>>) -> Self {
         Self { taken: Vec::new(), tracks, within }
     }
 
-    /// Reserves a square around a point, with half the side `by` \[px\], which names will not
-    /// cover.
+    /// Reserves a square around a point, which names will not cover. Half of its side is `by`
+    /// \[px\].
     pub fn keep_clear(&mut self, (x, y): (f64, f64), by: f64) {
         self.taken.push([x - by, y - by, x + by, y + by]);
     }
 
-    /// Returns and reserves the position of a name with the font size `size` \[px\]: to the right
-    /// or left of its object, in the nearest free row.
+    /// Returns the position for a name with the font size `size` \[px\], and reserves it. The name
+    /// is to the right or to the left of its object, in the nearest free row.
     pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
         let width = Self::width(name, size);
         // The rows are tried from the nearest to the farthest, alternately below and above the
@@ -48,13 +48,13 @@ impl Names {
         let places = rows.flat_map(|row| [at(row, false), at(row, true)]);
         let free: Vec<_> = places.filter(|place| self.is_free(*place, name, size)).collect();
         let off_tracks = free.iter().find(|place| self.is_off_tracks(**place, name, size));
-        // If all places are occupied, the name stands next to the object.
+        // If all places are occupied, the name is placed next to the object and overlaps others.
         let place = off_tracks.or(free.first()).copied().unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place
     }
 
-    /// Reserves the place of a text if it is free and covers no track. Returns whether it was
+    /// Reserves the place of a text if it is free and covers no track. Returns true if it was
     /// reserved.
     pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
         let free = self.is_free(place, name, size) && self.is_off_tracks(place, name, size);
@@ -115,7 +115,8 @@ mod tests {
 
     #[test]
     fn names_stay_off_tracks_where_there_is_room() {
-        // First a track that passes where a name would be, then one that leaves no free place.
+        // The first track passes through the preferred place of a name. The second one leaves no
+        // free place.
         let track = vec![(0.0, 208.0), (400.0, 208.0)];
         let mut names = Names::within([0.0, 0.0, 400.0, 400.0], vec![track.clone()]);
         names.beside((200.0, 200.0), "Sun", 11.0);

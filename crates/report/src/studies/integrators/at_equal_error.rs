@@ -1,60 +1,61 @@
-//! Computes the work that each method needs for the same mean energy error.
+//! Work that each method needs for the same mean energy error.
 //!
-//! Between two steps, `log(work)` and `log(step)` are interpolated linearly in `log(error)`. This
-//! is exact if work and error are powers of the step.
+//! Between two steps, `log(work)` and `log(step)` are interpolated linearly in `log(error)`. The
+//! interpolation is exact if work and error are powers of the step.
 
 use super::run::Name;
 use super::{IntegratorRun, Study};
 use serde::{Deserialize, Serialize};
 
-/// How well the work at an error level is known.
+/// Kind of the value of the work at an error level: interpolated, or a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
     /// The value is interpolated between two steps.
     Interpolated,
-    /// The value is an upper bound, because the longest step already has a smaller error.
+    /// The value is an upper bound, because the error is below the level even with the longest
+    /// step.
     AtMost,
-    /// The value is a lower bound, because the shortest step still has a larger error, or because
-    /// the method fails.
+    /// The value is a lower bound, because the error is above the level even with the shortest
+    /// step, or because the method fails.
     AtLeast,
 }
 
 /// The work that a method needs for a mean energy error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EqualError {
-    /// The horizon \[s\].
+    /// Duration of the motion \[s\].
     pub horizon_s: f64,
-    /// The mean energy error `e_E`.
+    /// Mean energy error `e_E` for which the work is given.
     pub energy_error: f64,
-    /// The name of the method.
+    /// Name of the method whose work is given.
     #[serde(deserialize_with = "super::run::name")]
     pub method: Name,
-    /// Whether the numbers below are interpolated or bounds. For the step, upper and lower bound
-    /// are exchanged.
+    /// Kind of the values `force_evaluations` and `time_s`. If they are upper bounds, `step_s` is a
+    /// lower bound, and vice versa.
     pub bound: Bound,
-    /// The step \[s\]; `None` if the method reaches the horizon with no step.
+    /// Step with which the method has this error \[s\]; `None` if the method fails with every step.
     pub step_s: Option<f64>,
     /// The number of evaluations of the potential.
     pub force_evaluations: Option<f64>,
-    /// The computing time \[s\].
+    /// Computing time that the method needs \[s\]; `None` if the method fails with every step.
     pub time_s: Option<f64>,
-    /// Whether the ratios below are interpolated or bounds; `None` if they are unknown.
+    /// Kind of the two ratios, interpolated or bounds; `None` if the ratios are unknown.
     pub ratio_bound: Option<Bound>,
-    /// The number of evaluations, relative to the first method.
+    /// Number of evaluations of the potential, divided by the number that the first method needs.
     pub force_evaluation_ratio: Option<f64>,
-    /// The computing time, relative to the first method.
+    /// Computing time, divided by the computing time of the first method.
     pub time_ratio: Option<f64>,
 }
 
-/// The largest number of levels, and the lowest level. Errors below the lowest level are round-off,
-/// and do not characterise a method.
+/// Largest number of error levels.
 const LEVELS: usize = 5;
+/// Lowest error level. Smaller errors are round-off and do not characterise a method.
 const LOWEST: f64 = 1e-13;
 
-/// Returns a few error levels, the largest first: 1 or 3 times powers of ten between the smallest
-/// and the largest error of the first method at the longest horizon. Empty if no such number lies
-/// between them.
+/// Returns a few error levels, in decreasing order. They are 1 or 3 times powers of ten, between
+/// the smallest and the largest error of the first method over the longest horizon. The list is
+/// empty if no such number lies between them.
 pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();
@@ -67,7 +68,7 @@ pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
         (low, high) = (low.min(error), high.max(error));
     }
     let round = (-320..320).rev().flat_map(|power| [3, 1].map(|digit| format!("{digit}e{power}")));
-    // The conversion from text gives the number nearest to 1e-5.
+    // The conversion from text gives the double nearest to a number such as 1e-5.
     let round = round.filter_map(|text| text.parse::<f64>().ok());
     let inside: Vec<f64> = round.filter(|level| *level >= LOWEST && (low..=high).contains(level)).collect();
     let stride = inside.len().div_ceil(LEVELS).max(1);
@@ -100,12 +101,12 @@ fn error(run: &IntegratorRun) -> Option<f64> {
     run.errors.map(|errors| errors.energy_error_mean)
 }
 
-/// Returns the work that a method needs for the energy error `level`. `runs` are its runs to one
-/// horizon, the longest step first.
+/// Returns the work with which a method has the energy error `level`. `runs` are the runs of the
+/// method over one horizon, in the order of decreasing steps.
 fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
-    // This is the longest step from which on all shorter steps meet the level. A single accurate
-    // long step may be chance.
+    // From this index on, all shorter steps have an error below the level. A single longer step
+    // with a small error may be chance.
     let good_from = runs.len() - runs.iter().rev().take_while(|run| good(run)).count();
     let row = |bound, numbers: Option<[f64; 3]>| EqualError {
         horizon_s,
@@ -130,12 +131,12 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
     };
     let fine_error = error(fine).unwrap_or(level);
     // The fraction is 0 at the coarse step and 1 at the fine step. It is also 1 if the level and
-    // the error of the fine step are both zero, so that the quotient is not a number.
+    // the error of the fine step are both zero, because the quotient is then NaN.
     let part = (coarse_error / level).ln() / (coarse_error / fine_error).ln();
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));
     let between = [0, 1, 2].map(|index| {
-        // Zero work, such as the force evaluations of a free body, has no logarithm.
+        // Zero work, such as the evaluations of the potential for a free body, has no logarithm.
         if a[index] > 0.0 { a[index] * (b[index] / a[index]).powf(part) } else { b[index] }
     });
     row(Bound::Interpolated, Some(between))

@@ -1,4 +1,4 @@
-//! Draws the figures of a comparison of integrators as SVG.
+//! Figures of a comparison of integrators, drawn as SVG.
 //!
 //! | figure | in the survey |
 //! |---|---|
@@ -24,25 +24,25 @@ use slewkit::{Matrix3, Vector3};
 /// A figure of the comparison, drawn as SVG.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// The name of the figure, and of its file without the ending.
+    /// Name of the figure and of its file, without the file name extension.
     pub name: &'static str,
     /// The text of an SVG file.
     pub svg: String,
 }
 
-/// The outline of a body: rods and balls in its axes \[m\].
+/// Outline of a body, which consists of rods and balls in body axes \[m\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
-    /// The name in the legend.
+    /// Name of the body in the legend.
     pub name: String,
-    /// The ends of straight lines.
+    /// Ends of the rods, which are straight lines \[m\].
     pub rods: Vec<[Vector3; 2]>,
-    /// The centers and radii of balls.
+    /// Centers and radii of the balls \[m\].
     pub balls: Vec<(Vector3, f64)>,
 }
 
 impl Outline {
-    /// Returns two balls joined by a rod along the first axis.
+    /// Returns the outline of a dumbbell: two balls joined by a rod along the first body axis.
     pub fn dumbbell(name: impl Into<String>, dumbbell: &slewkit::mechanics::full_body::Dumbbell) -> Self {
         let along = |x: f64| Vector3::new(x, 0.0, 0.0);
         let (half, radius) = (0.5 * dumbbell.length, dumbbell.sphere_radius);
@@ -51,7 +51,7 @@ impl Outline {
         Self { name: name.into(), rods: vec![[along(half - radius), along(radius - half)]], balls }
     }
 
-    /// Returns the edges of a polyhedron.
+    /// Returns the outline of a polyhedron, which consists of its edges.
     pub fn polyhedron(name: impl Into<String>, solid: &slewkit::mechanics::full_body::Polyhedron) -> Self {
         let corner = |index: u32| solid.vertices()[index as usize];
         let edges = solid.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
@@ -60,7 +60,7 @@ impl Outline {
         Self { name: name.into(), rods, balls: Vec::new() }
     }
 
-    /// Returns at most a few hundred points of a cloud.
+    /// Returns the outline of a point cloud, which consists of at most a few hundred of its points.
     pub fn points(name: impl Into<String>, cloud: &slewkit::mechanics::full_body::PointCloud) -> Self {
         let points = cloud.points();
         let shown = points.iter().step_by(points.len().div_ceil(300).max(1));
@@ -68,7 +68,7 @@ impl Outline {
         Self { name: name.into(), rods: Vec::new(), balls }
     }
 
-    /// Returns a point.
+    /// Returns the outline of a body that is drawn as a single point.
     pub fn point(name: impl Into<String>) -> Self {
         Self { name: name.into(), rods: Vec::new(), balls: vec![(Vector3::zeros(), 0.0)] }
     }
@@ -101,7 +101,7 @@ pub const FIGURES: [&str; 10] = [
 ];
 
 /// Returns all figures, in the order of [`FIGURES`]. `outlines` has the outlines of the first
-/// bodies. Bodies without an outline are drawn as points.
+/// bodies; all other bodies are drawn as points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let trajectories = Drawn { title, study, found }.trajectories(outlines);
     let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));
@@ -159,7 +159,7 @@ impl Drawn<'_> {
         self.chart_over_time(title, Axis::logarithmic(unit), of)
     }
 
-    /// Returns the chart of the total energy over time, a band for each method.
+    /// Returns the chart of the total energy over time, with a band for each method.
     fn energy_over_time(&self) -> Chart {
         let of = |history: &History| {
             let band = history.moments.iter().map(|moment| (moment.time, moment.energy.0, moment.energy.1));
@@ -181,7 +181,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// Returns the runs of a method to the longest horizon, the longest step first.
+    /// Returns the runs of a method over the longest horizon, in the order of decreasing steps.
     fn runs(&self, kind: Kind) -> impl Iterator<Item = &IntegratorRun> {
         let horizon = self.horizon().to_bits();
         let runs = self.found.runs.iter();
@@ -242,11 +242,12 @@ impl Drawn<'_> {
     }
 }
 
-/// The number of snapshots in the first revolution, and the number of drawn revolutions.
+/// Number of snapshots of the bodies in the first revolution.
 const SNAPSHOTS: usize = 8;
+/// Number of revolutions that are drawn.
 const REVOLUTIONS: usize = 3;
 
-/// The largest number of points of a line. More points would not be visible.
+/// Largest number of points of a line; more points would not be visible.
 const POINTS: usize = 1200;
 
 fn thinned<T: Clone>(points: &[T]) -> Vec<T> {

@@ -1,4 +1,4 @@
-//! Records errors over time, and the motion itself, in bounded memory.
+//! Recording of errors over time, and of the motion, with a bounded amount of memory.
 
 use super::sample::{Sample, Scales};
 use slewkit::mechanics::environment::Pose;
@@ -10,17 +10,17 @@ const MOMENTS: usize = 500;
 /// The largest number of poses of each body in a path.
 const POSES: u64 = 4000;
 
-/// The errors of a method over time, at one step.
+/// Errors of a method over time, for a single step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
-    /// The method.
+    /// Method whose errors were recorded.
     pub kind: Kind,
     /// The step of the method \[s\].
     pub step: f64,
     /// The energy at the start \[J\].
     pub start_energy: f64,
-    /// The time intervals, all of equal length, in chronological order. Intervals without a sample
-    /// are left out.
+    /// Time intervals of equal length in chronological order. Intervals without a sample are
+    /// omitted.
     pub moments: Vec<Moment>,
 }
 
@@ -31,15 +31,15 @@ pub struct Moment {
     pub time: f64,
     /// The lowest and the highest relative change of the energy, `(E − E₀)/(T₀ + |U₀|)`.
     pub energy: (f64, f64),
-    /// The largest energy error `e_E`.
+    /// Largest energy error `e_E` in the interval.
     pub energy_error: f64,
-    /// The largest orthogonality error `e_R`.
+    /// Largest orthogonality error `e_R` in the interval.
     pub orthogonality: f64,
-    /// The largest error of the angular momentum, `e_L`.
+    /// Largest error of the angular momentum `e_L` in the interval.
     pub angular_momentum: f64,
 }
 
-/// The motion of all bodies.
+/// Recorded motion of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path {
     /// The poses of each body, equally spaced in time from the start.
@@ -50,7 +50,7 @@ pub struct Path {
     pub stride: u64,
 }
 
-/// Records errors and poses while a method runs.
+/// Recorder of errors and poses while a method runs.
 pub(super) struct Recorder {
     horizon: f64,
     start_energy: f64,
@@ -63,7 +63,7 @@ impl Recorder {
         Self { horizon, start_energy: scales.start.energy, moments: vec![None; MOMENTS], path: None }
     }
 
-    /// Also records the poses of the first `steps` steps.
+    /// Starts to record the poses of the bodies too, for the first `steps` steps.
     pub fn follow(&mut self, system: &System, start: &SystemState, steps: u64) {
         let path = Path {
             poses: start.poses().iter().map(|pose| vec![*pose]).collect(),

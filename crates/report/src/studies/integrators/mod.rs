@@ -1,4 +1,4 @@
-//! Compares work and precision of integrators on one motion.
+//! Comparison of the work and the precision of integrators for one motion.
 //!
 //! ```text
 //! e_E = |E − E₀| / (T₀ + |U₀|)           energy, of the kinetic and potential energy at the start
@@ -6,16 +6,17 @@
 //! e_R = max_i ‖I − R_iᵀR_i‖              orthogonality (Frobenius)
 //! ```
 //!
-//! A [`Study`] states methods, steps and horizons. [`Study::run`] returns a [`WorkPrecision`]. For
-//! each combination it has the errors above, largest and mean, and the work: time, evaluations of
-//! the potential, iterations. From these rows follows the work of each method at equal mean energy
-//! error ([`EqualError`]), interpolated between the steps on logarithmic axes. [`figures`] draws
-//! the comparison as figures 2 and 3 in section 3.4 of the survey by Leok (*An overview of Lie
-//! group variational integrators*).
+//! A [`Study`] defines the methods, the steps and the horizons, which are durations of the motion.
+//! [`Study::run`] returns a [`WorkPrecision`]. For each combination it contains the largest and the
+//! mean value of the errors above, and the work: computing time, evaluations of the potential, and
+//! iterations. From these values, the work of each method at equal mean energy error
+//! ([`EqualError`]) is interpolated on logarithmic axes. [`figures`] draws the comparison as
+//! figures 2 and 3 in section 3.4 of the survey by Leok (*An overview of Lie group variational
+//! integrators*).
 //!
-//! A ratio of work is meaningful only together with its error level and its horizon. The energy
-//! error of a symplectic method is bounded, and that of other methods grows, so every such ratio
-//! grows with the horizon. Methods of high order need less work on short smooth arcs.
+//! A ratio of work depends on the error level and on the horizon. The energy error of a symplectic
+//! method is bounded, whereas the error of other methods grows, so every such ratio grows with the
+//! horizon. For short smooth arcs, methods of high order need less work.
 
 mod at_equal_error;
 pub mod figures;
@@ -40,32 +41,33 @@ use slewkit::propagate::simulate::Simulation;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
-/// The methods, steps and horizons of a comparison.
+/// Methods, steps and horizons of a comparison of integrators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// The methods. The work of each is compared with the work of the first.
+    /// Methods that are compared. The work of each method is given relative to the work of the
+    /// first.
     pub kinds: Vec<Kind>,
-    /// The steps \[s\], the longest first.
+    /// Steps in decreasing order \[s\].
     pub steps: Vec<f64>,
-    /// The durations of the motion \[s\], the shortest first. Each is a multiple of every step.
+    /// Durations of the motion in increasing order \[s\]. Each of them is a multiple of every step.
     pub horizons: Vec<f64>,
-    /// The mean energy errors `e_E` at which work is compared. If empty, the program chooses at
-    /// most five levels of 1 or 3 times a power of ten, within the errors of the first method at
-    /// the longest horizon and above round-off.
+    /// Mean energy errors `e_E` for which the work is compared. If the list is empty, the program
+    /// chooses at most five levels. They are 1 or 3 times a power of ten, lie within the errors of
+    /// the first method over the longest horizon, and are above round-off.
     pub levels: Vec<f64>,
-    /// The step whose runs are recorded over time, one of `steps` \[s\].
+    /// Step for which errors are recorded over time \[s\]. It must be one of `steps`.
     pub shown_step: f64,
-    /// The error control of the adaptive methods.
+    /// Error control of the adaptive methods.
     pub settings: integrator::ErrorControl,
-    /// The number of repetitions of a run, of which the shortest time counts. Short runs are
-    /// repeated more often, and runs of more than a second are not repeated.
+    /// Number of repetitions of each run; the shortest computing time of the repetitions counts.
+    /// Short runs are repeated more often, and runs of more than a second are not repeated.
     pub repeats: u32,
 }
 
-/// The requested values of a study. An empty list selects the values of the survey.
+/// Values that the user requests for a study. An empty list stands for the values of the survey.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked {
-    /// The methods, as in [`Study::kinds`].
+    /// Methods that are compared, as in [`Study::kinds`].
     pub kinds: Vec<Kind>,
     /// The steps \[s\], as in [`Study::steps`].
     pub steps: Vec<f64>,
@@ -75,41 +77,41 @@ pub struct Asked {
     pub levels: Vec<f64>,
 }
 
-/// The reason why a study cannot run.
+/// Reason why a study cannot be carried out.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
     #[error("a comparison needs 1 to {limit} {what}, and {found} are given")]
     Count {
-        /// The name of the list's contents, such as "steps".
+        /// Name of the contents of the list, such as "steps".
         what: &'static str,
-        /// The number of entries that was found.
+        /// Number of entries of the list.
         found: usize,
         /// The largest allowed number of entries.
         limit: usize,
     },
-    /// A number is not positive and finite, or the list is not in order.
+    /// A number in a list is not positive and finite, or the numbers are not in the required order.
     #[error("the {what} must be positive numbers in {order} order, and {value} is not")]
     Order {
-        /// The name of the list's contents, such as "steps".
+        /// Name of the contents of the list, such as "steps".
         what: &'static str,
-        /// The required order.
+        /// Order in which the numbers must be, as a phrase.
         order: &'static str,
         /// The first number that violates the order.
         value: f64,
     },
-    /// A horizon is not a whole number of steps.
+    /// A horizon is not a multiple of a step.
     #[error(
         "the step {} s does not divide the horizon {} s; the next that does is {} s",
         short(*step), short(*horizon), short(horizon / (horizon / step).ceil().max(1.0))
     )]
     Division {
-        /// The step \[s\].
+        /// Step that does not divide the horizon \[s\].
         step: f64,
-        /// The horizon \[s\].
+        /// Horizon that is not a multiple of the step \[s\].
         horizon: f64,
     },
-    /// The horizon needs too many steps.
+    /// The number of steps to the horizon is too large.
     #[error(
         "{steps:.1e} steps of {} s to the horizon {} s are too many: at most {:.0e} are allowed",
         short(*step), short(*horizon), Study::STEPS
@@ -117,71 +119,72 @@ pub enum StudyError {
     TooManySteps {
         /// The number of steps to the horizon.
         steps: f64,
-        /// The step \[s\].
+        /// Step with which the horizon needs too many steps \[s\].
         step: f64,
-        /// The horizon \[s\].
+        /// Horizon that needs too many steps \[s\].
         horizon: f64,
     },
-    /// The step whose runs are recorded is not one of the steps.
+    /// The step for which errors are to be recorded over time is not one of the steps.
     #[error("the step to show, {} s, is not one of the compared steps", short(*step))]
     ShownStep {
-        /// The step \[s\].
+        /// Step for which errors were to be recorded \[s\].
         step: f64,
     },
-    /// The state does not belong to the system, or a setting cannot be used.
+    /// The initial state does not fit the system, or a setting of the integrator is invalid.
     #[error(transparent)]
     System(#[from] SystemError),
 }
 
-/// The progress of a study.
+/// Progress of a study while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudyProgress {
-    /// The method that runs.
+    /// Method that is running.
     pub kind: Kind,
     /// The step of the current run \[s\].
     pub step: f64,
-    /// The number of finished runs, and of all runs. Each combination runs once to record its
-    /// errors, and once to measure its time.
+    /// Number of finished runs, and number of all runs. Each combination is run once to record the
+    /// errors, and once more to measure the time.
     pub runs: (usize, usize),
 }
 
-/// The result of a study.
+/// Errors and work of all methods of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkPrecision {
-    /// The energy to which energy errors are relative, `T₀ + |U₀|` \[J\].
+    /// Energy `T₀ + |U₀|` by which energy errors are divided \[J\].
     pub energy_scale_j: f64,
-    /// The mean energy errors at which work is compared.
+    /// Mean energy errors for which the work is compared.
     pub levels: Vec<f64>,
-    /// The errors and the work, one row for each method, step and horizon, in this order.
+    /// Errors and work of each run, sorted by method, step and horizon.
     pub runs: Vec<IntegratorRun>,
-    /// The work at equal error, one row for each horizon, level and method, in this order.
+    /// Work at equal error, sorted by horizon, level and method.
     pub equal_error: Vec<EqualError>,
-    /// The errors of the methods over time, at the recorded step and to the longest horizon.
+    /// Errors of the methods over time, for the step [`Study::shown_step`] and the longest horizon.
     #[serde(skip)]
     pub histories: Vec<History>,
-    /// The motion to the middle one of the horizons, by the first method at the shortest step.
+    /// Motion over the middle one of the horizons, computed by the first method with the shortest
+    /// step.
     #[serde(skip)]
     pub path: Path,
-    /// True if the study was stopped before its end. The results so far are kept.
+    /// True if the study was stopped before its end. The results obtained before are included.
     pub interrupted: bool,
 }
 
 impl Study {
-    /// The largest number of methods, steps, horizons or levels.
+    /// Largest number of methods, steps, horizons or error levels.
     pub const COUNT: usize = 32;
     /// The largest number of steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
-    /// The methods that are compared in section 3.4 of Leok's survey (*An overview of Lie group
-    /// variational integrators*, see the crate `slewkit`): Lie–Verlet (LGVI), Crouch–Grossman
-    /// (LGM), explicit midpoint (RK) and implicit midpoint (SRK).
+    /// Methods that section 3.4 of Leok's survey (*An overview of Lie group variational
+    /// integrators*, see the crate `slewkit`) compares: Lie–Verlet (LGVI), Crouch–Grossman (LGM),
+    /// explicit midpoint (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// Builds a study of the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step` \[s\].
-    /// The horizons are `duration` \[s\], a tenth and a hundredth of it, rounded to a multiple of
-    /// the longest step. The program chooses the error levels. Short motions have shorter steps and
-    /// fewer horizons.
+    /// Creates a study of the methods of the survey with steps of 16, 8, 4, 2, 1, ½ and ¼ times
+    /// `step` \[s\]. The horizons are `duration` \[s\], a tenth and a hundredth of it, rounded to a
+    /// multiple of the longest step. The program chooses the error levels. For short motions, the
+    /// steps are shorter and the horizons fewer.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
@@ -204,8 +207,9 @@ impl Study {
         }
     }
 
-    /// Builds the study of a simulation with its own step, duration and integrator, in addition to
-    /// the methods of the survey. Values in `asked` replace the defaults.
+    /// Creates the study of a simulation. In addition to the methods of the survey, it includes the
+    /// integrator of the simulation. Step and duration are those of the simulation, and values in
+    /// `asked` replace the defaults.
     pub fn of(simulation: &Simulation, asked: &Asked) -> Self {
         let mut study = Self::survey(simulation.step(), simulation.duration);
         study.settings = simulation.settings;
@@ -228,23 +232,23 @@ impl Study {
                 }
             }
         }
-        // The recorded step is the step of the spec or, if steps are requested, the middle one of
-        // them.
+        // The errors over time are recorded for the step of the spec or, if steps are requested,
+        // for the middle one of these steps.
         if !asked.steps.is_empty() {
             study.shown_step = asked.steps[asked.steps.len() / 2];
         }
         study
     }
 
-    /// Returns the number of steps of length `step` to `horizon`.
+    /// Returns the number of steps of length `step` \[s\] to the time `horizon` \[s\].
     fn count(step: f64, horizon: f64) -> u64 {
         (horizon / step).round() as u64
     }
 
-    /// Checks that the study can run.
+    /// Checks that the study can be carried out.
     ///
     /// # Errors
-    /// Returns a [`StudyError`] that names the wrong value.
+    /// Returns a [`StudyError`] that states the invalid value.
     pub fn check(&self) -> Result<(), StudyError> {
         let count = |what, found: usize| match found {
             1..=Self::COUNT => Ok(()),
@@ -268,7 +272,8 @@ impl Study {
                 return Err(StudyError::Division { step, horizon });
             }
         }
-        // The bits are compared, because the step must be an element of the list.
+        // The bits are compared, because the step must be an element of the list and not only close
+        // to one.
         if !self.steps.iter().any(|step| step.to_bits() == self.shown_step.to_bits()) {
             return Err(StudyError::ShownStep { step: self.shown_step });
         }

@@ -1,5 +1,5 @@
-//! Runs one method with one step: once to record its conserved quantities, and again to measure its
-//! time.
+//! Run of one method with one step. A first pass records the conserved quantities, and further
+//! passes measure the computing time.
 
 use super::StudyError;
 use super::history::Recorder;
@@ -10,79 +10,80 @@ use slewkit::numerics::figures::short;
 use slewkit::propagate::integrator::{ErrorControl, Integrator, Kind, StepError, System, SystemState, Work};
 use std::ops::ControlFlow;
 
-/// The approximate number of states that are sampled up to the longest horizon, equally spaced.
+/// Approximate number of states at which errors are computed, equally spaced up to the longest
+/// horizon.
 const SAMPLES: u64 = 200_000;
 
-/// The number of steps between two checks of the clock and of a stop.
+/// Number of steps between two checks of the clock and of a request to stop.
 const CHUNK: u64 = 1024;
 
-/// The total time after which a run is not repeated any more \[s\].
+/// Total time of the repetitions of a run after which it is not repeated again \[s\].
 const SHORT: f64 = 0.02;
-/// The time of a run above which it is not repeated \[s\].
+/// Computing time above which a run is not repeated \[s\].
 const LONG: f64 = 1.0;
 
 /// The largest number of repetitions of a run.
 const MOST_REPEATS: u32 = 100;
 
-/// The errors and the work of a method with one step, up to one horizon.
+/// Errors and work of a method with one step, over one horizon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegratorRun {
-    /// The name of the method.
+    /// Name of the method of the run.
     #[serde(deserialize_with = "name")]
     pub method: Name,
-    /// The step \[s\].
+    /// Step of the run \[s\].
     pub step_s: f64,
-    /// The horizon \[s\].
+    /// Duration of the motion \[s\].
     pub horizon_s: f64,
     /// The number of steps to the horizon.
     pub steps: u64,
     /// The errors of conserved quantities; `None` if the method did not reach this horizon.
     #[serde(flatten)]
     pub errors: Option<Errors>,
-    /// The number of evaluations of the potential, each for all bodies at once.
+    /// Number of evaluations of the potential. One evaluation covers all bodies.
     pub force_evaluations: u64,
-    /// The number of Newton or fixed-point iterations, summed over the bodies if each body iterates
-    /// separately.
+    /// Number of Newton or fixed-point iterations. If each body iterates separately, it is the sum
+    /// over the bodies.
     pub iterations: u64,
-    /// The shortest CPU time of all repetitions, of the thread that computes the steps \[s\].
-    /// Without the feature `cpu-time` it is elapsed time. If several threads sum the attraction of
-    /// many points, it is the CPU time of one of them.
+    /// Shortest CPU time of all repetitions, measured for the thread that computes the steps \[s\].
+    /// Without the feature `cpu-time` it is the elapsed time. If several threads share the
+    /// summation over many points, it is the CPU time of one of them.
     pub time_s: f64,
     /// The reason why the method did not reach the horizon; `None` if it did.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
 }
 
-/// A name of [`Kind::NAMES`].
+/// A name of a method from [`Kind::NAMES`].
 pub type Name = &'static str;
 
-/// Deserialises the name of a known method.
+/// Deserialises the name of a method; an unknown name is an error.
 pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let name = String::deserialize(from)?;
     name.parse().map(Kind::name).map_err(serde::de::Error::custom)
 }
 
-/// The errors of conserved quantities over the sampled states: every step, or equally spaced steps
-/// of long runs.
+/// Errors of conserved quantities over the sampled states. These are all states or, in long runs,
+/// equally spaced ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// The largest energy error `e_E`.
+    /// Largest energy error `e_E` over the samples.
     pub energy_error_max: f64,
-    /// The mean energy error `e_E`.
+    /// Mean energy error `e_E` over the samples.
     pub energy_error_mean: f64,
-    /// The largest orthogonality error `e_R`.
+    /// Largest orthogonality error `e_R` over the samples.
     pub orthogonality_error_max: f64,
-    /// The mean orthogonality error `e_R`.
+    /// Mean orthogonality error `e_R` over the samples.
     pub orthogonality_error_mean: f64,
-    /// The largest error of the linear momentum, `e_P`. For a body in a field, it includes the
-    /// change that the field causes.
+    /// Largest error of the linear momentum `e_P`. For a body in a force field, it includes the
+    /// change of momentum due to the field.
     pub linear_momentum_error_max: f64,
-    /// The largest error of the angular momentum, `e_L`. For a body in a field, it includes the
-    /// change that the field causes.
+    /// Largest error of the angular momentum `e_L`. For a body in a force field, it includes the
+    /// change of momentum due to the field.
     pub angular_momentum_error_max: f64,
 }
 
-/// The sums and maxima of the errors of all samples so far.
+/// Sums and maxima of the errors over the samples added so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     count: u64,
@@ -100,7 +101,7 @@ impl Sums {
         errors.orthogonality_error_mean += sample.orthogonality;
         errors.linear_momentum_error_max = errors.linear_momentum_error_max.max(sample.linear);
         errors.angular_momentum_error_max = errors.angular_momentum_error_max.max(sample.angular);
-        // `f64::max` ignores a NaN; a sum does not.
+        // A sum is NaN if a term is NaN; `f64::max` would ignore the NaN.
         (sample.energy_error + sample.orthogonality + sample.linear + sample.angular).is_finite()
     }
 
@@ -120,18 +121,18 @@ pub(super) struct Setup<'a> {
     pub start: &'a SystemState,
     pub kind: Kind,
     pub step: f64,
-    /// The number of steps to each horizon, in ascending order.
+    /// Number of steps to each horizon, in increasing order.
     pub horizons: Vec<u64>,
     pub settings: ErrorControl,
 }
 
-/// The results of a run: one row for each horizon, unless the study was stopped.
+/// Results of a run, with one row for each horizon. If the study was stopped, rows are missing.
 pub(super) struct Measured {
     pub rows: Vec<IntegratorRun>,
     pub stopped: bool,
 }
 
-/// How a pass over the steps ended.
+/// Reason why a pass over the steps ended.
 enum End {
     Reached,
     Failed(String),
@@ -229,8 +230,8 @@ impl Setup<'_> {
         Ok(End::Reached)
     }
 
-    /// Returns the time that the steps alone take to each of `horizons`; `None` if the study was
-    /// stopped.
+    /// Returns the computing time of the steps to each of `horizons`, without sampling; `None` if
+    /// the study was stopped.
     fn time(
         &self,
         horizons: &[u64],

@@ -1,20 +1,20 @@
-//! Computes the errors of one state relative to the start.
+//! Errors of one state relative to the initial state.
 
 use slewkit::Vector3;
 use slewkit::mechanics::full_body::invariants;
 use slewkit::propagate::integrator::{Invariants, System, SystemState};
 
-/// The reference values of relative errors.
+/// Reference values by which errors are divided.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     pub start: Invariants,
-    /// The reference of energy errors, `T₀ + |U₀|`.
+    /// Reference value of energy errors, `T₀ + |U₀|` \[J\].
     pub energy: f64,
     linear: f64,
     angular: f64,
 }
 
-/// The errors of one state.
+/// Errors of one state relative to the initial state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub energy: f64,
@@ -33,7 +33,7 @@ impl Scales {
             each().map(|(pose, p)| (pose.position.cross(&p.linear) + pose.attitude * p.angular).norm()).sum();
         let potential = system.potential().map_or(0.0, |potential| potential.energy(poses));
         let energy = invariants::kinetic_energy(system.bodies(), momenta) + potential.abs();
-        // If the reference is zero, errors are absolute.
+        // If a reference value is zero, errors are not divided by it.
         let scale = |size: f64| if size > 0.0 { size } else { 1.0 };
         Self {
             start: system.invariants(start),

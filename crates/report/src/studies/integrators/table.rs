@@ -1,4 +1,4 @@
-//! Formats the comparison as text.
+//! Formatting of the comparison as text.
 
 use super::{Bound, EqualError, IntegratorRun, WorkPrecision};
 use crate::draw::table;
@@ -7,7 +7,7 @@ use slewkit::numerics::figures::{scientific, short};
 use std::fmt;
 
 impl fmt::Display for WorkPrecision {
-    /// Writes a table of the runs for each horizon, and a table of the work at equal energy error.
+    /// Writes a table of the runs over each horizon, and a table of the work at equal energy error.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
@@ -30,7 +30,7 @@ impl fmt::Display for WorkPrecision {
     }
 }
 
-/// The column heads of the table of runs.
+/// Headings of the columns of the table of runs.
 pub const RUNS: &[&str] = &[
     "method",
     "step, s",
@@ -43,7 +43,7 @@ pub const RUNS: &[&str] = &[
     "iterations",
     THREAD_TIME_S,
 ];
-/// The column heads of the table of work at equal error.
+/// Headings of the columns of the table of the work at equal error.
 pub const EQUAL: &[&str] =
     &["horizon, s", "error", "method", "step, s", "evaluations", "ratio", THREAD_TIME_S, "ratio"];
 
@@ -53,7 +53,8 @@ fn write(f: &mut fmt::Formatter<'_>, header: &[&str], rows: Vec<Vec<String>>, le
     table(&rows, left).iter().try_for_each(|line| writeln!(f, "  {line}"))
 }
 
-/// Returns the cells of a run. A failed run has three cells, the last of which is the reason.
+/// Returns the cells of the row of a run. The row of a failed run has three cells, of which the
+/// last is the reason.
 pub fn run_row(run: &IntegratorRun) -> Vec<String> {
     let mut row = vec![run.method.to_string(), short(run.step_s)];
     match &run.errors {
@@ -79,7 +80,7 @@ pub fn equal_row(row: &EqualError) -> Vec<String> {
         Some(Bound::AtLeast) => "≥ ",
         Some(Bound::Interpolated) | None => "",
     };
-    // A longer step means less work, so an upper bound of the work is a lower bound of the step,
+    // A longer step needs less work, so an upper bound on the work is a lower bound on the step,
     // and vice versa.
     let of_step = match row.bound {
         Bound::AtMost => "≥ ",

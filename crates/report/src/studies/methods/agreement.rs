@@ -1,4 +1,4 @@
-//! Measures how well the results of the methods agree.
+//! Agreement of the results of different methods.
 
 use serde::Serialize;
 use slewkit::maneuver::{Motion, Outcome, Problem, Rung, Settings, Solution};
@@ -6,7 +6,7 @@ use slewkit::optimize::discrete::step::Units;
 use slewkit::optimize::search::{self, Guess, Observer, PlanError};
 use std::collections::BTreeSet;
 
-/// The verdict on the agreement of the results.
+/// Verdict on whether the results of the methods agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -18,59 +18,60 @@ pub enum Verdict {
     NothingToCompare,
 }
 
-/// The agreement of the results of shooting and SCP. A number is `None` if one of the results is
+/// Agreement of the results of shooting and SCP. A number is `None` if one of the two results is
 /// missing.
 ///
-/// Costates are compared at every node, in scaled units and relative to the largest costate, if
-/// both results have the same path. If the problem has a symmetry (a rank-deficient sensitivity
-/// matrix), the costates of an extremal are not unique and may differ.
+/// Costates are compared if both results follow the same path. They are compared at every node, in
+/// scaled units, and the difference is divided by the largest costate. If the problem has a
+/// symmetry, the sensitivity matrix is rank-deficient. The costates of an extremal are then not
+/// unique and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
-    /// The verdict on the costs.
+    /// Verdict on whether the costs of the methods agree.
     pub verdict: Verdict,
-    /// The largest difference between the costs of methods that solved the problem, relative to the
-    /// smallest cost.
+    /// Largest difference between the costs of the methods that solved the problem, as a fraction
+    /// of the smallest cost.
     pub cost: Option<f64>,
-    /// The difference between the duals of the convex iteration, before the final interior-point
-    /// solve, and the costates of shooting.
+    /// Difference between the costates of shooting and the duals of SCP before the final
+    /// interior-point solve.
     pub duals_before_polish: Option<f64>,
-    /// The difference between the multipliers after the final interior-point solve and the costates
-    /// of shooting.
+    /// Difference between the costates of shooting and the multipliers of SCP after the final
+    /// interior-point solve.
     pub duals_after_polish: Option<f64>,
-    /// The difference between the duals before the final interior-point solve and the multipliers
-    /// after it.
+    /// Difference between the duals of SCP before the final interior-point solve and the
+    /// multipliers after it.
     pub polish_change: Option<f64>,
     /// True if the costates are unique, because the sensitivity matrix of shooting has full rank.
     pub costates_unique: Option<bool>,
-    /// The number of nodes at which a limit is active in only one of the results of shooting and of
-    /// the final interior-point solve.
+    /// Number of nodes at which a limit is active in the result of shooting but not after the final
+    /// interior-point solve, or vice versa.
     pub active_nodes_that_differ: Option<usize>,
     /// The result of shooting that starts from the duals of SCP.
     pub from_duals: Option<FromDuals>,
 }
 
-/// The result of Newton shooting from `λ_0` of the convex iteration's duals, before the final
-/// interior-point solve.
+/// Result of Newton shooting that starts from the costates `λ_0` given by the duals of SCP before
+/// the final interior-point solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FromDuals {
-    /// The outcome of shooting.
+    /// Outcome of the shooting method.
     pub outcome: Outcome,
     /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,
-    /// The scaled terminal error after each Newton step. The first value belongs to the duals
-    /// themselves.
+    /// Scaled terminal error after each Newton step. The first value is the error before the first
+    /// step.
     pub residuals: Vec<f64>,
 }
 
 impl Agreement {
-    /// The relative difference below which two costs belong to one extremal.
+    /// Largest relative difference between two costs of the same extremal.
     pub const COST_TOLERANCE: f64 = 1e-9;
-    /// The fraction of the unit of cost (a turn by one radian) below which differences between
-    /// costs are absolute, not relative.
+    /// Fraction of the unit of cost (the cost of a turn by one radian) below which a difference
+    /// between costs is divided by this fraction instead of the cost.
     const COST_FLOOR: f64 = 1e-6;
 }
 
-/// Compares the results. `settings` are the settings of shooting.
+/// Compares the results of the methods. `settings` are the settings of shooting.
 pub(super) fn of(
     problem: &Problem,
     settings: &Settings,
@@ -113,8 +114,8 @@ pub(super) fn of(
     })
 }
 
-/// Returns `(largest − smallest)/smallest` of the costs. The denominator is at least a small
-/// fraction of the unit of cost.
+/// Returns the relative difference `(largest − smallest)/smallest` of the costs. The denominator is
+/// at least [`Agreement::COST_FLOOR`] times the unit of cost.
 fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     let floor = Agreement::COST_FLOOR * Units::of(problem).cost;
     let smallest = costs.iter().copied().fold(f64::INFINITY, f64::min);
@@ -122,16 +123,16 @@ fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     (largest - smallest) / smallest.abs().max(floor)
 }
 
-/// The largest angle between the attitudes of two results for the same extremal \[rad\]. It is far
-/// above the error of a convex iteration, and far below the difference between two extremals.
+/// Largest angle between the attitudes of two results that count as the same path \[rad\]. It is
+/// far above the error of SCP, and far below the angle between two extremals.
 const SAME_PATH: f64 = 1e-3;
 
-/// Returns whether two converged results have the same cost and the same path. Two different optima
-/// of equal cost, as for a turn by 180°, do not count as the same extremal.
+/// Returns whether two converged results have the same cost and follow the same path. Two different
+/// optima of equal cost, as for a turn by 180°, are not the same extremal.
 pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     let angle = |(a, b): (&[f64; 4], &[f64; 4])| {
         let chord = |sign: f64| a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>().sqrt();
-        // |q − q'| = 2 sin(θ/4), for the sign of q' that is nearer to q.
+        // |q − q'| = 2 sin(θ/4), where the sign of q' is chosen to be nearer to q.
         4.0 * (0.5 * chord(1.0).min(chord(-1.0))).min(1.0).asin()
     };
     let (a_path, b_path) = (&a.trajectory.quaternion, &b.trajectory.quaternion);
@@ -141,13 +142,14 @@ pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bo
         && apart <= SAME_PATH
 }
 
-/// Returns whether the first result is cheaper by more than the tolerance for one extremal.
+/// Returns whether the cost of the first result is lower by more than the tolerance for the same
+/// extremal.
 pub(super) fn cheaper(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     a.cost < b.cost && spread(problem, &[a.cost, b.cost]) > Agreement::COST_TOLERANCE
 }
 
-/// Returns the largest difference between two histories of costates, in scaled units and relative
-/// to the largest costate of the second.
+/// Returns the largest difference between two histories of costates in scaled units, divided by the
+/// largest costate of the second history.
 fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     let units = Units::of(problem);
     let scale: Vec<f64> = match problem.motion {

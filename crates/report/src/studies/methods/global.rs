@@ -1,10 +1,10 @@
-//! Computes the gap between a plan and a global lower bound, on the grid of the maneuver or a
+//! Gap between the cost of a plan and a global lower bound, on the grid of the maneuver or on a
 //! coarser grid.
 //!
-//! The bound belongs to a discrete problem, and a coarser grid is another problem. The maneuver is
-//! therefore also planned on the grid of the bound, so that cost and bound belong to the same
-//! problem. The bound ignores limits and constraints, which only increase the cost. A plan without
-//! them shows which part of the gap they cause.
+//! The bound is valid for one discrete problem, and a coarser grid is a different problem. The
+//! maneuver is therefore also planned on the grid of the bound, so that cost and bound belong to
+//! the same problem. The bound ignores limits and constraints, which can only increase the cost. A
+//! plan without them shows the part of the gap that they cause.
 
 use serde::Serialize;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
@@ -14,40 +14,40 @@ use slewkit::optimize::lower_bound::{
 use slewkit::optimize::search::{self, Observer, PlanError};
 use thiserror::Error;
 
-/// The default number of steps for the bound of a maneuver with more steps.
+/// Default number of steps of the bound, if the maneuver has more steps.
 pub const BOUND_STEPS: usize = 8;
 
-/// A global lower bound and the plans of its discrete problem.
+/// A global lower bound on the cost of a discrete problem, with plans of this problem.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Global {
-    /// The number of steps of the discrete problem that is bounded and planned.
+    /// Number of steps of the discrete problem.
     pub steps: usize,
-    /// True if the bound has the grid of the maneuver. Otherwise bound and gap belong to a coarser
-    /// problem.
+    /// True if the grid of the bound is the grid of the maneuver. Otherwise bound and gap belong to
+    /// a coarser problem.
     pub same_grid: bool,
-    /// The lower bound: no covered plan of the discrete problem costs less.
+    /// Lower bound on the cost of all plans of the discrete problem that the bound covers.
     pub lower_bound: f64,
     /// The cost of the plan of the discrete problem.
     pub cost: f64,
     /// The cost of the plan without limits and constraints; `None` if the maneuver has none.
     pub cost_without_limits: Option<f64>,
-    /// The largest possible saving, `(cost − lower_bound)/cost`.
+    /// Largest possible relative saving, `(cost − lower_bound)/cost`.
     pub gap: f64,
-    /// The part of the gap that the relaxation causes: the gap without limits.
+    /// Gap without limits and constraints, which is due to the relaxation alone.
     pub gap_without_limits: f64,
-    /// True if the plan without limits is proved globally optimal up to [`Global::TIGHT`].
-    /// Otherwise the bound is not sharp, or a cheaper plan exists.
+    /// True if the plan without limits and constraints is proved globally optimal within
+    /// [`Global::TIGHT`]. Otherwise the bound is not sharp, or a cheaper plan exists.
     pub tight: bool,
     /// The class of plans that the bound covers.
     pub coverage: Coverage,
     /// The relaxation from which the bound is computed.
     pub relaxation: Relaxation,
-    /// The outcome of the conic solver. The bound is proved for any outcome.
+    /// Outcome of the conic solver, on which the validity of the bound does not depend.
     pub solver: SolverEnd,
-    /// The largest ratio of the second to the first eigenvalue over all moment matrices. If it is
-    /// near zero, the relaxation is exact.
+    /// Largest ratio of the second to the first eigenvalue over all moment matrices. A value near
+    /// zero means that the relaxation is exact.
     pub rank_one_defect: Option<f64>,
-    /// The number of moments in the relaxation.
+    /// Number of moment variables in the relaxation.
     pub moments: usize,
     /// The number of iterations of the conic solver.
     pub iterations: u32,
@@ -56,7 +56,7 @@ pub struct Global {
 }
 
 impl Global {
-    /// The relative gap up to which a plan counts as globally optimal.
+    /// Largest relative gap at which a plan counts as globally optimal.
     pub const TIGHT: f64 = 1e-6;
 }
 
@@ -71,26 +71,25 @@ pub enum GlobalError {
         /// The reason why the maneuver cannot be planned.
         error: PlanError,
     },
-    /// No plan was found on that grid for a comparison with the bound.
+    /// The search found no plan on the grid of the bound, with which the bound could be compared.
     #[error("no lower bound on {steps} steps: the maneuver was not solved there ({outcome:?})")]
     NotSolved {
         /// The number of steps of the grid.
         steps: usize,
-        /// The outcome of the solve.
+        /// Outcome of the unsuccessful search.
         outcome: Outcome,
     },
-    /// No bound was found.
+    /// The lower bound cannot be computed.
     #[error(transparent)]
     Bound(#[from] BoundError),
 }
 
-/// Computes the lower bound of the discrete problem on `steps` steps, and plans this discrete
-/// problem. Without `steps`, the grid has [`BOUND_STEPS`] steps, or fewer if the maneuver has
-/// fewer.
+/// Computes the lower bound for the discrete problem with `steps` steps, and plans this problem. If
+/// `steps` is `None`, the grid has [`BOUND_STEPS`] steps, or fewer if the maneuver has fewer.
 ///
 /// # Errors
-/// Returns a [`GlobalError`] if the bound does not cover the maneuver, or if the maneuver is not
-/// solved on this grid.
+/// Returns a [`GlobalError`] if the bound does not cover the maneuver, or if no plan is found on
+/// this grid.
 pub fn global(
     problem: &Problem,
     settings: &Settings,
@@ -101,8 +100,8 @@ pub fn global(
     let there = problem.clone().with_steps(steps);
     let mut relaxed = there.clone();
     relaxed.constraints.clear();
-    // Wheels remain, and the bound then refuses the maneuver, because their torques are not
-    // external.
+    // Wheels are kept, although the bound then rejects the maneuver: their torques are not external
+    // torques.
     relaxed.actuation = problem.actuation.without_limits();
     relaxed.actuation.wheels = problem.actuation.wheels.clone();
     covered(&relaxed)?;

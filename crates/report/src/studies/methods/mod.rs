@@ -1,11 +1,11 @@
-//! Compares methods on one discrete problem.
+//! Comparison of methods on one discrete problem.
 //!
 //! Three methods solve the same discrete conditions independently:
 //!
 //! - **shooting**: Newton's method on the costates, with forward and backward sweeps of the
 //!   extremal;
-//! - **scp**: sequential convex programming until its own convergence on the requested grid. The
-//!   duals of its last subproblem serve as costates. Newton's method is not used;
+//! - **scp**: sequential convex programming until it converges on the requested grid. The duals of
+//!   its last subproblem serve as costates. Newton's method is not used;
 //! - **scp + polish**: SCP as a plan uses it, with a final solve by the interior-point method.
 //!
 //! The duals are costates: the multipliers of the linearised dynamics converge to the costates `λ`.
@@ -51,34 +51,33 @@ use slewkit::optimize::search::{self, Guess, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
-/// A method of the comparison.
+/// A method of solution that the comparison includes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
-    /// Newton shooting on the costates. Limits of the inputs enter through the saturated control
-    /// law.
+    /// Newton shooting on the costates. Input limits enter through the saturated control law.
     Shooting,
-    /// Sequential convex programming until its own convergence, without a final interior-point
-    /// solve.
+    /// Sequential convex programming until it converges, without a final interior-point solve.
     Scp,
     /// Sequential convex programming with a final interior-point solve.
     ScpPolish,
 }
 
-/// How the run of a method ended.
+/// Outcome of the run of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// The convex iteration converged by its own criterion; its terminal error is not checked.
+    /// SCP converged according to its own criterion; its terminal error has not been checked.
     Converged,
-    /// The method does not support this kind of problem.
+    /// The method does not support problems of this kind.
     DoesNotApply,
-    /// The status of a plan that the witnesses judged, or of a search without a plan.
+    /// The method ended with this status: of a plan that the witnesses judged, or of a search
+    /// without a plan.
     #[serde(untagged)]
     Ended(Status),
 }
 
-/// The nodes at which a limit or constraint is active.
+/// Times of the nodes at which a limit or constraint is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ActiveNodes {
     /// The name of the limit or constraint.
@@ -87,52 +86,52 @@ pub struct ActiveNodes {
     pub time_s: Vec<f64>,
 }
 
-/// The result that a method found by itself, before it started from the plan of another method.
+/// Result of a method before it was started again from the plan of another method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
-    /// The outcome of the method.
+    /// Outcome of the method in its independent run.
     pub status: Standing,
-    /// The cost of the result; `None` if the method did not reach the end.
+    /// Cost of this result; `None` if its motion does not reach the target.
     pub cost: Option<f64>,
 }
 
-/// The result of one method, or the reason why it has none. Without a trajectory, the numbers are
-/// `None`.
+/// Result of one method, or the reason why it has none. If the method has no trajectory, the
+/// numbers are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodRun {
-    /// The method.
+    /// Method to which the result belongs.
     pub method: Contender,
-    /// The outcome.
+    /// Outcome of the run.
     pub status: Standing,
-    /// The method's own result, if the other fields belong to a second run along the path of a
-    /// cheaper plan.
+    /// Result that the method found independently; `None` unless the other fields belong to a
+    /// second run, which started from the path of a cheaper plan.
     pub by_itself: Option<ByItself>,
     /// The reason why the method does not apply, or why no input can meet the terminal conditions.
     pub reason: Option<String>,
     /// The cost of the discrete problem.
     pub cost: Option<f64>,
-    /// The terminal error of the discrete motion, if the inputs are replayed from the start.
+    /// Terminal error of the discrete motion that results from the inputs.
     pub terminal: Option<TerminalError>,
-    /// The largest residual of the KKT conditions, scaled.
+    /// Largest scaled residual of the KKT conditions.
     pub stationarity: Option<f64>,
-    /// The number of conjugate points, if they are counted.
+    /// Number of conjugate points; `None` if they were not counted.
     pub conjugate_points: Option<usize>,
-    /// Whether the path goes the short or the long way.
+    /// Direction of rotation to the end attitude: the short or the long way.
     pub sense: Option<Sense>,
     /// The total angle along the path \[deg\].
     pub turned_deg: Option<f64>,
-    /// The number of convex subproblems from the start that led to the result, on all grids.
+    /// Number of convex subproblems, on all grids, from the initial guess that led to the result.
     pub subproblems: Option<usize>,
-    /// The number of Newton iterations from the start that led to the result, on all grids.
+    /// Number of Newton iterations, on all grids, from the initial guess that led to the result.
     pub newton_iterations: usize,
-    /// The active limits and constraints, and their nodes.
+    /// Limits and constraints that are active, with the times of their nodes.
     pub active: Vec<ActiveNodes>,
-    /// The costates at the start in SI units, `λ_0` for Lie–Euler and `λ_{−1}` for Lie–Verlet. They
-    /// can serve as a guess for a plan.
+    /// Costates at the start in SI units: `λ_0` for Lie–Euler and `λ_{−1}` for Lie–Verlet. They can
+    /// serve as an initial guess for a plan.
     pub costates_0: Vec<f64>,
     /// The elapsed time of the solve, without verification \[s\]. It differs from run to run.
     pub solve_time_s: f64,
-    /// The motion, if the method reached the end. It is not written to files.
+    /// Motion of the result; `None` if it does not reach the target. Files do not contain it.
     #[serde(skip)]
     pub trajectory: Option<Trajectory>,
 }
@@ -142,14 +141,14 @@ pub struct MethodRun {
 pub struct Comparison {
     /// The results of the methods, in the order of [`Contender`].
     pub methods: Vec<MethodRun>,
-    /// The agreement of the results.
+    /// Agreement between the results of the methods.
     pub agreement: Agreement,
 }
 
 /// Solves `problem` with every method that applies, and compares the results.
 ///
-/// The comparison ignores the method in `settings`, and applies the time limit to each solve. If
-/// the observer requests a stop, all solves end.
+/// The comparison ignores the method in `settings`. The time limit applies to each solve
+/// separately. If the observer requests a stop, all solves end.
 ///
 /// # Errors
 /// Returns [`PlanError`] if `problem` or `settings` cannot be used. A method that does not apply,
@@ -164,7 +163,7 @@ pub fn compare(
     }
     // The methods are compared on the discrete problem, which all of them solve.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
-    // For an end on a target, all methods use the end state that one plan has found.
+    // If the body must point at a target at the end, all methods use the end state of one plan.
     let aimed = match problem.aim() {
         None => None,
         Some(_) => {
@@ -174,8 +173,8 @@ pub fn compare(
         }
     };
     let problem = aimed.as_ref().unwrap_or(problem);
-    // For alternating sets of constraints, all methods use the set and the times that one plan has
-    // found.
+    // If sets of constraints are alternatives, all methods use the sets and times that one plan has
+    // selected.
     let in_turns = if problem.alternatives.is_empty() {
         None
     } else {
@@ -199,7 +198,7 @@ pub fn compare(
     let mut polished = Answer::first(convex(true, None, observer)?);
     let mut unpolished = Answer::first(convex(false, None, observer)?);
 
-    // All methods are compared on one extremal: the cheapest that a plan would return.
+    // All methods are compared on the same extremal: the cheapest extremal that was found.
     if let Ok(shot) = &mut shooting
         && polished.converged()
         && (!shot.converged() || agreement::cheaper(problem, polished.solution(), shot.solution()))
@@ -243,13 +242,14 @@ pub fn compare(
     Ok(Comparison { methods, agreement })
 }
 
-/// The result of a method, and its own result before it started from the plan of another method.
+/// Result of a method, and its independent result if it was started again from the plan of another
+/// method.
 struct Answer {
     plan: Plan,
     by_itself: Option<Plan>,
 }
 
-/// Builds a plan from a solution, without a verdict of the witnesses.
+/// Creates a plan from a solution, without verification by the witnesses.
 fn bare(solution: Solution) -> Plan {
     Plan::new(solution, None, Status::NotConverged)
 }
@@ -271,8 +271,8 @@ impl Answer {
         self.converged() && agreement::same_extremal(problem, self.solution(), other)
     }
 
-    /// Replaces the result by that of a second run, if the second run converged to the extremal
-    /// `shown`.
+    /// Replaces the result by the result of a second run, if the second run converged to the
+    /// extremal `shown`.
     fn again(&mut self, problem: &Problem, plan: Plan, shown: &Solution) {
         let second = Self::first(plan);
         if second.is(problem, shown) {
@@ -282,8 +282,8 @@ impl Answer {
 }
 
 impl Comparison {
-    /// Returns the status of the comparison: `Solved` if at least one method solved the problem and
-    /// all that did agree; `VerificationFailed` if they do not agree.
+    /// Returns the status of the comparison. It is `Solved` if at least one method solved the
+    /// problem and all methods that solved it agree, and `VerificationFailed` if they disagree.
     pub fn status(&self) -> Status {
         let ended = |status: &Status| {
             let disagree = self.agreement.verdict == Verdict::Disagree;
@@ -300,13 +300,13 @@ impl Comparison {
         order.into_iter().find(ended).unwrap_or(Status::NotConverged)
     }
 
-    /// Returns the result of a method.
+    /// Returns the result of the method `method`; `None` if it was not run.
     pub fn run(&self, method: Contender) -> Option<&MethodRun> {
         self.methods.iter().find(|run| run.method == method)
     }
 }
 
-/// Returns how a solve ended that no witness judges.
+/// Returns the outcome of a solve whose result the witnesses do not judge.
 fn unjudged(solution: &Solution) -> Standing {
     match solution.outcome {
         Outcome::Converged => Standing::Converged,

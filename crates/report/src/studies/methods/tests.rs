@@ -292,7 +292,7 @@ mod bounded {
         let found = global(&shipped("rest_120"), &Settings::discrete(), Some(4), &mut Silent).unwrap();
         assert!(!found.same_grid && found.steps == 4 && found.tight);
         assert!(found.lower_bound <= found.cost && found.gap < 1e-6);
-        // The maneuver on its own grid is another discrete problem: 10.69, not 9.54.
+        // On the grid of the maneuver, the discrete problem has a different cost: 10.69, not 9.54.
         assert!((found.cost - 9.543).abs() < 1e-3);
         let same =
             global(&shipped("rest_120").with_steps(4), &Settings::discrete(), None, &mut Silent).unwrap();

@@ -82,7 +82,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// Returns the derivatives of the Lagrangian with respect to the inputs of a stage, without the
-    /// cost of the inputs and without their own limits.
+    /// terms of the cost of the inputs and of the limits of the inputs.
     pub fn by_inputs(&self, stage: usize) -> Vec<f64> {
         let (program, shape) = (&self.program, self.program.shape());
         let Shape { n, .. } = *shape;
@@ -123,8 +123,8 @@ impl<'a> Conditions<'a> {
         self.count(&met, CURVATURE).filter(|decreasing| *decreasing > 0)
     }
 
-    /// Counts the directions in which the cost decreases for a set of active rows, with `shift`
-    /// times the effort added to the Hessian.
+    /// Counts the independent directions in which the cost decreases, with the rows whose flag in
+    /// `acting` is true held active and `shift` times the effort added to the Hessian.
     fn count(&self, acting: &[bool], shift: f64) -> Option<usize> {
         let (shape, at) = (self.program.shape(), &self.at);
         let Shape { n, m, terminal, stages, starts, .. } = *shape;

@@ -54,8 +54,8 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] -= mu.dot(&seen);
     }
 
-    /// Adds the second derivatives of the drift, weighted by the costate after it, and those of the
-    /// arc.
+    /// Adds the second derivatives of the drift, weighted by the costate after it, and the second
+    /// derivatives of the arc.
     pub(super) fn bend_drift(
         &self,
         k: usize,
@@ -158,8 +158,8 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] += (plus.by_duration - minus.by_duration) * by;
     }
 
-    /// Adds the second derivatives of the kick, weighted by the costate after it and, for the
-    /// physical momentum, by `own`.
+    /// Adds the second derivatives of the kick to `curvature`. The weights are the costate after
+    /// the kick, plus `own` for the contribution of the physical momentum.
     pub(super) fn bend_kick(
         &self,
         stage: &Stage,

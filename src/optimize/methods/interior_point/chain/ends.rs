@@ -7,7 +7,7 @@ use crate::lie;
 use crate::{Matrix3, Vector3};
 
 impl ChainProgram<'_> {
-    /// Writes the terminal error; NaN if the end is not determined.
+    /// Writes the terminal error of a point; NaN if the family of ends does not determine the end.
     pub(super) fn terminal(&self, at: &Point, out: &mut [f64]) {
         let (model, c) = (self.model, self.shape.coordinates);
         let last = &at.states[(model.steps + 1) * c..][..c];
@@ -37,7 +37,7 @@ impl ChainProgram<'_> {
         if self.roll.is_some() { state[self.shape.coordinates - 1] } else { 0.0 }
     }
 
-    /// Returns the cost of the duration.
+    /// Returns the cost of the duration of a point, scaled.
     pub(super) fn time(&self, at: &Point) -> f64 {
         let (model, c) = (self.model, self.shape.coordinates);
         let stretch = at.states[(model.steps + 1) * c + model.zeta() + 12 + model.wheels];

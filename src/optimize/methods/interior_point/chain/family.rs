@@ -87,15 +87,16 @@ pub(super) struct End {
     /// Momentum of the body, in the units of the stated duration.
     pub momentum: Vector3,
     pub by_roll: Change,
-    /// Derivative with respect to the logarithm of the duration.
+    /// Derivative of the end with respect to the logarithm of the duration.
     pub by_time: Change,
-    /// Second derivatives of the momentum: with respect to the roll twice, and to roll and time.
+    /// Second derivatives of the momentum: with respect to the roll twice, and with respect to roll
+    /// and time.
     pub bend: [Vector3; 2],
 }
 
 impl ChainProgram<'_> {
-    /// Returns the end after `stretch` times the stated duration, at a roll; `None` if it is not
-    /// determined.
+    /// Returns the end after `stretch` times the stated duration, at a roll \[rad\]; `None` if the
+    /// directions do not determine it.
     pub(super) fn end(&self, stretch: f64, roll: f64) -> Option<End> {
         let (model, none) = (self.model, Change::default());
         let (target, dynamics) = (&model.target, &model.dynamics);

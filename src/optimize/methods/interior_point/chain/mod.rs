@@ -75,7 +75,7 @@ struct Lane {
 }
 
 /// Set of inputs whose fuel is charged by the norm of its force or torque. An additional input `σ`
-/// is an upper bound of this norm,
+/// is an upper bound of this norm, relative to its limit:
 ///
 /// ```text
 /// |B u| ≤ limit σ :     ½ ((|B u|²/limit² + ε²)/σ − σ) ≤ 0 ,   cost κ c limit σ/s
@@ -93,18 +93,20 @@ struct Norm {
     place: usize,
 }
 
-/// Kind of a row of the program.
+/// Kind of a row (constraint) of the program.
 #[derive(Clone, Copy, Debug)]
 enum Bound {
-    /// A row of the chain, at its own stage.
+    /// A row of the chain, at the stage to which the chain assigns it.
     Row,
     /// Limit of an input rate, at the later of the two stages.
     Change,
-    /// One sign of an input that burns fuel, nonnegative; holds the index of the program's input.
+    /// Nonnegativity of one sign of an input that burns fuel; holds the index of the program's
+    /// input.
     Side(usize),
-    /// Norm of a set, at most its fuel variable `σ`; holds the index of the norm.
+    /// Upper bound `σ`, the fuel variable, on the norm of a set of inputs; holds the index of the
+    /// norm.
     Norm(usize),
-    /// Roll of the end, limited on one side to its allowed band; holds the sign of the side.
+    /// Limit of the roll of the end on one side of its allowed band; holds the sign of the side.
     Roll(f64),
 }
 
@@ -132,9 +134,9 @@ pub(crate) struct ChainProgram<'a> {
     units: Vec<f64>,
     /// Number of state components that hold the previous inputs: 0 without rate limits.
     before: usize,
-    /// Family of possible ends, and the index of their roll in a tangent vector; `None` if the end
-    /// is fixed, or if it has no free roll.
+    /// Family of possible ends; `None` if the end is fixed.
     family: Option<&'a Family>,
+    /// Index of the roll of the end in a tangent vector; `None` if the end has no free roll.
     roll: Option<usize>,
     /// Known optima of the chain.
     pub known: &'a [Attempt],
@@ -295,18 +297,19 @@ impl<'a> ChainProgram<'a> {
         self.limits.groups.len()
     }
 
-    /// Returns the group of a row that corresponds to a row of the chain.
+    /// Returns the index of the group to which a row of the program belongs; the row must
+    /// correspond to a row of the chain.
     pub fn group_of(&self, row: usize) -> usize {
         self.limits.rows[self.rows[row].row].group
     }
 
-    /// Returns whether the iterates of a method may violate a row, if the method keeps linear
-    /// limits of the inputs.
+    /// Returns whether the iterates of a method that keeps linear limits of the inputs may violate
+    /// a row.
     pub fn may_be_violated(&self, row: usize) -> bool {
         self.shape.kinds[row] != RowKind::Hard || self.what_of(&self.rows[row]).is_some_and(What::is_ball)
     }
 
-    /// Returns the index of the attitude in a tangent vector.
+    /// Returns the index of the first attitude component in a tangent vector.
     pub fn attitude(&self) -> usize {
         self.model.zeta()
     }
@@ -335,7 +338,7 @@ impl<'a> ChainProgram<'a> {
         noticed.map(violation).collect()
     }
 
-    /// Returns the index of the previous inputs among the coordinates of a state.
+    /// Returns the index of the first previous input among the coordinates of a state.
     fn held(&self) -> usize {
         self.model.zeta() + 13 + self.model.wheels
     }

@@ -10,11 +10,13 @@ use crate::optimize::chain::rows::{Cone, What};
 /// A row whose derivatives are being computed.
 struct Bent<'a> {
     multiplier: f64,
-    /// Exponent of the duration `s` in its limit, and `s` to that power.
+    /// Exponent of the duration `s` in the limit of the row.
     power: f64,
+    /// Duration `s` to the power `power`.
     grown: f64,
-    /// Indices of the unknowns on which the row depends, and the index of the duration in `z`.
+    /// Indices in `z` of the unknowns on which the row depends.
     places: &'a [u16],
+    /// Index of the duration in `z`; `None` if the duration is not an unknown.
     duration: Option<usize>,
 }
 
@@ -23,7 +25,8 @@ impl Bent<'_> {
         Some(place) == self.duration
     }
 
-    /// Writes the derivative with respect to each unknown on which the row depends.
+    /// Writes the derivatives of the row to `out`; `of` returns the derivative with respect to the
+    /// unknown with a given index in `z`.
     fn slopes(&self, out: &mut [f64], of: impl Fn(usize) -> f64) {
         for (to, place) in out.iter_mut().zip(self.places) {
             *to = of(usize::from(*place));
@@ -31,8 +34,9 @@ impl Bent<'_> {
     }
 }
 
-/// Sums, over the rows of a stage, of multiplier times gradient: with respect to the physical rate
-/// at the node, the arc `log F`, and the attitude and duration after the kick.
+/// Contribution of the rows of a stage to the gradient of the Lagrangian: the sums of multiplier
+/// times derivative with respect to the physical rate at the node, the arc `log F`, and the
+/// attitude and duration after the kick.
 #[derive(Default)]
 pub(super) struct Sums {
     pub node: Vector3,
@@ -159,8 +163,9 @@ impl ChainProgram<'_> {
         bend_limit(curvature, z, row.duration, multiplier * power * of_limit);
     }
 
-    /// Writes the derivatives of the row of a norm. The row is convex, so its second derivatives
-    /// are added to the Hessian that Gauss–Newton keeps.
+    /// Writes the derivatives of the row that bounds the norm of a set of inputs. The row is
+    /// convex, so its second derivatives are added to the part of the Hessian that Gauss–Newton
+    /// keeps.
     fn burning(
         &self,
         here: &Here,

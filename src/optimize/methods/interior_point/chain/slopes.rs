@@ -10,7 +10,7 @@ use crate::mechanics::environment::Blocks;
 use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3};
 
-/// Stage with its index and the point at which it is evaluated.
+/// Stage with its index `k` and the point `at` at which it is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Here<'a> {
     pub at: &'a Point,
@@ -23,12 +23,12 @@ pub(super) struct Here<'a> {
 struct Kick {
     gradient: Blocks,
     turned: Blocks,
-    /// Whether the kick depends on the pose.
+    /// True if the kick depends on the pose.
     bent: bool,
 }
 
 impl ChainProgram<'_> {
-    /// Writes the derivatives of stage k.
+    /// Writes the first derivatives of the step, rows and cost of stage k to `out`.
     pub(super) fn slopes(
         &self,
         at: &Point,
@@ -78,7 +78,7 @@ impl ChainProgram<'_> {
         self.to_increment(k, duals, out);
     }
 
-    /// Writes the columns of `Y`, the derivative of the kick.
+    /// Writes the columns of `Y`, the derivative of the kick, to `space`.
     fn kick(&self, stage: &Stage, space: &mut Space) -> Kick {
         let model = self.model;
         let (zeta, pi, weight) = (model.zeta(), model.pi(), stage.weight);
@@ -208,7 +208,8 @@ impl ChainProgram<'_> {
         if k < self.model.steps { self.model.dynamics.grid.step(k) } else { 0.0 }
     }
 
-    /// Writes `[B A] = D Y`.
+    /// Writes the derivative of a step, `[B A] = D Y`: the derivative `D` of the drift times the
+    /// derivative `Y` of the kick.
     fn steps(&self, space: &Space, steps: &mut [f64]) {
         let n = self.shape.n;
         for (to, column) in steps.chunks_exact_mut(n).zip(space.columns()) {
@@ -229,7 +230,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Computes the derivative of the physical rate at the node.
+    /// Computes the derivative of the physical angular velocity at the node.
     fn rates(&self, stage: &Stage, kick: &Kick, space: &mut Space) {
         let (model, m) = (self.model, self.shape.m);
         let (zeta, pi) = (model.zeta(), model.pi());
@@ -261,8 +262,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Converts the second derivatives with respect to `ln s` to those with respect to the
-    /// increment of the duration.
+    /// Converts the second derivatives with respect to `ln s`, the logarithm of the duration, to
+    /// second derivatives with respect to the increment of the duration.
     fn to_increment(&self, k: usize, duals: &Duals, out: &mut Derivatives) {
         let Some(duration) = self.model.duration else { return };
         let (n, z) = (self.shape.n, self.shape.z());

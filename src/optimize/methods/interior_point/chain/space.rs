@@ -8,22 +8,25 @@ use crate::{Matrix3, Vector3};
 pub(super) struct Space {
     pub inputs: Vec<f64>,
     pub wheels: Vec<f64>,
-    /// Columns of the drift's derivative by `y`, n×n, and the derivatives of its rotation and of
-    /// its arc `log F`.
+    /// Derivative of the drift with respect to `y`, n×n, column by column.
     pub drift: Vec<f64>,
+    /// Derivative of the drift's rotation with respect to `y`.
     pub turn: Vec<Vector3>,
+    /// Derivative of the drift's arc `log F` with respect to `y`.
     pub arc: Vec<Vector3>,
     /// Derivative of the physical rate with respect to `z`.
     pub rate: Vec<Vector3>,
-    /// Sparse columns of the kick's derivative `Y`: elements (row, value), and the first element of
-    /// each column.
+    /// Elements (row, value) of the kick's derivative `Y`, column by column.
     pub kick: Vec<(usize, f64)>,
+    /// Index in `kick` of the first element of each column.
     pub kick_first: Vec<usize>,
     /// Derivative of the arc `log F` with respect to `z`.
     pub arc_by_z: Vec<Vector3>,
-    /// Matrices `Φ` and `Φ Y`, and the costate `λ⁺` between kick and drift.
+    /// Matrix `Φ` of the second derivatives of the drift.
     pub phi: Vec<f64>,
+    /// Matrix `Φ Y`, the second derivatives of the drift times the derivative of the kick.
     pub phi_kick: Vec<f64>,
+    /// Costate `λ⁺` between kick and drift.
     pub after: Vec<f64>,
 }
 
@@ -52,7 +55,7 @@ impl Space {
     }
 }
 
-/// Adds `value` to an element of a symmetric matrix and to its transposed element.
+/// Adds `value` to the elements `(i, j)` and `(j, i)` of a symmetric matrix.
 pub(super) fn both(matrix: &mut [f64], size: usize, i: usize, j: usize, value: f64) {
     matrix[i * size + j] += value;
     if i != j {
@@ -60,7 +63,8 @@ pub(super) fn both(matrix: &mut [f64], size: usize, i: usize, j: usize, value: f
     }
 }
 
-/// Adds the symmetric part of a block to the diagonal of a symmetric matrix.
+/// Adds the symmetric part of a 3×3 block to a symmetric matrix, as its diagonal block from index
+/// `at` on.
 pub(super) fn add_symmetric(matrix: &mut [f64], size: usize, at: usize, block: &Matrix3) {
     for i in 0..3 {
         for j in 0..3 {

@@ -14,26 +14,33 @@ use crate::{Matrix3, Vector3};
 pub(super) struct Stage {
     pub pose: Pose,
     pub stretch: f64,
-    /// Weight of the kick, and the weight of its part up to the physical state.
+    /// Weight of the kick: the scaled time over which its forces act.
     pub weight: f64,
+    /// Weight of the part of the kick up to the physical state.
     pub physical: f64,
-    /// Force and moment of the environment, scaled, in this duration.
+    /// Force and moment of the environment, scaled by the square of the duration of the point.
     pub field: Wrench,
     /// Force and torque of the inputs.
     pub given: Wrench,
-    /// Momentum, linear momentum and wheel momentum after the kick.
+    /// Angular momentum after the kick.
     pub momentum: Vector3,
+    /// Linear momentum after the kick.
     pub linear: Vector3,
+    /// Momentum of the wheels after the kick.
     pub carried: Vector3,
     /// Physical angular velocity at the node.
     pub rate: Vector3,
-    /// The drift; its rotation, the logarithm of the rotation, and the momentum, attitude and
-    /// position after it. `None` at the last node.
+    /// Drift to the next node; `None` at the last node.
     pub drift: Option<GyrostatDrift>,
+    /// Rotation `F` of the drift.
     pub turned: Matrix3,
+    /// Rotation vector `log F` of the drift.
     pub arc: Vector3,
+    /// Angular momentum after the drift.
     pub momentum_after: Vector3,
+    /// Attitude after the drift.
     pub attitude_after: Matrix3,
+    /// Position after the drift.
     pub position_after: Vector3,
 }
 
@@ -184,13 +191,13 @@ impl ChainProgram<'_> {
         self.cone_in(cone, k, stage, stage.stretch)
     }
 
-    /// Evaluates a cone's row for another duration.
+    /// Evaluates the row of a cone for the duration `stretch`, as a multiple of the stated one.
     pub(super) fn cone_in(&self, cone: &Cone, k: usize, stage: &Stage, stretch: f64) -> Option<ConeAt> {
         let arc = cone.is_of_arc().then_some(&stage.arc);
         cone.met(self.model, k, (&stage.pose.attitude, stretch), arc, true)
     }
 
-    /// Evaluates a cone's row, with its second derivatives if `bent`.
+    /// Evaluates the row of a cone; if `bent`, with its second derivatives.
     pub(super) fn cone_bent(
         &self,
         cone: &Cone,
@@ -211,7 +218,8 @@ impl ChainProgram<'_> {
         cone.value(self.model, k, (&stage.pose.attitude, stage.stretch), arc)
     }
 
-    /// Returns the angular velocity at the node, or the mean angular velocity of the arc.
+    /// Returns the mean angular velocity of the arc after the node if `arc` is true, otherwise the
+    /// angular velocity at the node.
     pub(super) fn rate(&self, arc: bool, k: usize, stage: &Stage) -> Vector3 {
         if arc { stage.arc / self.model.dynamics.grid.step(k) } else { stage.rate }
     }

@@ -16,7 +16,7 @@ impl ChainProgram<'_> {
         self.rows.iter().map(|row| row.row).enumerate()
     }
 
-    /// Returns the quantity that a row bounds.
+    /// Returns the quantity that a row of the chain bounds.
     pub fn what(&self, row: usize) -> &What {
         &self.limits.rows[self.rows[row].row].what
     }
@@ -28,7 +28,7 @@ impl ChainProgram<'_> {
         self.end(stretch, last[self.shape.coordinates - 1]).unwrap().attitude
     }
 
-    /// Reduces the fuel variables to the fuel that the inputs burn.
+    /// Reduces every fuel variable to its lower bound, the norm of the inputs of its set.
     pub fn burn_no_more(&self, at: &mut Point) {
         let m = self.shape.m;
         for inputs in at.inputs.chunks_exact_mut(m) {

@@ -12,7 +12,8 @@ pub(crate) struct Warm {
     duals: Duals,
     /// Fuel variables `σ`, for each stage and norm.
     norms: Vec<f64>,
-    /// Dimensions of the program, which a later program must have too.
+    // Dimensions and scale of the program. The warm start can be used only for a program with equal
+    // dimensions.
     n: usize,
     terminal: usize,
     first_row: Vec<usize>,
@@ -31,9 +32,9 @@ impl ChainProgram<'_> {
         cost
     }
 
-    /// Returns the distance of a path from that of a candidate: the largest rotation between
-    /// corresponding nodes, the largest displacement, or the difference of the logarithms of their
-    /// durations.
+    /// Returns the distance between a path and the path of a candidate: the largest of the
+    /// rotations \[rad\] and displacements between corresponding nodes and of the difference of the
+    /// logarithms of the durations.
     pub(super) fn apart(&self, at: &Point, from: &Candidate) -> f64 {
         let (c, zeta) = (self.shape.coordinates, self.model.zeta());
         let s = at.states[zeta + 12 + self.model.wheels];
@@ -63,8 +64,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the multipliers and fuel variables of an earlier solve; returns `false` if that had
-    /// another shape.
+    /// Writes the multipliers and fuel variables of an earlier solve; returns `false` if the
+    /// program of that solve had another shape.
     pub fn resume(&self, warm: &Warm, at: &mut Point, duals: &mut Duals) -> bool {
         let Shape { m, n, terminal, .. } = self.shape;
         let count = self.norms.len() * self.shape.stages;

@@ -64,7 +64,7 @@ pub(crate) enum End {
     NotFinite,
     /// The run was interrupted or reached its time limit.
     Stopped,
-    /// The run converges to a known optimum with this index.
+    /// The run converges to the known optimum with this index.
     Known(usize),
 }
 
@@ -73,17 +73,19 @@ pub(crate) enum End {
 pub(crate) struct Run {
     pub end: End,
     pub iterations: usize,
-    /// Largest residual of stationarity (`dual`), of all equations (`primal`), and of
-    /// complementarity.
+    /// Largest residual of stationarity.
     pub dual: f64,
+    /// Largest residual of all equations.
     pub primal: f64,
+    /// Largest residual of complementarity.
     pub complementarity: f64,
-    /// Barrier parameter of a row at the end of the run.
+    /// Barrier parameter of each row at the end of the run.
     pub barrier: f64,
-    /// Largest violation of an elastic row (`violation`), and of a terminal equation (`miss`).
+    /// Largest violation of an elastic row.
     pub violation: f64,
+    /// Largest violation of a terminal equation.
     pub miss: f64,
-    /// Whether the last factorisation was of the exact Hessian; the point is then a strict minimum
+    /// True if the last factorisation was of the exact Hessian; the point is then a strict minimum
     /// of the barrier problem.
     pub exact: bool,
 }
@@ -92,36 +94,40 @@ pub(crate) struct Run {
 pub(crate) struct Solver {
     pub point: Point,
     pub duals: Duals,
-    /// Slacks of the rows, and violations of elastic rows.
+    /// Slacks `s` of the rows.
     slacks: Vec<f64>,
+    /// Violations `t` of the elastic rows.
     violations: Vec<f64>,
-    /// Violations `t⁺`, `t⁻` of the terminal equations, and their penalties.
+    /// Violations `t⁺` and `t⁻` of the terminal equations.
     misses: [Vec<f64>; 2],
+    /// Penalties of the violations of the terminal equations.
     prices: Vec<f64>,
     pub at: Derivatives,
-    /// Trial point of the line search and its values.
+    /// Trial point of the line search.
     trial: Point,
+    /// Cost, defects and rows at the trial point.
     trial_values: Values,
     riccati: Riccati,
     sigma: Vec<f64>,
     /// Reciprocals `1/z` and `1/(π − z)` of each row.
     inverses: [Vec<f64>; 2],
     yields: Vec<Yield>,
-    /// Gradients of the Lagrangian at the current multipliers, and the right-hand side of the
-    /// system.
+    /// Gradients of the Lagrangian at the current multipliers.
     plain: Right,
+    /// Right-hand side of the linear system.
     right: Right,
-    /// Current step, and a copy of it during second-order corrections.
+    /// Current step.
     step: Step,
+    /// Copy of the current step during second-order corrections.
     other: Step,
     /// Second-order products of the pairs `s z` and `t (π − z)`.
     products: [Vec<f64>; 2],
     /// Residuals of rows and equations in the right-hand side.
     lacking: Values,
     filter: Vec<(f64, f64)>,
-    /// Best point of the final phase, and the last point that satisfied the conditions of a barrier
-    /// parameter.
+    /// Best point of the final phase.
     saved: Saved,
+    /// Last point that satisfied the conditions of a barrier parameter.
     met: Saved,
 }
 
@@ -129,16 +135,18 @@ pub(crate) struct Solver {
 struct State {
     barrier: f64,
     tail: bool,
-    /// Final barrier parameter, and the last one whose conditions were satisfied.
+    /// Final barrier parameter.
     last: f64,
+    /// Last barrier parameter whose conditions were satisfied.
     met: f64,
-    /// Last shift of the inertia correction, and the smallest shift that the line search requires.
+    /// Last shift of the Hessian by the inertia correction.
     shift: f64,
+    /// Smallest shift of the Hessian that the line search requires.
     least_shift: f64,
     exact: bool,
-    /// Smallest residual of the KKT conditions in the final phase, and at the final barrier
-    /// parameter.
+    /// Smallest residual of the KKT conditions in the final phase.
     best: f64,
+    /// Smallest residual of the KKT conditions at the final barrier parameter.
     best_at_last: f64,
     idle: usize,
     /// Smallest mean complementarity and infeasibility before the final phase that counted as
@@ -523,9 +531,9 @@ impl Solver {
 
     /// Returns to the last point that satisfied the conditions of a barrier parameter, if that
     /// parameter is small, and makes it the final one. The central path ends there: a valley of
-    /// nearly equal plans has no minimum for smaller parameters. A `stalled` run whose last such
-    /// parameter is larger decreases it less, to the geometric mean of both, if that is small.
-    /// Returns `false` if no such point exists.
+    /// nearly equal plans has no minimum for smaller parameters. If that parameter is larger and
+    /// the run is `stalled`, the final parameter becomes the geometric mean of the current and the
+    /// last such parameter, provided it is small. Returns `false` if no such point exists.
     fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State, stalled: bool) -> bool {
         let small = tuning.tolerable * weight;
         let between = (state.barrier * state.met).sqrt();

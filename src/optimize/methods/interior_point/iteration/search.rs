@@ -86,13 +86,14 @@ impl Solver {
         slope
     }
 
-    /// Returns whether the filter accepts a point, that is, no entry dominates it.
+    /// Returns whether the filter accepts a point with this infeasibility and barrier cost:
+    /// compared with every entry, at least one of the two numbers is not larger.
     fn lets(&self, infeasible: f64, cost: f64) -> bool {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the largest tried part of the step that the filter accepts; returns `false` if it
-    /// accepts none or the watch ends the run.
+    /// Takes the largest of the tried fractions of the step that the filter accepts. Returns
+    /// `false` if the filter accepts none or the watch ends the run.
     pub(super) fn search(
         &mut self,
         program: &impl Program,

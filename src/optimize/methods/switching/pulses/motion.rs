@@ -3,9 +3,9 @@
 //!
 //! The arcs between the times are integrated under held torques, one after the other from the start
 //! (`sequence`). With the arc lengths `d = D t`, the minimum-fuel conditions in the times `t` are
-//! those in the lengths, tied by `D`. The Lagrangian of the fuel and the terminal conditions has
-//! the derivative `∓2 s_j(t_j)` with respect to an on or off time, the jump of the Hamiltonian
-//! there. Its derivative with respect to a free duration is the Hamiltonian at the end.
+//! those in the lengths, projected by `D`. The Lagrangian of the fuel and the terminal conditions
+//! has the derivative `∓2 s_j(t_j)` with respect to an on or off time: the jump of the Hamiltonian
+//! at this time. Its derivative with respect to a free duration is the Hamiltonian at the end.
 
 use super::super::arcs::{Arcs, Switch};
 use super::super::extremal::Extremal;
@@ -68,7 +68,7 @@ impl Motion {
             if at > 0.0 && at < schedule.duration {
                 switches.push(Switch { input, time: at, node: *node });
             } else if at <= 0.0 {
-                // A pulse that ends at the start is not on.
+                // A pulse that ends at the start of the maneuver is never on.
                 signs[input] = if turns_on(time) { 1.0 } else { -1.0 };
             }
         }
@@ -77,7 +77,8 @@ impl Motion {
     }
 }
 
-/// Returns whether the time is the start of a pulse; false for its end.
+/// Returns whether the time with this index is the start of a pulse (true) or the end of one
+/// (false).
 fn turns_on(time: usize) -> bool {
     time.is_multiple_of(2)
 }

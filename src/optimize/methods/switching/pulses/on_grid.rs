@@ -1,8 +1,8 @@
 //! The discrete optimum of pulses on their grid, with the active bounds of their times.
 //!
-//! With the arc lengths `d = d_0 + D y` and free `y`, it satisfies the terminal conditions and
-//! `Dᵀ𝓗 = 0`, where `𝓗` holds the mean discrete Hamiltonians of the arcs: the discrete action is
-//! stationary in every time that no bound holds.
+//! With the arc lengths `d = d_0 + D y` and the free times `y`, the optimum satisfies the terminal
+//! conditions and `Dᵀ𝓗 = 0`, where `𝓗` holds the mean discrete Hamiltonians of the arcs: the
+//! discrete action is stationary in every time that is not at an active bound.
 
 use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
@@ -16,7 +16,7 @@ use super::schedule::{Best, PulseRequest, Schedule};
 use crate::optimize::nlp::bounds::{Bound, Ties};
 use nalgebra::DMatrix;
 
-/// Pulses as arcs of the continuous motion, and on their grid.
+/// Pulses, both as arcs of the continuous motion and on their grid.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed {
     pub schedule: Schedule,
@@ -33,7 +33,7 @@ pub(crate) enum Unplaced {
     NoOptimum,
 }
 
-/// Solves for the discrete optimum of pulses on the given number of steps.
+/// Solves for the discrete optimum of pulses on a grid with the given number of steps.
 pub(crate) fn placed(
     extremal: &Extremal,
     best: &Best,
@@ -80,8 +80,8 @@ pub(crate) fn placed(
         if let Some(negative) = grid.shorter_than_nothing() {
             let arc = kept[negative];
             if layout.is_outer(arc) {
-                // An outermost arc of negative length: the time is then held at the end of the
-                // maneuver.
+                // If the first or last arc has negative length, its switch is held at the start or
+                // the end of the maneuver.
                 let outside =
                     if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), schedule.end()) };
                 let held = bounds.iter().position(|bound| (bound.a, bound.b) == outside).ok_or(none)?;
@@ -117,8 +117,8 @@ pub(crate) fn placed(
 }
 
 /// Solves for arcs of minimum fuel on the given number of steps, with times at their active bounds
-/// and pulses of any length. It serves where the discrete optimum of the arcs lacks one of the
-/// pulses or has another order. Returns `None` if it finds none.
+/// and pulses of any length. It is used if the discrete optimum of the arcs lacks one of the pulses
+/// or has another order of switches. Returns `None` if no solution is found.
 pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
     if !extremal.times_pulses() {
         return None;

@@ -1,10 +1,10 @@
-//! The optimal times of given pulses: minimum fuel subject to the terminal conditions and the
-//! bounds of the times.
+//! The optimal times of given pulses: minimum fuel subject to the terminal conditions and to the
+//! bounds on the times.
 //!
 //! The method is sequential quadratic programming that stays on the terminal conditions. A step
-//! minimises the quadratic model of the Lagrangian along them. Its curvature is the exact second
-//! derivative with negative eigenvalues replaced by their absolute values. Gauss–Newton then
-//! restores the terminal conditions, within the bounds.
+//! minimises the quadratic model of the Lagrangian subject to the linearised terminal conditions.
+//! Its curvature is the exact second derivative with negative eigenvalues replaced by their
+//! absolute values. Gauss–Newton then restores the terminal conditions, within the bounds.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
@@ -20,7 +20,8 @@ use crate::optimize::nlp::kkt::NewtonSteps;
 use crate::optimize::nlp::quadratic::Quadratic;
 use nalgebra::{DMatrix, DMatrixView, DVector, Vector6};
 
-/// Returns the bounds of a step from given times, in which no time changes by more than `trust`.
+/// Returns the bounds of a step from the given times. They keep the bounds of the times and let no
+/// time change by more than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
     // A bound that is violated by round-off is treated as met.
     let kept = bounds.iter().map(|bound| Bound { least: (-bound.slack(times)).min(0.0), ..*bound });
@@ -32,7 +33,7 @@ fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bou
 }
 
 /// Changes the times until the terminal conditions are met, by Gauss–Newton; `None` if that fails
-/// within `iterations`.
+/// within `iterations` iterations.
 fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: usize) -> Option<Schedule> {
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
@@ -85,8 +86,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: us
     None
 }
 
-/// Returns an orthonormal basis of the row space of a matrix, and the right-hand side of `A p = b`
-/// in this basis.
+/// Returns an orthonormal basis of the row space of a matrix `A`, and the right-hand side of `A p =
+/// b` in this basis.
 fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let svd = matrix.into_owned().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
@@ -115,8 +116,8 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     weighted * eigen.eigenvectors.transpose()
 }
 
-/// Finds the optimal times near those of a schedule; `None` if the terminal conditions cannot be
-/// met near it.
+/// Finds the optimal times near the times of a schedule; `None` if the terminal conditions cannot
+/// be met near these times.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseRequest) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, MOST_ITERATIONS)?;
     let start = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
@@ -166,8 +167,9 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseReque
     Some(Best { schedule, costates, cost })
 }
 
-/// Returns arcs with the optimal times of their pulses, of any length, without pulses that have
-/// vanished; `None` if the terminal conditions cannot be met near them.
+/// Optimises the times of the pulses of arcs, without a minimum pulse width, and removes pulses
+/// that have vanished. Returns `None` if the terminal conditions cannot be met near the initial
+/// times.
 pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
     let ask = PulseRequest::free(extremal);
     let vanished = NOTHING * arcs.duration;
@@ -196,14 +198,14 @@ pub(super) struct Settled {
     pub acting: Vec<bool>,
 }
 
-/// Returns the bounds whose flag in `acting` is true.
+/// Returns the bounds that are active, those whose flag in `acting` is true.
 pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator<Item = &'a Bound> {
     bounds.iter().zip(acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound)
 }
 
-/// Moves times exactly to the bounds that they are near. Newton then moves the others until the
-/// terminal conditions are met and the Lagrangian is stationary or, if that fails nearby, until
-/// only the terminal conditions are met. Returns `None` if both fail.
+/// Moves times that are near bounds exactly to these bounds. Newton then moves the other times
+/// until the terminal conditions are met and the Lagrangian is stationary or, if that fails nearby,
+/// until only the terminal conditions are met. Returns `None` if both fail.
 pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Option<Settled> {
     let bounds = best.schedule.bounds(ask);
     let times = best.schedule.times();

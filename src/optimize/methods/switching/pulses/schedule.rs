@@ -2,36 +2,37 @@
 //!
 //! The times of every input increase, `0 ≤ on_1 < off_1 ≤ on_2 < … ≤ T`, and a pulse lasts at least
 //! the minimum pulse width. These are bounds on differences of times, independent of the other
-//! inputs. A two-sided input is two levels of the extremal that alternate. A free duration is one
-//! more time, the last.
+//! inputs. A two-sided input is represented by two inputs (levels) of the extremal, whose pulses do
+//! not overlap. If the duration is free, it is one more time, after all others.
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use crate::optimize::nlp::bounds::Bound;
 use nalgebra::{DVector, Vector6};
 
-/// Requirements on the pulses of a search.
+/// Requirements on the pulses that a search may use.
 #[derive(Clone, Debug)]
 pub(crate) struct PulseRequest {
     /// Minimum pulse width, scaled.
     pub shortest: f64,
     /// Index of the maneuver's input for each level of the extremal.
     pub input_of: Vec<usize>,
-    /// True if many more schedules are tried.
+    /// True for a thorough search, which tries many more schedules.
     pub thorough: bool,
     /// True if the duration is free.
     pub sought: bool,
 }
 
 impl PulseRequest {
-    /// Requires no minimum pulse width, and treats every level as an input of its own.
+    /// Creates requirements without a minimum pulse width, in which every level of the extremal
+    /// counts as a separate input.
     pub fn free(extremal: &Extremal) -> Self {
         let input_of = (0..extremal.switching_count()).collect();
         Self { shortest: 0.0, input_of, thorough: false, sought: extremal.given_duration.is_none() }
     }
 }
 
-/// A pulse: one level of the extremal is on from one time to another.
+/// A pulse: the interval of time on which one input (level) of the extremal is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pulse {
     pub level: usize,
@@ -48,7 +49,7 @@ impl Pulse {
         0.5 * (self.on + self.off)
     }
 
-    /// Returns a pulse with the area and the centroid of two pulses.
+    /// Returns one pulse with the total area and the centroid of two pulses.
     pub fn merged(&self, other: &Self) -> Self {
         let length = self.length() + other.length();
         let middle = (self.length() * self.middle() + other.length() * other.middle()) / length;
@@ -133,15 +134,15 @@ impl Schedule {
         Some(Self { pulses: joined, duration, sought: ask.sought })
     }
 
-    /// Returns the fuel, plus the price of the duration if that is free.
+    /// Returns the cost of the fuel, plus the cost of the duration if the duration is free.
     pub fn cost(&self, extremal: &Extremal) -> f64 {
         let fuel: f64 =
             self.pulses.iter().map(|pulse| 2.0 * extremal.costs[pulse.level] * pulse.length()).sum();
         if self.sought { fuel + extremal.price_of_time() * self.duration } else { fuel }
     }
 
-    /// Returns the times in the order of the pulses, each begin before its end, and last the
-    /// duration if that is free.
+    /// Returns the times in the order of the pulses, the start of each pulse before its end. If the
+    /// duration is free, it comes last.
     pub fn times(&self) -> DVector<f64> {
         let times = self.pulses.iter().flat_map(|pulse| [pulse.on, pulse.off]);
         DVector::from_vec(times.chain(self.sought.then_some(self.duration)).collect())
@@ -183,7 +184,7 @@ impl Schedule {
         bounds
     }
 
-    /// Merges pulses of one level whose pause is at most `touching`.
+    /// Merges successive pulses of one level if the pause between them is at most `touching`.
     pub fn joined(mut self, touching: f64) -> Self {
         let mut index = 1;
         while index < self.pulses.len() {

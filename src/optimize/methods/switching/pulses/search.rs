@@ -1,12 +1,13 @@
-//! Choice of the pulses: initial schedules, and pulses that are removed, merged or added to burn
-//! less.
+//! Search for the best schedule of pulses: initial schedules, in which pulses are then removed,
+//! merged or added to reduce the fuel.
 //!
-//! The optimal times of given pulses are found to a local minimum; which pulses exist is a choice
-//! among very many. Initial schedules come from three sources. First, the extremals without a
-//! minimum pulse width, whose short pulses are dropped, lengthened or merged. Second, two impulses
-//! that turn the body slowly to the end. Third, some of these with random changes of the times and
-//! additional pairs of pulses, more of them if no schedule meets the terminal conditions. The best
-//! schedules are then changed by one pulse at a time, as long as that burns less.
+//! For given pulses the optimal times are a local minimum, but very many sets of pulses are
+//! possible. Initial schedules come from three sources. First, the extremals without a minimum
+//! pulse width, whose short pulses are dropped, lengthened or merged. Second, two impulses that
+//! turn the body slowly to the end. Third, some of these schedules with random changes of the times
+//! and additional pairs of pulses; more of them are tried if no schedule meets the terminal
+//! conditions. The best schedules are then changed by one pulse at a time, as long as that reduces
+//! the fuel.
 
 use super::super::arcs::Arcs;
 use super::super::certificate::Certified;
@@ -79,7 +80,7 @@ pub(crate) fn search(
     found
 }
 
-/// Returns the initial schedules, without similar ones.
+/// Returns the initial schedules; of similar schedules only the first is kept.
 fn starts(extremal: &Extremal, limits: &[BranchEnd], ask: &PulseRequest, work: &Work) -> Vec<Schedule> {
     let Some(best) = limits.first() else { return Vec::new() };
     let mut sources: Vec<(Vec<Pulse>, f64)> = Vec::new();
@@ -121,11 +122,11 @@ fn alike(a: &Schedule, b: &Schedule) -> bool {
     last && a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
 }
 
-/// Merges pulses with a pause shorter than `joined` into one of equal area and centroid, then drops
-/// those shorter than `dropped`.
+/// Merges pulses separated by a pause shorter than `joined` into one pulse of equal area and
+/// centroid. Then drops the pulses shorter than `dropped`.
 fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     let mut kept: Vec<Pulse> = Vec::with_capacity(pulses.len());
-    // End of the last pulse before merging.
+    // End of the previous pulse before it was merged.
     let mut last_off = f64::NEG_INFINITY;
     for pulse in pulses {
         match kept.last_mut() {
@@ -176,7 +177,7 @@ fn at_random(
     }
 }
 
-/// Changes the best schedules by one pulse at a time, as long as that burns less.
+/// Changes the best schedules by one pulse at a time, as long as that reduces the fuel.
 fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut PulsesFound) {
     let times = if ask.thorough { THOROUGH } else { 1 };
     let first: Vec<Best> = found.best.iter().take(times * CHANGED).cloned().collect();
@@ -195,13 +196,14 @@ fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut Pul
     }
 }
 
-/// Returns the schedules with one pulse fewer, with two merged, or with one more where a switching
-/// function has the wrong sign.
+/// Returns the schedules that differ from the best one by one pulse: one pulse removed, two pulses
+/// merged, or one pulse added where a switching function has the wrong sign.
 fn neighbours(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Vec<Schedule> {
     let Schedule { pulses, duration, .. } = &best.schedule;
     let mut all = Vec::new();
     let shortest = |pulse: &Pulse| pulse.length() < ask.shortest + DISTINCT * duration;
-    // Pulses at the minimum pulse width that the optimum would shorten, the shortest first.
+    // Indices of the pulses at the minimum pulse width that the optimum would shorten, the shortest
+    // first.
     let mut order: Vec<usize> = (0..pulses.len()).collect();
     order.sort_by(|a, b| pulses[*a].length().total_cmp(&pulses[*b].length()));
     for index in order.iter().filter(|index| shortest(&pulses[**index])) {

@@ -57,7 +57,8 @@ fn schedule() -> Schedule {
     Schedule { pulses, duration: DURATION, sought: false }
 }
 
-/// Returns the maneuver with a free duration that has a price.
+/// Returns the maneuver with a free duration and a price of time, with a schedule and its
+/// requirements.
 fn sought() -> (Extremal, Schedule, PulseRequest) {
     let extremal = extremal();
     let time_price = 0.3 + extremal.costs.iter().sum::<f64>();
@@ -248,7 +249,7 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
     let found = placed_well(&extremal, &ask);
     let (duration, cost) = (found.schedule.duration, found.schedule.cost(&extremal));
     assert!((duration / DURATION - 1.0).abs() > 0.01, "{duration}");
-    // The pulses for a given duration, with the price of that duration.
+    // Optimises the pulses for a given duration; the cost includes the price of this duration.
     let given = |duration: f64| {
         let extremal = Extremal { given_duration: Some(duration), ..extremal.clone() };
         let ask = PulseRequest { sought: false, ..ask.clone() };

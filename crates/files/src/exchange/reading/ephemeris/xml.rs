@@ -5,7 +5,7 @@ use super::super::{Piece, Wrong};
 use super::{HEADER, Keys, Object, Segment, Started, add, check_version, started};
 use crate::spec::cut;
 
-/// Elements of a state vector, each with its unit if it is used.
+/// Elements of a state vector with their units; the acceleration is ignored.
 const STATE: [(&str, &str); 10] = [
     ("EPOCH", ""),
     ("X", "km"),
@@ -19,23 +19,23 @@ const STATE: [(&str, &str); 10] = [
     ("Z_DDOT", "km/s**2"),
 ];
 
-/// The number of elements that a state must have.
+/// Number of elements that every state vector must have: its date, position and velocity.
 const NEEDED: usize = 7;
 
-/// The segments that have been read, and the one that is being read.
+/// Segments read so far, and the segment that is being read.
 #[derive(Default)]
 struct Reading<'t> {
-    /// Whether an `<oem>` has been read.
+    /// True if an element `<oem>` has been read.
     begun: bool,
     keys: Keys<'t>,
     object: Object<'t>,
     segment: Option<Started>,
-    /// The position and the velocity of the state that is being read.
+    /// Elements of the state vector that is being read, in the order of [`STATE`].
     state: [Option<Piece<'t>>; STATE.len()],
     found: Vec<Segment>,
 }
 
-/// Reads the file.
+/// Reads an OEM in XML and returns its segments.
 pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     let document = elements::document(text)?;
     let mut reading = Reading::default();
@@ -110,7 +110,7 @@ impl<'t> Message<'t> for Reading<'t> {
 }
 
 impl<'t> Reading<'t> {
-    /// Adds the state that has been read.
+    /// Adds the state vector that has been read as a row of the segment.
     fn row(&mut self, at: Piece<'t>) -> Result<(), Wrong> {
         if let Some(missing) = self.state[..NEEDED].iter().position(Option::is_none) {
             let reason = format!("the state has no <{}>", STATE[missing].0);

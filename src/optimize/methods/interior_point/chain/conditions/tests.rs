@@ -31,7 +31,7 @@ fn paths(problem: &Problem) -> Vec<Path> {
     vec![Path::Shortest, wound(-1.0), wound(1.0), wound(-2.0)]
 }
 
-/// Returns a slew whose inputs may have limits: its weight is diagonal.
+/// Returns a random slew with a diagonal weight, so that its inputs may have limits.
 fn slew(random: &mut Random, frame: AxisFrame, steps: usize) -> Problem {
     let mut problem = attitude_only(moving_ends(random, frame)).with_steps(steps);
     problem.start.angular_velocity *= 0.1;
@@ -51,7 +51,8 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
-/// Limits the torques to a fraction of their peak in `free`, each torque or their norm.
+/// Limits the torques to the fraction `part` of their peak in the plan `free`: their norm if
+/// `norm`, otherwise each torque.
 fn within(problem: &Problem, free: &Solution, norm: bool, part: f64) -> Problem {
     let channel = &problem.actuation.torque;
     let trajectory = &free.trajectory;
@@ -84,7 +85,8 @@ fn descents(chain: &Chain, at: &Polished) -> Option<usize> {
     Conditions::of(chain, &at.iterate, &at.multipliers, &Watch::NONE)?.descents()
 }
 
-/// Compares two counts that share only the model's derivatives.
+/// Claim: the number of descent directions equals the number of conjugate points that shooting
+/// finds. The two counts share only the derivatives of the model.
 #[test]
 fn descents_are_the_conjugate_points_of_the_shooting() {
     let mut random = Random(59);
