@@ -297,7 +297,7 @@ pub enum NotKept {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// No constraint and no torque limit has this name.
-    #[error("no constraint and no limit of the torques is called \"{0}\"")]
+    #[error("no constraint or torque limit is called \"{0}\"")]
     Unknown(String),
     /// The reserve that the chance requires is not smaller than the limit.
     #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]

@@ -27,7 +27,7 @@ class Progress(NamedTuple):
     steps: int
     #: Seconds since the work began.
     elapsed: float
-    #: Of a sequence, the part that is planned: ``"leg 3 of 9"``; otherwise empty.
+    #: The part of a sequence that is planned, such as ``"leg 3 of 9"``; empty for a single maneuver.
     part: str = ""
 
 
@@ -48,7 +48,7 @@ def plan(
     overrides: Mapping[str, Any] | None = None,
     strict: bool = True,
 ) -> Plan:
-    """Plans a maneuver and verifies the plan, with the bits of ``slew plan``.
+    """Plans a maneuver and verifies the plan. The result is identical to that of ``slew plan``.
 
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
     :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
@@ -139,7 +139,7 @@ class Verification:
 
     @property
     def violations(self) -> list[str]:
-        """Constraints that attitudes violate, in words; a plan has ``margins`` instead."""
+        """The constraints that the attitudes violate, one sentence each; a plan has ``margins`` instead."""
         return list(self.found.get("violations", []))
 
 
@@ -151,12 +151,12 @@ def verify(
     progress: ProgressFunction | None = None,
     strict: bool = False,
 ) -> Verification:
-    """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its
-    own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
+    """Checks a plan, a plan file, or the dictionary of a plan file by independent witnesses, against
+    its own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
 
     The path may also name an AEM or a table of attitudes, with the ``spec`` that the attitudes must
-    fulfil. Ends, duration, cones and rates are then judged, and ``found`` has ``checks``,
-    ``violations`` in words and ``peak_torque_n_m``.
+    meet. Ends, duration, cones and rates are then judged, and ``found`` has ``checks``,
+    ``violations`` as sentences and ``peak_torque_n_m``.
 
     A plan that fails is returned; with ``strict`` it raises :class:`VerificationFailed`. A plan
     whose arrays do not fit the maneuver always raises it.

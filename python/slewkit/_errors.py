@@ -61,7 +61,7 @@ class SlewError(Exception):
 
 
 class InternalError(SlewError):
-    """A bug, and not a mistake of the user (exit code 1)."""
+    """A bug of the program, not a mistake of the user (exit code 1)."""
 
 
 class SpecError(SlewError, ValueError):

@@ -24,7 +24,7 @@ class Flights:
 
     #: The name of the maneuver.
     name: str
-    #: Seed of the random numbers: a case depends only on it and its number.
+    #: Seed of the random numbers. A case depends only on the seed and the number of the case.
     seed: int
     #: Statistics, with the keys of a loop of ``slew fly --format json``: deviations with their
     #: linear prediction, quantiles, proportions of the cases with their intervals of 95 % (Clopper
@@ -35,14 +35,14 @@ class Flights:
     #: ``[ζ, δΩ]`` at each instant at which a sequence has to be at a stop, shape (runs, instants,
     #: 6); ``statistics["stops"]`` names the instants. No instants for a single maneuver.
     stops: Array
-    #: The smallest room to each constraint along the motion, shape (runs, constraints): rad for
+    #: The smallest margin to each constraint along the motion, shape (runs, constraints): rad for
     #: cones, relative to the limit for rates; negative for a violation.
     room: Array
-    #: The smallest room of commands to each limit of the torques along the motion, before
-    #: saturation, shape (runs, limits): of the size of each input, of the norm, of the rate of each
-    #: input, for the limits that exist, SI; negative for a violation.
+    #: The smallest margin of the commands to each torque limit along the motion, before saturation,
+    #: SI, shape (runs, limits); negative for a violation. The columns are the limits that exist, in
+    #: this order: magnitude of each input, norm, rate of each input.
     input_room: Array
-    #: Part of the steps in which a limit saturated a command, shape (runs,).
+    #: Fraction of the steps in which a limit saturated a command, shape (runs,).
     saturated: Array
     #: Constant errors of each case, shape (runs, parameters).
     parameters: Array
@@ -95,9 +95,10 @@ def closed_loop(
     in open loop with ``gains=False``.
 
     ``plan`` is a :class:`Plan`, a :class:`SequencePlan` (flown over all legs and holds), the plan
-    file of a maneuver, or the dictionary of one; ``overrides`` sets keys of its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
-    number of ``threads``, by default the number of processors, does not change the result. Other
-    threads run meanwhile.
+    file of a maneuver, or the dictionary of such a file. ``overrides`` sets keys of its spec, such as
+    ``{"uncertainty.inertia.relative": 0.05}``, and does not change the plan. The number of
+    ``threads``, by default the number of processors, does not change the result. Other threads run
+    meanwhile.
 
     Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains;
     :class:`SpecError`; :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted`

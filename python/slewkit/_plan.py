@@ -61,7 +61,7 @@ class Plan:
 
     @property
     def cost(self) -> float:
-        """The cost: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, for the attitude alone),
+        """The cost: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, for attitude only),
         the fuel, or the duration in seconds. NaN without a plan."""
         return self._planned.cost
 
@@ -77,7 +77,7 @@ class Plan:
 
     @property
     def solve_time(self) -> float:
-        """Wall time of the solve alone in seconds, without second-order test and verification."""
+        """Wall time of the solve in seconds, without the second-order test and the verification."""
         return self._planned.solve_time
 
     @property
@@ -118,8 +118,8 @@ class Plan:
     def switching(self) -> dict[str, Any] | None:
         """Arcs, switching times and certificate of a plan whose inputs switch, with the keys of a
         plan file: ``structure``, ``continuous_duration_s``, ``continuous_cost``, ``eigenaxis_s``,
-        ``arcs``, and ``gap``, which neighbouring plans can save to first order; it bounds no plan
-        on another path. None for other plans."""
+        ``arcs``, and ``gap``, which neighbouring plans can save to first order; it does not bound
+        plans on other paths. None for other plans."""
         arcs: dict[str, Any] | None = self._head.get("switching")
         return arcs
 
@@ -264,9 +264,9 @@ class Plan:
 
     @property
     def inputs_are_held(self) -> bool:
-        """Whether a row of inputs is held over the step that begins at its time: of inputs that
+        """Whether a row of inputs is held over the step that begins at its time, as for inputs that
         switch. Minimum time or fuel on equal steps, as with cones, rate limits or wheels, has its
-        rows at nodes, as least effort has."""
+        rows at nodes, as minimum effort has."""
         return self._planned.first_input[1]
 
     @cached_property

@@ -22,10 +22,10 @@ Array = NDArray[np.float64]
 class SequencePlan:
     """The plan of a spec with stops; SI units, times from the start of the sequence.
 
-    ``legs`` has a :class:`Plan` for each stop, whose times begin at zero. The arrays here are those
-    of the whole: K + 1 nodes of all legs and rests, and K steps, over which inputs are held.
+    ``legs`` has a :class:`Plan` for each stop, whose times begin at zero. The arrays of this class cover
+    the whole sequence: K + 1 nodes of all legs and rests, and K steps, over which inputs are held.
 
-    :func:`slewkit.plan_sequence` makes it.
+    :func:`slewkit.plan_sequence` returns a sequence plan.
     """
 
     def __init__(self, planned: _slewkit.PlannedSequence) -> None:
@@ -33,7 +33,7 @@ class SequencePlan:
 
     @cached_property
     def record(self) -> dict[str, Any]:
-        """What the plan file states beside its legs, with its keys."""
+        """The keys and values of the plan file except its legs."""
         record: dict[str, Any] = json.loads(self._planned.record_json())
         return record
 
@@ -70,7 +70,7 @@ class SequencePlan:
 
     @property
     def order_gap(self) -> float | None:
-        """By how much the best order may be better, relative; None where the order is given."""
+        """Upper bound on the relative gain of another order; None if the order is given."""
         gap = self.record.get("order_gap")
         return None if gap is None else float(gap)
 
@@ -81,7 +81,7 @@ class SequencePlan:
 
     @cached_property
     def holds(self) -> list[Plan | None]:
-        """The motion of the hold at each stop, where a target or a cone moves; None where the body
+        """The motion during the hold at each stop if a target or a cone moves; None if the body
         rests. It is determined by the target, not optimised."""
         return [None if hold is None else Plan(hold) for hold in self._planned.holds()]
 
@@ -126,7 +126,7 @@ class SequencePlan:
         """Writes a file, completely or not at all, in the format of its ending: ``.json``,
         ``.csv``, ``.aem``, ``.npz`` and so on, with a segment for each leg and each rest.
 
-        Raises :class:`FileError` if it exists and ``overwrite`` is not given."""
+        Raises :class:`FileError` if the file exists and ``overwrite`` is not given."""
         self._planned.save(os.fspath(path), overwrite)
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
@@ -148,10 +148,10 @@ def plan_sequence(
     progress: ProgressFunction | None = None,
     strict: bool = True,
 ) -> SequencePlan:
-    """Plans a spec with stops, with the bits of ``slew plan``.
+    """Plans a spec with stops. The result is identical to that of ``slew plan``.
 
     ``spec`` is a dictionary with the keys of a spec, or the path of a spec file; it has
-    ``[[stop]]``. Raises as :func:`slewkit.plan` does. With ``strict=False`` a plan whose legs are
+    ``[[stop]]``. Raises the same exceptions as :func:`slewkit.plan`. With ``strict=False`` a plan whose legs are
     not all solved is returned too.
     """
     planned, raised = _slewkit.plan_sequence(spec, overrides, _told(progress))

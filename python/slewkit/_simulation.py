@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 class Body:
     """The motion of one body; a row for each time of the simulation."""
 
-    #: Its name.
+    #: The name of the body.
     name: str
-    #: Whether it has a position.
+    #: Whether the body has a position.
     moves: bool
     _wxyz: Array = field(repr=False)
     #: Angular velocity, inertial, body axes, rad/s, shape (rows, 3).
     angular_velocity: Array = field(repr=False)
     #: Position of the mass center, reference axes, m, shape (rows, 3); zero if it does not move.
     position: Array = field(repr=False)
-    #: Its velocity, reference axes, m/s, shape (rows, 3).
+    #: Velocity of the mass center, reference axes, m/s, shape (rows, 3).
     velocity: Array = field(repr=False)
 
     def quaternions(self, *, scalar_first: bool = False) -> Array:
@@ -55,11 +55,11 @@ class Simulation:
     name: str
     #: ``"simulated"``, or the reason of an early end: ``"interrupted"``, ``"not_finite"``.
     status: str
-    #: The method.
+    #: The integrator.
     integrator: str
     #: Requested duration, s.
     duration: float
-    #: Steps asked for.
+    #: Requested number of steps.
     steps: int
     #: Steps from one row to the next.
     stride: int

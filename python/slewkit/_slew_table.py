@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class SlewTable:
-    """Least times, or efforts, of all turns of one spacecraft from rest to rest.
+    """Minimum times, or efforts, of all turns of one spacecraft from rest to rest.
 
     ::
 
@@ -28,7 +28,7 @@ class SlewTable:
 
     Attitudes map body to reference components. Quaternions of any nonzero length have the order of
     SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given; a SciPy ``Rotation`` is an attitude
-    too. The values are for turns alone: add :attr:`settling_s` where the pointing
+    too. The values cover only the turns: add :attr:`settling_s` where the pointing
     must settle. The value of an attitude with NaN is NaN.
     """
 
@@ -109,10 +109,10 @@ class SlewTable:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Relative errors on ``turns`` random turns, which were planned too.
+        """Relative errors on ``turns`` random turns, which were also planned.
 
-        ``median`` and ``percent_99`` of the size, ``lowest`` and ``highest``, and the median of
-        ``bound`` over plan.
+        The keys are ``median`` and ``percent_99`` of the absolute error, ``lowest`` and ``highest``,
+        and ``bound``, the median of the lower bound divided by the planned value.
         """
         return dict(self._facts["errors"])
 

@@ -144,10 +144,10 @@ pub enum NoGains {
     Unreachable,
     /// The lengths of the plan's arcs cannot be corrected for another start; the text names the
     /// reason.
-    #[error("no lengths of its arcs depend on its start: {0}")]
+    #[error("its arcs cannot be corrected for errors at the start: {0}")]
     Arcs(&'static str),
     /// Weights of attitude and rate alone were given for a body that also translates.
-    #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
+    #[error("the weights cover only attitude and rate: give weights of position and velocity too")]
     Weights,
     /// A covariance is requested for a motion whose switching times are corrected at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]

@@ -69,11 +69,11 @@ const SAME: f64 = 1e-9;
 #[non_exhaustive]
 pub enum NotReplanned {
     /// The body translates, and replanning supports attitude maneuvers only.
-    #[error("the body translates: replanning supports attitudes alone")]
+    #[error("the body translates: replanning supports only attitudes")]
     Translation,
     /// The plan is bang-bang, or its duration was free.
     #[error(
-        "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
+        "replanning needs a minimum-effort plan of a given duration: a plan with switching inputs \
         or a free duration has no neighbour on its grid"
     )]
     Form,

@@ -80,7 +80,7 @@ pub enum NotCorrected {
     #[error(transparent)]
     Reversed(#[from] Reversed),
     /// The gains were computed for another plan, or the motion of the plan cannot be propagated.
-    #[error("the plan is not the plan of the gains, or its motion cannot be propagated")]
+    #[error("the gains were computed for another plan, or the motion of this plan cannot be propagated")]
     Trajectory,
 }
 
@@ -217,7 +217,7 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
         (!problem.environment.is_free(), "a field acts on the body"),
         (!problem.constraints.is_empty(), "constraints have arcs on which no input is at its limit"),
         (limits.size.is_none(), "the norm of its torque is limited, so the direction of the torque varies"),
-        (problem.shortest_pulse().is_some(), "its pulses have a shortest length"),
+        (problem.shortest_pulse().is_some(), "its pulses have a minimum width"),
         (problem.end_condition != EndCondition::State, "its end attitude is free"),
     ];
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))

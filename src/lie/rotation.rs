@@ -59,7 +59,10 @@ pub struct Rotation {
 
 /// The matrix is not a rotation.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
+#[error(
+    "the matrix is not a rotation: it differs from an orthogonal matrix of determinant 1 by \
+    {defect:.1e}"
+)]
 pub struct NotARotation {
     /// The value of [`Rotation::defect`]; NaN if an element is not finite.
     pub defect: f64,

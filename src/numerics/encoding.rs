@@ -14,14 +14,14 @@ pub enum NoText {
 /// The first bytes of binary files, with the names of their kinds.
 const BINARY: [(&[u8], &str); 9] = [
     (b"\x1f\x8b", "compressed by gzip"),
-    (b"PK\x03\x04", "an archive of ZIP"),
+    (b"PK\x03\x04", "a ZIP archive"),
     (b"BZh", "compressed by bzip2"),
     (b"\xfd7zXZ\0", "compressed by xz"),
     (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
     (b"\x1f\x9d", "compressed by compress"),
-    (b"DAF/CK", "a C-kernel of SPICE"),
-    (b"DAF/", "a binary kernel of SPICE"),
-    (b"\x89HDF", "a file of HDF"),
+    (b"DAF/CK", "a SPICE C-kernel"),
+    (b"DAF/", "a binary SPICE kernel"),
+    (b"\x89HDF", "an HDF file"),
 ];
 
 /// Returns the kind of a binary file according to its first bytes; `None` for text.
@@ -74,6 +74,6 @@ mod tests {
         }
         assert_eq!(text(b"ab\xe9"), Err(NoText::At(2)));
         assert_eq!(text(b"\x1f\x8b\x08\0"), Err(NoText::Binary("compressed by gzip")));
-        assert_eq!(text(b"DAF/CK  \x02\0\0\0"), Err(NoText::Binary("a C-kernel of SPICE")));
+        assert_eq!(text(b"DAF/CK  \x02\0\0\0"), Err(NoText::Binary("a SPICE C-kernel")));
     }
 }

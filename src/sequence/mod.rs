@@ -148,7 +148,7 @@ pub enum SequenceError {
     #[error("{0}")]
     Unsupported(&'static str),
     /// The holds take the whole duration.
-    #[error("the holds take {holds} s of the {total} s of the whole: give more time")]
+    #[error("the holds take {holds} s of the total duration of {total} s: give more time")]
     NoTime {
         /// What holds and settling take \[s\].
         holds: f64,
@@ -166,7 +166,7 @@ pub enum SequenceError {
         known: f64,
     },
     /// No plan can keep windows: lower bounds of the legs prove it.
-    #[error("no plan can keep the window of {stops}: the hold begins {late:.3} s late at least")]
+    #[error("no plan can keep the window of {stops}: the hold begins at least {late:.3} s late")]
     Windows {
         /// The stop, or both of which one has to wait for the other.
         stops: String,
@@ -389,7 +389,7 @@ impl Sequence {
         let craft = &self.craft;
         if !craft.is_free_turn() {
             return Err(SequenceError::Unsupported(
-                "stops are of attitude maneuvers of a free body: plan each leg in a field by itself",
+                "stops need an attitude maneuver of a free body: plan each leg in a field separately",
             ));
         }
         let passes_here = self.order == Ordering::Given
@@ -405,12 +405,12 @@ impl Sequence {
         let moving = self.stops.iter().any(tracked::moves);
         if moving && self.stops.iter().any(|stop| tracked::moves(stop) && stop.passing.is_some()) {
             return Err(SequenceError::Unsupported(
-                "a target that moves is followed, not passed: leave `passing` out, or hold it for a while",
+                "a moving target cannot be passed: remove `passing`, or hold the target for a while",
             ));
         }
         if moving && craft.shortest_pulse().is_some() {
             return Err(SequenceError::Unsupported(
-                "pulses do not hold a body on a target that moves: leave the shortest pulse out",
+                "pulses cannot hold a body on a moving target: remove the minimum pulse width",
             ));
         }
         if !matches!(craft.objective, Objective::Time) {
@@ -428,20 +428,21 @@ impl Sequence {
             alone.all(|(index, stop)| begins(stop) && (index == 0 || begins(&self.stops[index - 1])));
         if !is_timed && !all_begin {
             return Err(SequenceError::Unsupported(
-                "for effort and fuel, a moving target needs the time at which its hold begins: give `start_s` \
+                "for minimum effort or fuel, a moving target needs the time at which its hold begins: give \
+                `start_s` \
                  of that stop, and of the stop before it",
             ));
         }
         let has_window = self.stops.iter().any(|stop| stop.visit.window != Visit::PASSED.window);
         if has_window && !all_begin && self.order != Ordering::Given {
             return Err(SequenceError::Unsupported(
-                "windows of effort and fuel go with a given order: leave `order` out, or give `start_s` of \
+                "windows for minimum effort or fuel need a given order: remove `order`, or give `start_s` of \
                  every stop",
             ));
         }
         if has_window && !all_begin && self.craft.duration.known().is_none() {
             return Err(SequenceError::Unsupported(
-                "windows of effort and fuel go with the duration of the whole: give `duration_s`, or \
+                "windows for minimum effort or fuel need the total duration: give `duration_s`, or \
                  `start_s` of every stop",
             ));
         }

@@ -216,7 +216,7 @@ pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
         (false, true) => "99.73 % ellipses, without gains",
         (false, false) => return String::new(),
     };
-    if factor > 1 { format!("{what}; {factor} times enlarged") } else { what.into() }
+    if factor > 1 { format!("{what}; enlarged {factor} times") } else { what.into() }
 }
 
 /// Returns the two semi-axes of the one-sigma ellipse of a boresight, in body axes \[rad\].
@@ -261,7 +261,10 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
             let radius = Radius::of(&boresight.vector, &of_attitude(&covariance.end));
             significant(radius.within.to_degrees(), 3)
         };
-        rows.push(row(format!("{}: within with 99.73 % at the end, deg", boresight.name), &cell));
+        rows.push(row(
+            format!("{}: pointing error at the end with probability 99.73 %, deg", boresight.name),
+            &cell,
+        ));
     }
     let chances: Vec<Vec<Chance>> = loops
         .iter()
@@ -283,14 +286,14 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
             let at = significant(beside.linear.times()[chance.worst().node], 3);
             format!("{} at {at} s", significant(chance.largest(), 2))
         };
-        let label = format!("{}: chance of violating it, at the worst instant{asked}", chance.name);
+        let label = format!("{}: chance of a violation, at the worst instant{asked}", chance.name);
         rows.push([label].into_iter().chain(chances.iter().map(cell)).collect());
     }
     for (first, label) in [(0, "attitude"), (3, "rate")] {
         let cell = |covariance: &Covariance| largest_share(covariance, uncertainty, first);
         rows.push(row(format!("most of the variance of the {label} at the end"), &cell));
     }
-    let remark = "To first order in the uncertainty. The chance is that of one instant; errors of neighbouring \
+    let remark = "To first order in the uncertainty. The chance holds for one instant; errors of neighbouring \
      instants are correlated.";
     Some(Table { title: "In flight", head, rows, remark })
 }

@@ -55,7 +55,7 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     }
     if problem.is_shaped() {
         return Some(
-            "the costates of least time or fuel on equal steps belong to a cost that contains effort",
+            "for minimum time or fuel on equal steps, the costates belong to a cost that contains effort",
         );
     }
     let names = problem.actuation.limits().map(|limit| limit.name);

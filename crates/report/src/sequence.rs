@@ -120,14 +120,15 @@ fn tiles(file: &SequenceFile<'_>) -> Vec<Tile> {
 /// Returns sentences that state what is proved about the order of the stops and about the legs.
 fn proved(file: &SequenceFile<'_>) -> Vec<String> {
     let mut told = vec![match (file.record.proof.name(), file.record.order_gap) {
-        ("all_orders", _) => "No order of these legs is better: all orders were compared.".into(),
+        ("all_orders", _) => "No other order of the legs found is better: all orders were compared.".into(),
         ("lower_bound", Some(gap)) => format!(
-            "No order of these legs is better by more than {} %: a lower bound of all orders proves it.",
+            "No other order of the legs found is better by more than {} %: a lower bound of all orders \
+            proves it.",
             significant(100.0 * gap, 2)
         ),
         _ => "The order is the given one.".into(),
     }];
-    told.push("Each leg is the best one that its search found, and was verified by itself.".into());
+    told.push("Each leg is the best one that its search found, and was verified separately.".into());
     told
 }
 

@@ -51,24 +51,32 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
         }
     };
     let (label, levels, remark) = match (fuel, limits.one_sided, limits.size.is_some()) {
-        (Some(_), _, false) => {
-            ("|λΠ| / price", vec![(1.0, "on above")], "at the full norm where above 1, against λΠ")
+        (Some(_), _, false) => (
+            "|λΠ| / price",
+            vec![(1.0, "on above")],
+            "full norm, opposite to λΠ, where the function is above 1",
+        ),
+        (Some(_), false, _) => (
+            "Bᵀ λΠ / price",
+            vec![(1.0, "on beyond"), (-1.0, "")],
+            "on, with the opposite sign, where the magnitude exceeds 1",
+        ),
+        (Some(_), true, _) => {
+            ("Bᵀ λΠ / price", vec![(-1.0, "on below")], "on where the function is below −1")
         }
-        (Some(_), false, _) => {
-            ("Bᵀ λΠ / price", vec![(1.0, "on beyond"), (-1.0, "")], "on where beyond 1, against its sign")
-        }
-        (Some(_), true, _) => ("Bᵀ λΠ / price", vec![(-1.0, "on below")], "on where below −1"),
         (None, false, true) => {
-            ("limit × Bᵀ λΠ, s/s", vec![(0.0, "changes sides")], "at the limit against its sign")
+            ("limit × Bᵀ λΠ, s/s", vec![(0.0, "changes sides")], "at the limit of the opposite sign")
         }
-        (None, true, _) => ("limit × Bᵀ λΠ, s/s", vec![(0.0, "on below")], "on where below 0"),
+        (None, true, _) => {
+            ("limit × Bᵀ λΠ, s/s", vec![(0.0, "on below")], "on where the function is below 0")
+        }
         (None, false, false) => {
-            ("limit × |λΠ|, s/s", vec![(0.0, "")], "the torque has its full norm, against λΠ")
+            ("limit × |λΠ|, s/s", vec![(0.0, "")], "the torque has its full norm, opposite to λΠ")
         }
     };
     let pulses = problem.shortest_pulse().is_some();
     let remark =
-        if pulses { "a pulse longer than the shortest begins and ends at the level" } else { remark };
+        if pulses { "a pulse longer than the minimum width begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
     // With a minimum pulse width, a pulse is also on where the function is below the level, so the
     // label "on" would be wrong.

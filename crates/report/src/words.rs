@@ -78,7 +78,7 @@ fn extremal(switching: &Switching) -> Option<String> {
         )),
         Structure::Pulses => Some(format!(
             "Every input is off or at a limit, in pulses of at least the requested length. No nearby \
-            pulse times cost less. Without a shortest pulse the cost is {:.2} % less.",
+            pulse times cost less. Without a minimum pulse width the cost is {:.2} % less.",
             100.0 * switching.gap / switching.continuous_cost
         )),
         Structure::Norm => Some(format!(
@@ -160,8 +160,8 @@ fn minimum(subject: &Subject) -> String {
         Proved::Global => format!("{what}: the body is already where it should be."),
         Proved::Minimum | Proved::FirstOrder => format!(
             "{what}: no neighbouring plan costs less, {}. No proof shows that it is the cheapest of all: \
-            rivals are the other plans that were found.",
-            if proved == Proved::Minimum { "to second order" } else { "but for the gap" }
+            rivals are the other plans that the search found.",
+            if proved == Proved::Minimum { "to second order" } else { "except for the gap" }
         ),
         Proved::Extremal if solution.optimality.second_order() == SecondOrder::NotTested => {
             format!("{what}: this was not tested, as the spec requests.")

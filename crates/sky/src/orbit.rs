@@ -182,11 +182,11 @@ impl Orbit {
             let (date, hour) = if hour > 23 { (date.succ_opt()?, 0) } else { (date, hour) };
             date.and_hms_nano_opt(hour, minute, second, nanoseconds)
         });
-        let datetime = moment.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
+        let datetime = moment.ok_or_else(|| wrong(&"their epoch is not a valid UTC time"))?;
         // The crate `sgp4` ignores leap seconds, so the epoch is converted through TAI.
         let date = [datetime.year(), datetime.month() as i32, datetime.day() as i32];
         let epoch = Clock::of_utc(date, datetime.hour() as u8, minute as u8, second as u8, nanoseconds);
-        let epoch = epoch.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
+        let epoch = epoch.ok_or_else(|| wrong(&"their epoch is not a valid UTC time"))?;
         let elements = sgp4::Elements {
             object_name: None,
             international_designator: None,

@@ -18,7 +18,7 @@ const EXTENDED: u8 = b'4';
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TwoLinesError {
     /// The line does not have 69 columns.
-    #[error("line {line} has {found} of 69 signs")]
+    #[error("line {line} has {found} characters instead of 69")]
     Length {
         /// Number of the line, 1 or 2.
         line: usize,
@@ -34,7 +34,7 @@ pub enum TwoLinesError {
         found: char,
     },
     /// The last digit of the line is not the checksum of the line.
-    #[error("line {line}, column 69: the checksum is {found}, its digits give {sum}")]
+    #[error("line {line}, column 69: the checksum is {found}, but its digits give {sum}")]
     Checksum {
         /// Number of the line, 1 or 2.
         line: usize,
@@ -44,10 +44,10 @@ pub enum TwoLinesError {
         sum: u32,
     },
     /// The two lines have the numbers of different satellites, which are given.
-    #[error("columns 3 to 7: line 1 is of satellite {0}, line 2 of {1}")]
+    #[error("columns 3 to 7: line 1 names satellite {0}, but line 2 names {1}")]
     Satellites(String, String),
     /// The contents of some columns of a line are invalid.
-    #[error("line {line}, column{} is no {what}: `{found}`", columns(*.from, *.to))]
+    #[error("line {line}, column{}: expected {what}, found `{found}`", columns(*.from, *.to))]
     Field {
         /// Number of the line, 1 or 2.
         line: usize,
@@ -82,7 +82,7 @@ impl<'t> Line<'t> {
             text.char_indices().find(|(_, sign)| !sign.is_ascii_graphic() && *sign != ' ')
         {
             let column = text[..at].chars().count() + 1;
-            let (what, found) = ("sign of two-line elements", sign.escape_default().to_string());
+            let (what, found) = ("a character of two-line elements", sign.escape_default().to_string());
             return Err(TwoLinesError::Field { line: number, from: column, to: column, what, found });
         }
         if text.len() != COLUMNS {
@@ -95,7 +95,7 @@ impl<'t> Line<'t> {
         }
         for column in BLANK[number - 1] {
             if line.columns(*column, *column) != " " {
-                return line.wrong(*column, *column, "blank");
+                return line.wrong(*column, *column, "a blank");
             }
         }
         // In the checksum, a minus sign counts as 1, and all other characters except digits as 0.
@@ -127,7 +127,7 @@ impl<'t> Line<'t> {
         match text.parse::<f64>() {
             _ if text.is_empty() => Ok(0.0),
             Ok(value) if numeric => Ok(value),
-            _ => self.wrong(from, to, "number"),
+            _ => self.wrong(from, to, "a number"),
         }
     }
 
@@ -135,7 +135,7 @@ impl<'t> Line<'t> {
     fn fraction(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let digits = self.columns(from, to).replace(' ', "0");
         if !digits.bytes().all(|digit| digit.is_ascii_digit()) {
-            return self.wrong(from, to, "row of digits");
+            return self.wrong(from, to, "a row of digits");
         }
         Ok(format!("0.{digits}").parse().unwrap_or(0.0))
     }
@@ -148,7 +148,7 @@ impl<'t> Line<'t> {
             "+" | " " => Ok(1),
             // Some programs write a zero instead of the sign.
             "0" => Ok(1),
-            _ => self.wrong(column, column, "sign"),
+            _ => self.wrong(column, column, "a sign"),
         };
         // Some programs write the decimal point.
         let whole = self.columns(from, to).trim();
@@ -160,7 +160,7 @@ impl<'t> Line<'t> {
             " " => 0,
             digit => match digit.parse::<i32>() {
                 Ok(digit) => digit,
-                Err(_) => return self.wrong(to, to, "digit"),
+                Err(_) => return self.wrong(to, to, "a digit"),
             },
         };
         Ok(f64::from(sign(from)?) * size * 10_f64.powi(sign(to - 1)? * exponent))
@@ -176,7 +176,7 @@ impl<'t> Line<'t> {
             return self.wrong(
                 3,
                 7,
-                "number of a satellite, with a letter but I and O for its first digit from 100000 on",
+                "a satellite number; from 100000 on its first digit is a letter other than I and O",
             );
         }
         Ok(text.trim_start_matches('0').into())
@@ -191,32 +191,32 @@ pub(crate) fn read(lines: [&str; 2]) -> Result<MeanElements, TwoLinesError> {
         return Err(TwoLinesError::Satellites(one, two));
     }
     if !"UCS ".contains(first.columns(8, 8)) {
-        return first.wrong(8, 8, "classification, U, C or S");
+        return first.wrong(8, 8, "a classification, U, C or S");
     }
     match first.columns(63, 63).as_bytes()[0] {
         EXTENDED => return Err(TwoLinesError::Extended),
         b' ' | b'0'..=b'9' => {}
-        _ => return first.wrong(63, 63, "type of ephemeris"),
+        _ => return first.wrong(63, 63, "a type of ephemeris"),
     }
     first.number(34, 43)?;
     first.power(45, 52)?;
     let year = match first.columns(19, 20).replace(' ', "0").parse::<u32>() {
         Ok(year) if year < CENTURY => 2000 + year,
         Ok(year) => 1900 + year,
-        Err(_) => return first.wrong(19, 20, "year"),
+        Err(_) => return first.wrong(19, 20, "a year"),
     };
     let day = first.number(21, 32)?;
     let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     if !(1.0..if leap { 367.0 } else { 366.0 }).contains(&day) {
-        return first.wrong(21, 32, "day of that year");
+        return first.wrong(21, 32, "a day of that year");
     }
     let inclination_deg = second.number(9, 16)?;
     if !(0.0..=180.0).contains(&inclination_deg) {
-        return second.wrong(9, 16, "inclination from 0 to 180 deg");
+        return second.wrong(9, 16, "an inclination from 0 to 180 deg");
     }
     let mean_motion = second.number(53, 63)?;
     if mean_motion <= 0.0 {
-        return second.wrong(53, 63, "mean motion above 0");
+        return second.wrong(53, 63, "a mean motion above 0");
     }
     Ok(MeanElements {
         year: year as i32,
@@ -286,23 +286,29 @@ mod tests {
         let collapsed = "1 99991U 20001A 26324.50000000 .00000100 00000-0 20000-4 0 9999";
         let [one, two] = LINES;
         for (lines, told) in [
-            ([collapsed.to_string(), two.into()], "line 1 has 63 of 69 signs"),
+            ([collapsed.to_string(), two.into()], "line 1 has 63 characters instead of 69"),
             (
                 [format!("{}3", &one[..68]), two.into()],
-                "line 1, column 69: the checksum is 3, its digits give 9",
+                "line 1, column 69: the checksum is 3, but its digits give 9",
             ),
             ([two.into(), one.into()], "line 1 begins with `2`"),
-            ([one.into(), with(two, 3, "99992")], "line 1 is of satellite 99991, line 2 of 99992"),
-            ([with(one, 33, "5"), two.into()], "line 1, column 33 is no blank: `5`"),
+            ([one.into(), with(two, 3, "99992")], "line 1 names satellite 99991, but line 2 names 99992"),
+            ([with(one, 33, "5"), two.into()], "line 1, column 33: expected a blank, found `5`"),
             ([with(one, 63, "4"), two.into()], "SGP4-XP"),
-            ([with(one, 63, "x"), two.into()], "line 1, column 63 is no type"),
-            ([with(one, 21, "367.00000000"), two.into()], "line 1, columns 21 to 32 is no day of that year"),
-            ([with(one, 59, "x"), two.into()], "line 1, columns 55 to 59 is no row of digits"),
-            ([one.into(), with(two, 9, "197.8000")], "line 2, columns 9 to 16 is no inclination"),
-            ([one.into(), with(two, 27, "-011999")], "line 2, columns 27 to 33 is no row of digits"),
-            ([one.into(), with(two, 44, "270,1000")], "line 2, columns 44 to 51 is no number: `270,1000`"),
-            ([one.into(), with(two, 53, " 0.00000000")], "line 2, columns 53 to 63 is no mean motion"),
-            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65 is no sign"),
+            ([with(one, 63, "x"), two.into()], "line 1, column 63: expected a type"),
+            (
+                [with(one, 21, "367.00000000"), two.into()],
+                "line 1, columns 21 to 32: expected a day of that year",
+            ),
+            ([with(one, 59, "x"), two.into()], "line 1, columns 55 to 59: expected a row of digits"),
+            ([one.into(), with(two, 9, "197.8000")], "line 2, columns 9 to 16: expected an inclination"),
+            ([one.into(), with(two, 27, "-011999")], "line 2, columns 27 to 33: expected a row of digits"),
+            (
+                [one.into(), with(two, 44, "270,1000")],
+                "line 2, columns 44 to 51: expected a number, found `270,1000`",
+            ),
+            ([one.into(), with(two, 53, " 0.00000000")], "line 2, columns 53 to 63: expected a mean motion"),
+            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65: expected a sign"),
         ] {
             let said = read([&lines[0], &lines[1]]).unwrap_err().to_string();
             assert!(said.contains(told), "{told}: {said}");

@@ -24,7 +24,8 @@ use std::time::Instant;
 /// Arguments of `slew fly`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A plan of a sequence is flown over all legs and holds, and each stop has the errors at its begin and end.
+A plan of a sequence is flown over all legs and holds. Each stop has the errors at the start and the end of its
+hold.
 The spec in the plan states how the craft differs from the model ([uncertainty]), its gains ([feedback]) and the
 response of its actuators ([plant]); --set changes them. The plan does not change. `slew monte-carlo` instead plans
 every draw anew.
@@ -57,14 +58,14 @@ pub struct Args {
     /// Seed of the random numbers
     #[arg(long, value_name = "NUMBER", default_value = "1")]
     pub seed: u64,
-    /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is
+    /// Keep every case in FILE.jsonl, one JSON object per line; an existing file is
     /// continued
     #[arg(long, value_name = "FILE")]
     pub keep: Option<PathBuf>,
     /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Fly this case alone, counted from 1, and show it step by step
+    /// Fly only this case, counted from 1, and show it step by step
     #[arg(
         long,
         value_name = "NUMBER",

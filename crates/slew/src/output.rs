@@ -22,7 +22,7 @@ pub struct OutputArgs {
     /// Replace FILE if it exists
     #[arg(long)]
     pub force: bool,
-    /// No text but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -131,7 +131,7 @@ pub fn sequence(
     }
     file.record.status = Status::VerificationFailed;
     let path = escape(&path.to_string_lossy());
-    let reason = format!("{path} states that it is solved, and the witnesses refuse it");
+    let reason = format!("{path} states that the plan is solved, but the witnesses reject it");
     console.error("E0153", &reason, "`slew verify` reports what fails; plan the spec again");
     Ok((file, loaded, Exit::Plan(Status::VerificationFailed)))
 }
@@ -147,7 +147,8 @@ pub fn settled<'a>(
     let (file, refused) = file.settled(loaded);
     let Some(why) = refused else { return (file, Exit::Solved) };
     let path = escape(&path.to_string_lossy());
-    let reason = format!("{path} states that it is solved, and the witnesses refuse it: {}", escape(&why));
+    let reason =
+        format!("{path} states that the plan is solved, but the witnesses reject it: {}", escape(&why));
     console.error("E0153", &reason, "`slew verify` reports what fails; plan the spec again");
     (file, Exit::Plan(Status::VerificationFailed))
 }

@@ -44,7 +44,7 @@ pub struct Args {
     pub verbose: bool,
     #[command(flatten)]
     pub tables: export::TableArgs,
-    /// Search also from another plan: its costates, or its path where limits act; or from the path
+    /// Search also from another plan: its costates, or its path if limits are active; or from the path
     /// of an AEM or a table of attitudes. The cheapest plan is the result, and the others are
     /// reported. `-` reads stdin
     #[arg(long, value_name = "FILE")]
@@ -55,7 +55,7 @@ pub struct Args {
     pub guess_alone: bool,
     /// Replan the rest of a plan: from the start of SPEC, which is the state of the craft at the
     /// time --at of that plan, to the end of SPEC, in the remaining time and on the remaining
-    /// steps. A few Newton steps suffice as a rule; otherwise a new search runs, and the summary
+    /// steps. A few Newton steps usually suffice; otherwise a new search runs, and the summary
     /// reports it. `-` reads stdin
     #[arg(long, value_name = "PLAN.json", conflicts_with = "guess")]
     pub warm: Option<PathBuf>,
@@ -71,10 +71,10 @@ pub struct Args {
 /// Name of the initial guess in a plan file if it is the plan given by `--guess`.
 const GUESS: &str = "guess";
 /// Note in the summary if the plan was found from the plan given by `--guess`.
-const FROM_GUESS: &str = "found from the guess: the search without it found no plan that is as cheap";
+const FROM_GUESS: &str = "found from the guess: the search without it found only plans with a higher cost";
 /// Note in the summary if the plan was found with `--guess-alone`.
 const FROM_GUESS_ALONE: &str =
-    "found from the guess alone, without a search: a plan without --guess-alone may be cheaper";
+    "found only from the guess, without a search: a plan without --guess-alone may cost less";
 
 /// Runs `slew plan` and returns its exit code.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -182,7 +182,7 @@ fn planned(
     let found = assured::plan(problem, settings, feedback, uncertainty, &kept, &mut Watcher(console));
     let (with, plan, margins) = found.map_err(|error| match error {
         NotKept::Plan(PlanError::Problem(error @ ProblemError::Violated { .. })) => {
-            let reason = format!("{error}: with the margin of its chance");
+            let reason = format!("{error}, with the margin that its chance requires");
             let remedy = "allow a larger chance, reduce the uncertainty, or give [feedback]";
             Failure::Problem(Message::new("E0172", reason, remedy))
         }
@@ -232,8 +232,8 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
         PlanOrAttitudes::Sequence(_) => return Err(Failure::unusable(path, &ExportError::Sequence)),
         PlanOrAttitudes::Attitudes(input) => {
             if !problem.is_constrained() {
-                let reason = "attitudes give a path as a guess, which only maneuvers with limits use: this \
-                    one has no limits";
+                let reason = "a file of attitudes gives only a path, which this maneuver does not use as a \
+                    guess, because it has no limits";
                 console.warn(
                     "W0141",
                     reason,

@@ -56,7 +56,7 @@ pub struct Args {
     /// Replace files that exist
     #[arg(long)]
     pub force: bool,
-    /// No text but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -45,7 +45,7 @@ pub struct Args {
     /// Replace FILE if it exists
     #[arg(long)]
     pub force: bool,
-    /// No text but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
 }

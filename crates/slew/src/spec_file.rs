@@ -61,7 +61,7 @@ pub fn read_held(
 
 /// Creates the failure of a command that supports single maneuvers only but was given a sequence.
 pub fn refuse_stops() -> Failure {
-    let reason = "the spec has stops, and this command takes one maneuver";
+    let reason = "the spec has stops, and this command supports only a single maneuver";
     Failure::Problem(Message::new("E0018", reason, "run `slew plan` on it; or remove the stops"))
 }
 
@@ -81,7 +81,7 @@ pub fn read_held_sequence(
 
 /// Creates the failure that the spec of a sequence has no stops.
 pub fn without_stops() -> Failure {
-    let reason = "the plan is that of a sequence, and the spec has no stops";
+    let reason = "the plan file holds a sequence, and the spec has no stops";
     Failure::Problem(Message::new("E0018", reason, "give the spec of the sequence, with [[stop]]"))
 }
 

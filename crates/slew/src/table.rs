@@ -79,11 +79,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     for left in &left_out {
         let (reason, remedy) = match left {
             Left::Cones => (
-                "the table is of turns without the cones of the spec, which only lengthen them",
+                "the table ignores the cones of the spec, which only lengthen the turns",
                 "values are lower estimates; plan the legs of a schedule with the cones by `slew batch`",
             ),
             Left::Ends => (
-                "the table is of turns from rest to rest: rates and targets of the spec are not used",
+                "the table holds turns from rest to rest: it ignores rates and targets of the spec",
                 "plan legs with moving ends by `slew batch`",
             ),
         };
@@ -130,9 +130,9 @@ fn progress(making: &Making, seconds: f64) -> String {
 fn told(console: &Console, name: &str, table: &SlewTable, seconds: f64) -> Vec<String> {
     let nodes = table.nodes();
     let what = match nodes.quantity {
-        Quantity::Time => "least times from rest to rest".into(),
+        Quantity::Time => "minimum times from rest to rest".into(),
         Quantity::Effort => {
-            format!("least efforts from rest to rest in {} s", significant(nodes.duration_s, 4))
+            format!("minimum efforts from rest to rest in {} s", significant(nodes.duration_s, 4))
         }
     };
     let angles = nodes.angles.len();
@@ -189,7 +189,7 @@ fn failure(error: TableError) -> Failure {
         TableError::Option { what } => Failure::Usage(what.into()),
         TableError::Stopped => {
             let remedy =
-                "a table is written whole or not at all: begin again, with fewer --divisions for less time";
+                "a table is written only when complete: run it again; fewer --divisions take less time";
             Failure::Plan(Status::Interrupted, message("interrupted: no table was written".into(), remedy))
         }
         TableError::NoThread => Failure::Output(message(error.to_string(), "")),

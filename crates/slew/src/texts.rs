@@ -35,9 +35,9 @@ pub struct InitArgs {
 pub enum Purpose {
     /// Reaction wheels that store momentum, a star tracker and the Sun
     Wheels,
-    /// Least fuel of thrusters by place and force
+    /// Minimum fuel with thrusters, given by position and force
     Thrusters,
-    /// Least time under limits of torque
+    /// Minimum time under torque limits
     Time,
 }
 

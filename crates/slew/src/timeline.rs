@@ -62,7 +62,7 @@ pub struct Args {
     /// `json` prints the report on stdout
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub format: ReportFormat,
-    /// No text but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -82,7 +82,10 @@ impl Args {
             Some("ptx") => true,
             Some("xml" | "prm") => false,
             _ => {
-                let reason = format!("{} has no ending of a pointing file", escape(&path.to_string_lossy()));
+                let reason = format!(
+                    "{} does not have the ending of a pointing file",
+                    escape(&path.to_string_lossy())
+                );
                 let remedy = "end it in .ptx for a PTR, or in .xml or .prm for a PRM";
                 return Err(Failure::Output(Message::new("E0105", reason, remedy)));
             }

@@ -141,7 +141,7 @@ fn attitudes(
     lines.lines("not judged", judged.not_judged.iter().map(|text| escape(text)));
     let needs = [(rows.peak_torque_n_m, "rates"), (rows.peak_torque_of_attitudes_n_m, "attitudes")];
     let needs = needs.into_iter().filter_map(|(peak, of)| {
-        Some(format!("by the {of} a mean torque between rows of at most {} N·m", significant(peak?, 3)))
+        Some(format!("a mean torque of at most {} N·m between rows, from the {of}", significant(peak?, 3)))
     });
     lines.lines("needs", needs);
     console.say(&lines.join("\n"));

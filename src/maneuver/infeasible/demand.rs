@@ -221,7 +221,7 @@ impl Case<'_> {
         );
         let needed = self.needed(means, demand, allowed);
         if !needed.is_empty() {
-            reason.push_str(&format!("; in {} s it takes {}", about(duration), needed.join(" or ")));
+            reason.push_str(&format!("; a duration of {} s needs {}", about(duration), needed.join(" or ")));
         }
         Proof { reason, duration_lower_bound: shortest }
     }

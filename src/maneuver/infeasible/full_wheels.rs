@@ -58,7 +58,10 @@ pub(crate) fn proof(problem: &Problem) -> Option<Proof> {
     let [angle, allow] = exceeding(demand.angle.to_degrees(), (carried + of_wheels).to_degrees());
     let larger = if of_wheels > 0.0 && demand.angle > carried {
         let factor = at_least((demand.angle - carried) / of_wheels);
-        format!("; in {} s it takes wheel momentum limits at least {factor} times as large", about(duration))
+        format!(
+            "; a duration of {} s needs wheel momentum limits at least {factor} times as large",
+            about(duration)
+        )
     } else {
         String::new()
     };

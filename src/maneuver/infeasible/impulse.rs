@@ -37,7 +37,7 @@ fn missed(
         |needed| format!("is shorter than {} s", at_least(needed)),
     );
     let reason = format!(
-        "no plan {under} with {} {unit}: {what}; in {duration} s it takes at least {} {unit}",
+        "no plan {under} with {} {unit}: {what}; a duration of {duration} s needs at least {} {unit}",
         about(limit),
         exceeding(limit * factor, limit)[0]
     );

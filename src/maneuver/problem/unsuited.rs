@@ -56,17 +56,20 @@ pub enum Unsuited {
     #[error("a target has several end attitudes, and all paths are compared: remove the choice of the path")]
     WayToTarget,
     /// Minimum fuel to a moving target is requested in a free duration.
-    #[error("least fuel to a moving target needs a given duration")]
+    #[error("minimum fuel to a moving target needs a given duration")]
     FuelToMovingTarget,
     /// Minimum effort to a moving target is requested in a free duration, with more limits than
     /// torque limits.
-    #[error("least effort to a moving target needs a given duration if more than the torques is limited")]
+    #[error(
+        "minimum effort to a moving target needs a given duration if limits other than those of the \
+        torques apply"
+    )]
     LimitsToMovingTarget,
     /// A minimum pulse width is given, and the end attitude is free.
     #[error("pulses need a given end attitude")]
     PulsesToAnyAttitude,
     /// A minimum pulse width is given for forces, or for a maneuver of position and attitude.
-    #[error("pulses need torques and a maneuver of the attitude alone")]
+    #[error("pulses need torque inputs and a maneuver of the attitude only")]
     PulsesOfMotion,
     /// A minimum pulse width is given, and the body is not free: a force field acts on it.
     #[error("pulses need a free body")]
@@ -81,19 +84,22 @@ pub enum Unsuited {
     #[error("pulses need a limit for each input: they cannot be combined with a norm limit")]
     PulsesUnderNorm,
     /// A minimum pulse width is given together with limits of the torque rates.
-    #[error("pulses jump: they cannot be combined with a limit of the rate of change")]
+    #[error("pulses switch instantaneously: they cannot be combined with a limit on the rate of change")]
     PulsesOfLimitedRate,
     /// A minimum pulse width is given together with cones or rate limits.
     #[error("pulses cannot be combined with cones or rate limits")]
     PulsesUnderConstraints,
     /// A minimum pulse width is given together with a method on a uniform grid.
-    #[error("pulses begin and end between equal steps: method = \"scp\" does not support them")]
+    #[error(
+        "pulses begin and end inside the equal steps of the grid: method = \"scp\" does not support \
+        them"
+    )]
     PulsesOnEqualSteps,
     /// Thrusters that produce both force and torque have other limits than one for each thruster.
     #[error("thrusters that push and turn have a limit each and push to one side only: remove other limits")]
     ThrusterLimits,
     /// Thrusters that push the body are given for a maneuver of the attitude alone.
-    #[error("thrusters with a force need a body that moves")]
+    #[error("thrusters with a force need a body that translates")]
     ThrustersOfAttitude,
     /// Thrusters that produce both force and torque are combined with wheels.
     #[error("thrusters that push and turn cannot be combined with wheels")]

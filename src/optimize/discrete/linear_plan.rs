@@ -77,7 +77,7 @@ pub enum Timing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unlinearised {
     /// The body translates, which this type does not support.
-    #[error("the body translates: covariances are those of attitude and rate")]
+    #[error("the body translates: covariances support only attitude and rate")]
     Translation,
     /// Reaction wheels drive the body, which is not supported for torques at nodes.
     #[error(
@@ -89,7 +89,8 @@ pub enum Unlinearised {
     Frame,
     /// Thrusters exert force and torque at once.
     #[error(
-        "its thrusters give force and torque at once: forces and torques are corrected by inputs of their own"
+        "its thrusters give force and torque at once: forces and torques need separate inputs for the \
+        corrections"
     )]
     Thrusters,
     /// The plan has no trajectory, or one that does not fit the maneuver.

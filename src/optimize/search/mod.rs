@@ -61,15 +61,17 @@ pub enum PlanError {
     },
     /// SCP was requested, but it supports only minimum effort with a given duration.
     #[error(
-        "SCP plans least effort in a given duration only; leave `method` out or use method = \"interior_point\""
+        "SCP supports only minimum effort in a given duration; remove `method` or use method = \
+        \"interior_point\""
     )]
     NotForScp,
     /// A setting does not apply to a maneuver with switching inputs or free duration.
-    #[error("this maneuver does not go with the settings: {0}")]
+    #[error("the settings do not suit this maneuver: {0}")]
     Unsuited(Misfit),
     /// The grid has more steps than SCP or the interior-point method can hold in memory.
     #[error(
-        "what limits this maneuver is planned on {MAX_CONVEX_STEPS} steps at most, and it has {steps}: take fewer"
+        "with its limits and constraints, this maneuver can have at most {MAX_CONVEX_STEPS} steps, and it \
+        has {steps}: use fewer steps"
     )]
     TooManySteps {
         /// Number of steps of the maneuver.
@@ -85,7 +87,8 @@ pub enum PlanError {
     },
     /// The path of a guess is invalid.
     #[error(
-        "the path of the guess is unusable: it takes two or more unit quaternions, and as many positions or none"
+        "the path of the guess is unusable: it needs two or more unit quaternions, and as many positions or \
+        none"
     )]
     GuessPath,
 }
@@ -95,21 +98,21 @@ pub enum PlanError {
 #[non_exhaustive]
 pub enum Misfit {
     /// A guess was given, but the maneuver does not use one.
-    #[error("it takes no guess: leave it out")]
+    #[error("it does not use a guess: remove the guess")]
     Guess,
     /// Costates were given to polish, but the maneuver is not minimum-effort with a given duration.
-    #[error("only a maneuver of least effort in a given duration has costates to polish")]
+    #[error("only a minimum-effort maneuver of a given duration has costates to polish")]
     Polish,
     /// A single method was requested for a maneuver with alternative sets of cones. Only the search
     /// determines which set holds when.
-    #[error("which set of cones holds when is what a plan finds: no method has it by itself")]
+    #[error("only the search chooses between alternative sets of cones: no single method can")]
     Turns,
     /// A comparison of the methods for switching inputs was requested, but the maneuver has no such
     /// inputs.
-    #[error("ways are compared on maneuvers whose inputs switch")]
+    #[error("this comparison needs a maneuver whose inputs switch, such as minimum time or minimum fuel")]
     Ways,
     /// A comparison of shooting and SCP was requested, but the maneuver is not minimum-effort.
-    #[error("methods are compared on maneuvers of least effort")]
+    #[error("the comparison of methods needs a minimum-effort maneuver")]
     Methods,
 }
 

@@ -113,13 +113,13 @@ pub enum TableError {
         what: &'static str,
     },
     /// The nodes do not form a table.
-    #[error("this is no table: {what}")]
+    #[error("not a slew table: {what}")]
     Nodes {
         /// The invalid property of the nodes, as a phrase.
         what: &'static str,
     },
     /// The operating system granted no thread.
-    #[error("the system grants no thread: allow more processes (`ulimit -u`), or more memory")]
+    #[error("the system cannot start a thread: allow more processes (`ulimit -u`), or more memory")]
     NoThread,
     /// The caller stopped the computation.
     #[error("stopped")]
@@ -274,12 +274,12 @@ fn refuse(problem: &Problem) -> Result<Quantity, TableError> {
     let (torque, wheels) = (&problem.actuation.torque, problem.actuation.wheels.as_ref());
     let effort = matches!(problem.objective, Objective::Effort(_));
     if problem.motion != Motion::Attitude || problem.actuation.force.is_some() {
-        return refused("the body translates too", "leave positions, mass and forces out of the spec");
+        return refused("the body translates too", "remove positions, mass and forces from the spec");
     }
     if !problem.environment.is_free() || problem.environment.frame_rate() != Vector3::zeros() {
         return refused(
             "in a field or a turning frame a leg depends on both attitudes and the time",
-            "leave `[environment]` out: `slew plan` plans single legs with it",
+            "remove `[environment]`: `slew plan` plans single legs with it",
         );
     }
     if torque.frame() != AxisFrame::Body {
@@ -287,17 +287,20 @@ fn refuse(problem: &Problem) -> Result<Quantity, TableError> {
     }
     if wheels.is_some_and(|wheels| wheels.momentum.iter().any(|held| *held != 0.0)) {
         return refused(
-            "with momentum stored in wheels a leg depends on both attitudes, not on the turn alone",
+            "with momentum stored in wheels a leg depends on both attitudes, not only on the turn",
             "set `momentum_n_m_s` to zero for a table of empty wheels, or plan the legs by `slew batch`",
         );
     }
     if problem.shortest_pulse().is_some() {
-        return refused("pulses of a shortest length have no gradient", "leave the shortest pulse out");
+        return refused(
+            "plans with a minimum pulse width have no gradient",
+            "remove the minimum pulse width",
+        );
     }
     if let Objective::Fuel(_) = problem.objective {
         return refused(
-            "fuel has no law for other durations",
-            "tabulate `minimize = \"time\"` or `\"effort\"`; `slew batch` plans legs of least fuel",
+            "fuel cannot be scaled to other durations",
+            "tabulate `minimize = \"time\"` or `\"effort\"`; `slew batch` plans minimum-fuel legs",
         );
     }
     if effort && problem.seeks_duration() {

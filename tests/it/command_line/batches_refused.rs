@@ -80,7 +80,7 @@ fn senseless_arguments_are_refused() {
     batch(&["-o", "no/such/folder.jsonl"]).ends(8).tells("error[E0095]");
     batch(&["-o", "empty"]).ends(8).tells("error[E0099]");
     batch(&["--set", "maneuver.step=3"]).ends(9).tells("1 spec invalid");
-    folder.slew(&["batch", "spec.toml"]).ends(2).tells("one spec is no batch");
+    folder.slew(&["batch", "spec.toml"]).ends(2).tells("a batch needs more than one spec");
     folder.slew(&["batch", "empty"]).ends(8).tells("error[E0116]").tells("holds no spec");
     folder.slew(&["batch", "nowhere"]).ends(2);
     folder.slew(&["batch", "nowhere.toml", "--cases", "cases.csv"]).ends(8).tells("error[E0015]");

@@ -425,7 +425,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
     folder
         .slew(&[&plan[..], &["-o", "plan.json"]].concat())
         .ends(0)
-        .tells("feedback    switching times by the start, then a regulator")
+        .tells("feedback    switching times corrected at the start, then a regulator")
         .tells("would make arc 3");
     let feedback = &folder.json("plan.json")["feedback"];
     let arcs = feedback["arcs"].as_array().unwrap();

@@ -27,7 +27,7 @@ fn a_table_has_the_costs_of_plans() {
     let folder = Folder::new();
     fs::write(folder.path("legs.toml"), LEGS).unwrap();
     let args = ["table", "legs.toml", "-o", "slew.npz", "--divisions", "2", "--checks", "10"];
-    folder.slew(&args).ends(0).tells("least efforts from rest to rest in 10.00 s").tells("10 random turns");
+    folder.slew(&args).ends(0).tells("minimum efforts from rest to rest in 10.00 s").tells("10 random turns");
     let table = read_npz(File::open(folder.path("slew.npz")).unwrap()).unwrap();
     let planned = |vector: &Vector3| -> f64 {
         let end = format!("end.attitude.rotation_vector_rad=[{}, {}, {}]", vector.x, vector.y, vector.z);

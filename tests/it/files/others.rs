@@ -466,7 +466,8 @@ fn euler_angles_in_xml_are_read() {
                  units=\"deg\">{:.9}</rotation3>\
                  </rotationAngles><rotationRates><rotation1 rate=\"X_RATE\">0</rotation1><rotation2 \
                  rate=\"Y_RATE\">0</rotation2>\
-                 <rotation3 rate=\"Z_RATE\">{:.9}</rotation3></rotationRates></eulerAngleRate></attitudeState>",
+                 <rotation3 \
+                     rate=\"Z_RATE\">{:.9}</rotation3></rotationRates></eulerAngleRate></attitudeState>",
                 date(*time), angle(*time), rate(*time)
             )
         })
@@ -773,8 +774,8 @@ fn an_ephemeris_behind_other_messages_is_read() {
 fn what_is_no_text_is_named() {
     for (bytes, reason) in [
         (&b"\x1f\x8b\x08\x00packed"[..], "compressed by gzip"),
-        (b"PK\x03\x04", "an archive of ZIP"),
-        (b"DAF/SPK ", "a binary kernel of SPICE"),
+        (b"PK\x03\x04", "a ZIP archive"),
+        (b"DAF/SPK ", "a binary SPICE kernel"),
     ] {
         let error = read_attitudes(bytes, "file").unwrap_err();
         assert!(error.0[0].reason.contains(reason), "{}", error.0[0].reason);

@@ -209,8 +209,8 @@ fn what_is_wrong_with_a_file_is_said() {
         (&["verify", "combined.xml", "--spec", "turn.toml"], 0, "attitudes agree with the spec"),
         (&["verify", "sample.a", "--spec", "turn.toml"], 0, "attitudes agree with the spec"),
         (&["check", "packed.toml"], 3, "unpack it first"),
-        (&["check", "tle_blanks_collapsed.toml"], 3, "line 1 has 63 of 69 signs"),
-        (&["check", "tle_checksum.toml"], 3, "the checksum is 3, its digits give 9"),
+        (&["check", "tle_blanks_collapsed.toml"], 3, "line 1 has 63 characters instead of 69"),
+        (&["check", "tle_checksum.toml"], 3, "the checksum is 3, but its digits give 9"),
         (&["check", "tle_with_name.toml"], 0, "valid"),
         (&["check", "old_elements.toml"], 3, "the satellite may be anywhere on its orbit"),
         (

@@ -85,7 +85,7 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     // there is room for one line, it names the nearest.
     let clearances = lines.iter().skip_while(|line| !line.starts_with("  clearance"));
     let alone = clearances.skip(1).take(1).any(|line| !line.starts_with("      "));
-    if text.contains("more with more room") || alone {
+    if text.contains("more with more clearance") || alone {
         let some = named.iter().any(|(named, _)| *named);
         wanted.push((some, format!("the nearest cone in:\n{text}")));
     } else {

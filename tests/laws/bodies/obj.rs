@@ -70,7 +70,7 @@ fn mistakes_have_a_line_and_a_reason() {
         (edit("-1  1  0 1.0", "-1 nan 0"), "line 5: `nan` is not a finite number"),
         (edit("-1  1  0 1.0", "-1 1e999 0"), "line 5: `1e999` is not a finite number"),
         (edit("-1  1  0 1.0", "-1 1e40 0"), "line 19: vertex 2 has the coordinate 1"),
-        (edit("g sides", "polygon 3"), "line 12: `polygon` is no keyword of a Wavefront OBJ file"),
+        (edit("g sides", "polygon 3"), "line 12: `polygon` is not a keyword of a Wavefront OBJ file"),
         (edit("f 1 2 5", "f 1 2"), "line 14: a face has 2 corners"),
         (edit("f 1 2 5", "f 1 2 0"), "line 14: `0` is not the corner of a face"),
         (edit("f 1 2 5", "f 1 2 5/x"), "line 14: `5/x` is not the corner of a face"),
@@ -83,7 +83,7 @@ fn mistakes_have_a_line_and_a_reason() {
         (edit("f 1 2 5", "f 1 2 5\nf 1 2 5"), "line 14: the surface is not a manifold"),
         (edit("f 4 3 2 1", ""), "line 14: the surface is not closed"),
         (String::new(), "line 1: 0 vertices; from 4 to 1000000 are possible"),
-        ("\u{0}\u{1}binary".into(), "line 1: `\u{fffd}\u{fffd}binary` is no keyword"),
+        ("\u{0}\u{1}binary".into(), "line 1: `\u{fffd}\u{fffd}binary` is not a keyword"),
     ];
     for (text, expected) in cases {
         let message = read(&text).unwrap_err().to_string();

@@ -50,7 +50,7 @@ fn the_bound_is_sharp_about_the_axis_of_the_smallest_moment() {
     // The time of 5 s allows θ = ū T²/4J = 0.9375 rad = 53.7 deg; the turn needs ū = 4θJ/T² = 0.64
     // N·m.
     assert!(reason.contains("turn by 114.5 deg, and 5 s allow at most 53.7"), "{reason}");
-    let torque: f64 = text_between(&reason, "it takes at least ", " N·m").parse().unwrap();
+    let torque: f64 = text_between(&reason, " s needs at least ", " N·m").parse().unwrap();
     assert!((torque - 0.64).abs() < 1e-3 && torque <= 0.64, "{reason}");
     assert!(reason.contains("the body must turn"), "{reason}");
     assert!(reason.contains("no plan is shorter than 7.30") && reason.contains("s with 0.3 N·m"), "{reason}");

@@ -151,12 +151,12 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
 /// fixed-axis slew.
 fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let (what, unit) = match &problem.objective {
-        Objective::Time => ("least time", "s"),
-        Objective::Fuel(_) => ("least fuel", inputs::fuel_unit(problem, identity)),
+        Objective::Time => ("minimum time", "s"),
+        Objective::Fuel(_) => ("minimum fuel", inputs::fuel_unit(problem, identity)),
         Objective::Effort(weights) => {
             let plain = weights.torque.is_none() && problem.motion == Motion::Attitude;
             // If the effort has weights, its unit depends on them and is not stated.
-            ("least effort", if plain { "N²·m²·s" } else { "" })
+            ("minimum effort", if plain { "N²·m²·s" } else { "" })
         }
     };
     let value = significant(solution.cost, 6);
@@ -181,10 +181,10 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     let limits = if free { " without limits" } else { "" };
     match part {
         part if !part.is_finite() => String::new(),
-        part if part.abs() < SAME => format!("; as about a fixed axis{limits}"),
+        part if part.abs() < SAME => format!("; equal to a fixed-axis turn{limits}"),
         part => {
             let word = if part > 0.0 { "more" } else { "less" };
-            format!("; {} % {word} than about a fixed axis{limits}", significant(100.0 * part.abs(), 2))
+            format!("; {} % {word} than a fixed-axis turn{limits}", significant(100.0 * part.abs(), 2))
         }
     }
 }
@@ -291,7 +291,7 @@ fn clearances(
     }
     let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1).max(1)).map(told).collect();
     if lines.len() < room {
-        lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
+        lines.push(format!("{} more with more clearance", counted(cones.len() - lines.len(), "cone")));
     }
     lines
 }
@@ -324,7 +324,7 @@ fn neighbours(solution: &Solution) -> String {
     if switching.structure == Structure::Pulses {
         let without = switching.pulses.map_or(f64::NAN, |pulses| pulses.cost_without);
         let more = 100.0 * (switching.continuous_cost / without - 1.0);
-        return format!(", {} % above the best found without a shortest pulse", significant(more, 2));
+        return format!(", {} % above the best found without a minimum pulse width", significant(more, 2));
     }
     match 100.0 * solution.gap_part() {
         small if small < LEAST_GAP => String::new(),

@@ -78,7 +78,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
             if largest < NEGLIGIBLE {
                 return format!("{name}: below {NEGLIGIBLE:e} at all times{of}");
             }
-            let tail = if largest < SAMPLED { " (by the tail of the normal law)" } else { "" };
+            let tail = if largest < SAMPLED { " (from the tail of the normal distribution)" } else { "" };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
             format!("{name}: {} at its worst, {at} s{of}{tail}", significant(largest, 2))
         })
@@ -106,7 +106,9 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
         }
         Kind::Neighbouring { .. } => format!("neighbouring gains{of}{every} to the end"),
         Kind::Tvlqr(_) => format!("regulator{of}{every} along the plan"),
-        Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
+        Kind::Switching(_) => {
+            "switching times corrected at the start, then a regulator along the plan".into()
+        }
     };
     let mut lines = Vec::new();
     lines.text("feedback", text);
@@ -139,7 +141,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let and = if first == second { String::new() } else { format!(", or arc {},", second + 1) };
     format!(
         "errors of {} deg about {}, or {} deg/s about {}, would make arc {}{and} shorter than zero: \
-        then plan anew",
+        plan again if they occur",
         significant(turn.to_degrees(), 2),
         axis(of_turn),
         significant(rate.to_degrees(), 2),
@@ -163,11 +165,9 @@ fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
 fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) -> String {
     let of = |covariance: &Covariance| significant(radii(problem, covariance).to_degrees(), 3);
     match closed {
-        Some(closed) => format!(
-            "boresights end within {} deg by the gains (99.73 %), {} deg without",
-            of(closed),
-            of(open)
-        ),
+        Some(closed) => {
+            format!("boresights end within {} deg with gains (99.73 %), {} deg without", of(closed), of(open))
+        }
         None => format!("boresights end within {} deg (99.73 %), without gains", of(open)),
     }
 }
@@ -189,7 +189,7 @@ fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<S
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (name, part) = shares.first().filter(|(_, part)| part.is_finite() && *part > 0.0)?;
     Some(format!(
-        "{} of its variance is from constant errors, most of {} ({})",
+        "{} of its variance is from constant errors, most from {} ({})",
         percent(of_parameters / all),
         escape(name),
         percent(*part)
@@ -327,7 +327,7 @@ fn told(one: &LoopRecord) -> Vec<String> {
         significant(most(&end.rate_sigma_linear_deg_s), 3),
     ));
     lines.push(format!(
-        "{} inside of the 99.73 % ellipsoid{}",
+        "{} inside the 99.73 % ellipsoid{}",
         percent(end.inside_9973.part),
         end.eigenvalues.map_or(String::new(), |[least, largest]| format!(
             ", variances {} to {} times the linear",
@@ -360,7 +360,7 @@ fn told(one: &LoopRecord) -> Vec<String> {
         lines.push(format!("{}: {violated}", escape(&cone.name)));
     }
     if one.saturated > 0.0 {
-        lines.push(format!("limits saturate the commands of {} of the steps", percent(one.saturated)));
+        lines.push(format!("the commands saturate at limits on {} of the steps", percent(one.saturated)));
     }
     if one.rejected_inertias > 0 {
         lines.push(format!("{} drawn inertias were impossible and were drawn again", one.rejected_inertias));

@@ -73,7 +73,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
                     "the longest allowed"
                 }
                 Some(_) if !priced => "more time would cost more",
-                _ => "where a second gains its price",
+                _ => "where another second saves no more than its price",
             };
             let fuel = problem.objective.fuel().is_some();
             let unit = if fuel { "" } else { unit };
@@ -312,7 +312,7 @@ fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     let (without, cost) = (pulses.cost_without, switching.continuous_cost);
     let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
         format!(
-            "shortest pulse {} s: {} {:.2} % above {}, the plan without it; ",
+            "minimum pulse width {} s: {} {:.2} % above {}, the plan without it; ",
             short(asked),
             if problem.objective.given_time_price().is_some() { "cost" } else { "fuel" },
             100.0 * (cost / without - 1.0),

@@ -111,10 +111,15 @@ fn order(record: &SequenceRecord) -> String {
         }
         OrderProof::None => format!("{stops} in the best order of those that were tried"),
         OrderProof::Given => format!("{stops} in the given order"),
-        OrderProof::AllOrders => format!("{stops} in the best order: no order of these legs is better"),
+        OrderProof::AllOrders => {
+            format!("{stops} in the best order: no other order of the legs found is better")
+        }
         OrderProof::LowerBound => {
             let gap = 100.0 * record.order_gap.unwrap_or(f64::NAN);
-            format!("{stops}; no order of these legs is better by more than {} %", significant(gap, 2))
+            format!(
+                "{stops}; no other order of the legs found is better by more than {} %",
+                significant(gap, 2)
+            )
         }
     }
 }

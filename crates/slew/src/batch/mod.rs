@@ -53,7 +53,7 @@ pub struct Running {
     /// Print progress also if stderr is not a terminal, every ten seconds
     #[arg(long)]
     pub progress: bool,
-    /// No text but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
 }

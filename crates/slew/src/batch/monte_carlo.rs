@@ -35,7 +35,7 @@ The spec states the distributions about its own values:
   sigma = [0.05, 0.05, 0.2]
 
 Numbers are in the unit of the key. The random numbers of a case depend only on the seed, the number
-of the case and the place of the entry. A draw that is no valid spec, such as an impossible inertia,
+of the case and the place of the entry. A draw that is not a valid spec, such as an impossible inertia,
 is a failed case: slew counts it with its error and does not draw it again.
 
 `slew batch --help` describes results, interrupted runs, shards and exit codes.

@@ -63,7 +63,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         }
         None => {
             let reason = format!(
-                "one spec is no batch: give --cases FILE.csv, or a folder of specs instead of {path}"
+                "a batch needs more than one spec: give --cases FILE.csv, or a folder of specs instead of \
+                {path}"
             );
             return Err(Failure::Usage(reason));
         }

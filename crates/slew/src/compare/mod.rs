@@ -35,7 +35,7 @@ change the exit code.
 If inputs switch (minimum time or fuel), slew compares the smoothed law, switching times, and for minimum
 time the interior point, on one number of steps; then the objectives.
 
-The objectives (`--objectives`): plans of least time, fuel and effort, each measured by all three.
+The objectives (`--objectives`): plans of minimum time, fuel and effort, each measured by all three.
 Weights and prices come from the spec. Effort and fuel use the duration of the spec or of its price of
 time. If the spec minimises time, they use 1.5 times the shortest duration. Exit code 0 means that at
 least one plan is solved.
@@ -60,13 +60,14 @@ pub struct Args {
     #[command(flatten)]
     pub report: ReportArgs,
     /// Add a global lower bound on the grid of `--bound-steps`, a plan on that grid, and the gap
-    /// between them. Free bodies only; the bound leaves limits out. Needs the cargo feature `sdp`
+    /// between them. Free bodies only; the bound ignores limits. Needs the cargo feature `sdp`
     #[arg(long)]
     pub bound: bool,
     /// Steps of the grid of the bound, by default 8; the time to solve grows fast with them
     #[arg(long, value_name = "STEPS", requires = "bound", value_parser = clap::value_parser!(u16).range(2..=60))]
     pub bound_steps: Option<u16>,
-    /// Compare the plans of least time, fuel and effort instead of the methods; torques need limits
+    /// Compare minimum-time, minimum-fuel and minimum-effort plans instead of the methods; torques
+    /// need limits
     #[arg(long, conflicts_with = "bound")]
     pub objectives: bool,
     /// Write the comparison as one page for a browser as well

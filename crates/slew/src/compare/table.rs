@@ -68,7 +68,7 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
 fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
-        "{}: along the path of the cheapest answer; alone {}{cost}",
+        "{}: along the path of the cheapest result; without it {}{cost}",
         name(run.method),
         standing(by_itself.status)
     )

@@ -23,7 +23,7 @@ pub(super) fn run(
         files.iter().try_for_each(|file| page.distinct_from(file))?;
     }
     if args.guess.is_some() || args.warm.is_some() {
-        let reason = "--guess and --warm are of one maneuver, and the spec has stops".to_string();
+        let reason = "--guess and --warm apply to a single maneuver, and the spec has stops".to_string();
         return Err(Failure::Usage(reason));
     }
     export::check(destination, &asked.craft, identity)?;
@@ -66,7 +66,7 @@ pub fn refusal(error: &SequenceError) -> Failure {
             "widen the window, shorten the holds before it, or allow more torque"
         }
         SequenceError::NoPlan { .. } => {
-            "plan that leg by itself to see why: a spec with its two ends; or allow more time"
+            "to see why, plan that leg alone: write a spec with its two ends; or allow more time"
         }
         SequenceError::Stopped(_) => "allow more time: solver.time_limit_s",
         SequenceError::Beyond { .. } => {

@@ -55,7 +55,7 @@ impl Problem {
             let Some(prices) = prices else { continue };
             let count = set.map_or(0, ActuatorSet::count);
             if prices.len() != count {
-                return Err(out_of_range(number, count as f64, "must be the number of prices of fuel"));
+                return Err(out_of_range(number, count as f64, "must equal the number of fuel prices"));
             }
             if let Some(price) = prices.iter().copied().find(|price| !(*price > 0.0 && price.is_finite())) {
                 return Err(out_of_range("price", price, "must be positive and finite"));
@@ -155,7 +155,7 @@ impl Problem {
         let torque = &self.actuation.torque;
         let refuse = |reason: String| Err(ProblemError::Wheels(reason));
         if self.motion == Motion::RigidBody || self.actuation.force.is_some() {
-            return refuse("reaction wheels need a maneuver of the attitude alone".into());
+            return refuse("reaction wheels need a maneuver of the attitude only".into());
         }
         if torque.frame() == AxisFrame::Reference {
             return refuse(

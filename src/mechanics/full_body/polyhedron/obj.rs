@@ -47,7 +47,7 @@ pub enum ObjProblem {
         limit: u64,
     },
     /// A line starts with a word that is not a keyword of the format.
-    #[error("`{0}` is no keyword of a Wavefront OBJ file")]
+    #[error("`{0}` is not a keyword of a Wavefront OBJ file")]
     Keyword(String),
     /// A vertex has fewer than three coordinates or more than OBJ allows.
     #[error("a vertex has {0} numbers; three coordinates are needed, a weight or a color may follow")]

@@ -63,7 +63,7 @@ pub enum Obstacle {
     CoupledWeight,
     /// A minimum-time or minimum-fuel objective on a uniform grid, which the interior-point method
     /// minimises.
-    #[error("its time or fuel is minimised on equal steps")]
+    #[error("it minimises time or fuel on equal steps")]
     EqualSteps,
 }
 
