@@ -86,7 +86,7 @@ STK = {
     "Hermite 3": (stk("AttitudeTimeQuatAngVels", HERMITE.format(3)), through_rates, ""),
     "Hermite without rates": (stk(keys=HERMITE.format(3)), one_rate, "HERMITE takes rates"),
     "order 0": (stk(keys=ORDER.format(0)), one_rate, "Lagrange of degree 0"),
-    "order 30": (stk(keys=LAGRANGE.format(30)), one_rate, "25 is the highest that is taken"),
+    "order 30": (stk(keys=LAGRANGE.format(30)), one_rate, "25 is the highest supported degree"),
     "splines": (stk(keys="InterpolationMethod Spline\n" + ORDER.format(3)), one_rate, "Spline, which is not known"),
     "a pattern": (stk(keys="RepeatPattern\n"), one_rate, "`RepeatPattern`, which is not known"),
 }
@@ -198,8 +198,8 @@ KERNELS = {
     "the ecliptic": {"frame": "ECLIPJ2000"},
 }
 REFUSED_KERNELS = {
-    "type 1": ({"kind": 1}, "a segment of type 1 is not read"),
-    "type 2": ({"kind": 2}, "a segment of type 2 is not read"),
+    "type 1": ({"kind": 1}, "segments of type 1 are not supported"),
+    "type 2": ({"kind": 2}, "segments of type 2 are not supported"),
     "a clock of others": ({"clock": None}, "does not say what a tick is"),
     "B1950": ({"frame": "B1950"}, "map to B1950"),
     "the galaxy": ({"frame": "GALACTIC"}, "the frame of SPICE with the number 13"),

@@ -330,9 +330,9 @@ REFUSED_OMM = {
     "twice in JSON": (lambda keys: json.dumps(keys).replace("}", ", \"BSTAR\": 0}"), "`BSTAR` is set twice"),
     "an empty list": (lambda keys: "[]", "the list has no elements"),
     "cut off": (lambda keys: xml(keys)[:-20], "cut off"),
-    "a document type": (lambda keys: xml(keys).replace("?>\n", "?>\n<!DOCTYPE ndm>\n"), "document types are not read"),
+    "a document type": (lambda keys: xml(keys).replace("?>\n", "?>\n<!DOCTYPE ndm>\n"), "document type declarations are not supported"),
     "a table": (lambda keys: ",".join(keys) + "\n", "this is a table"),
-    "another message": (lambda keys: keywords(keys).replace("OMM", "OPM"), "a message other than an OMM"),
+    "another message": (lambda keys: keywords(keys).replace("OMM", "OPM"), "the file is not an OMM"),
     "two lines": (lambda keys: "\n".join(two_lines(ORBITS[0])), "these are two-line elements"),
     "old": (lambda keys: keywords(keys | {"EPOCH": "2020-01-01T00:00:00"}), "days old"),
 }
@@ -574,7 +574,7 @@ REFUSED_OEM = {
         scale=1.01).split("META_START")[1],
                    "both cover the maneuver"),
     "Mars": (oem(60.0, 30, None, -300.0, body="MARS"), "not the Earth"),
-    "straight lines": (oem(60.0, 30, ("LINEAR", 1), -300.0), "an interpolation of degree 1"),
+    "straight lines": (oem(60.0, 30, ("LINEAR", 1), -300.0), "the interpolation degree 1"),
     "too few": (oem(60.0, 4, ("LAGRANGE", 7), -60.0), "degree 7 needs 8"),
     "another day": (oem(60.0, 30, None, 86_400.0), "none of them all the way"),
     "two objects": (oem(60.0, 30, None, -300.0) + oem(60.0, 30, None, 1440.0).split("TEST\n")[1].replace("= A", "= B"),
@@ -585,7 +585,7 @@ REFUSED_OEM = {
     "another time": (oem(60.0, 30, None, -300.0).replace("= UTC", "= UT1"), "the time system UT1"),
     "another frame": (oem(60.0, 30, None, -300.0).replace("= ICRF", "= MOD"), "the frame MOD"),
     "positions alone": (rewritten(oem(60.0, 30, None, -300.0), lambda words: " ".join(words[:4])), "a row has 4 words"),
-    "another message": (keywords(record(ORBITS[0])), "a message other than an OEM"),
+    "another message": (keywords(record(ORBITS[0])), "the file is not an OEM"),
     "compressed": (b"\x1f\x8b\x08\x00packed", "compressed by gzip"),
 }
 

@@ -489,7 +489,7 @@ fn wrong_files_are_told_with_their_line() {
     }
     let aem: &[(&str, &str, usize, &str)] = &[
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS = 3.0", 1, "version 3.0 is not known"),
-        ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS", 1, "no KEY = value"),
+        ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS", 1, "not of the form KEY = value"),
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_OEM_VERS = 2.0", 1, "an orbit ephemeris message (OEM)"),
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS = 1.0", 14, "no `ATTITUDE_DIR`"),
         ("ORIGINATOR = ME\n", "", 3, "no `ORIGINATOR`"),
@@ -513,7 +513,7 @@ fn wrong_files_are_told_with_their_line() {
         ("ANGVEL_FRAME = SC_BODY_1\n", "", 13, "no `ANGVEL_FRAME`"),
         ("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = LVLH", 13, "neither of the two frames"),
         ("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = SC_BODY_1\nATTITUDE_DIR = A2B", 14, "version 1.0"),
-        ("META_STOP\n", "", 14, "no KEY = value"),
+        ("META_STOP\n", "", 14, "not of the form KEY = value"),
         ("META_STOP\nDATA_START", "META_STOP\nDATA_BEGIN", 15, "DATA_START is needed"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0", 17, "6 numbers behind its date, 7 are needed"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 1 1", 17, "8 numbers"),
@@ -536,7 +536,7 @@ fn wrong_files_are_told_with_their_line() {
         ("</metadata>", "</meta>", 10, "</meta> stands where <metadata>"),
         ("</aem>\n", "", 15, "an element is not closed"),
         ("</aem>", "</aem", 16, "an element is not closed"),
-        ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", 1, "document types"),
+        ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", 1, "document type"),
         ("<QC>0.8</QC>", "", 13, "no <QC>"),
         ("<QC>0.8</QC>", "<QC>0.8</QC><QC>0.8</QC>", 13, "<QC> twice"),
         ("<QC>0.8</QC>", "<QC>x</QC>", 13, "`x` is no number"),

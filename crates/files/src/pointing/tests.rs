@@ -406,7 +406,7 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<timeline frame=\"SC\">", "<timeline frame=\"SC\"><block ref=\"SLEW\"/>", 1, "a slew that no obs"),
         ("</timeline>", "<block ref=\"SLEW\"/></timeline>", 14, "a slew that no observation follows"),
         ("<block ref=\"SLEW\"/>", "now", 7, "text between the elements of <timeline>"),
-        ("<prm>", "<!DOCTYPE prm><prm>", 1, "document types are not read"),
+        ("<prm>", "<!DOCTYPE prm><prm>", 1, "document type declarations are not supported"),
         ("</attitude>", "", 6, "is to be closed"),
         ("</prm>", "", 14, "is not closed"),
         ("<prm>", "<aem>", 1, "is to be closed"),
@@ -428,9 +428,9 @@ fn what_a_ptr_may_not_hold_is_refused() {
     for (text, told) in [
         (empty.as_str(), "the timeline has no observation"),
         ("<aem/>", "the file is <aem>"),
-        ("", "no XML"),
+        ("", "not valid XML"),
         ("<prm/>", "<prm> has no <body>"),
-        ("time_s,x\n0,1\n", "no XML"),
+        ("time_s,x\n0,1\n", "not valid XML"),
     ] {
         let found = read_pointing(text.as_bytes(), "file").unwrap_err();
         assert!(found.0[0].reason.contains(told), "{text}: {found}");
@@ -525,7 +525,7 @@ fn hostile_bytes_are_refused() {
     let found = read_pointing(deep.as_bytes(), "file").unwrap_err();
     assert!(found.0[0].reason.contains("<body> in <body>"), "{found}");
     let laughs = format!("<!DOCTYPE prm [<!ENTITY a \"aaaa\">]>{}", PTR.replace("SC_Zaxis", "&a;"));
-    assert!(read_pointing(laughs.as_bytes(), "file").unwrap_err().0[0].reason.contains("document types"));
+    assert!(read_pointing(laughs.as_bytes(), "file").unwrap_err().0[0].reason.contains("document type"));
     let mut draws = Stream::new(5, 0, 0);
     for text in [PTR, PRM, SUN] {
         for _ in 0..400 {

@@ -114,7 +114,7 @@ fn opening(stop: &Section, epoch: Option<Epoch>) -> Result<Option<Opening>, Faul
                 escape(last),
                 escape(first)
             );
-            return Err(Some(("E0079", WINDOW, reason, "exchange the two dates".into())));
+            return Err(Some(("E0079", WINDOW, reason, "swap the two dates".into())));
         }
         return if until < 0.0 {
             Err(past(WINDOW, last, until))
@@ -184,7 +184,7 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
     let rate = section.angle("angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s");
     let passes = section.flag("passing").unwrap_or(false);
     if let (Some(rate), false) = (rate, passes) {
-        let reason = "the body stops here, so it has no rate that a bound could be of";
+        let reason = "the body is at rest here, so a bound on its rate has no effect";
         return section.refuse("E0029", rate.key, reason, "add passing = true, or remove the key");
     }
     let passing = passes.then(|| {

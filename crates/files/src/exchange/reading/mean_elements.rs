@@ -202,7 +202,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
         Some(scale) => match Scale::named(scale.text) {
             Some(scale) => scale,
             None => {
-                let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+                let reason = format!("the time system {} is not supported", cut(scale.text, 20));
                 return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
             }
         },

@@ -228,7 +228,7 @@ fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> 
         NoText::Binary(kind) => {
             let packed = kind.starts_with("compressed") || kind.starts_with("an archive");
             let remedy = if packed { "unpack it first".to_string() } else { format!("give {what}") };
-            refused("E0150", format!("the file is no text: it is {kind}"), &remedy)
+            refused("E0150", format!("the file is not a text file: it is {kind}"), &remedy)
         }
         NoText::At(at) => {
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;

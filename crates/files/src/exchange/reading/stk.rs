@@ -98,7 +98,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             let numbers = words.iter().map(|word| word.number()).collect::<Result<Vec<Number>, _>>()?;
             rows.add(line, numbers[0], layout.read(&numbers[1..]).row)?;
         } else if !KNOWN.iter().any(|known| key.is(known)) {
-            rows.note(format!("`{}`, which is not known here", cut(key.text, 40)));
+            rows.note(format!("`{}`, which is not supported", cut(key.text, 40)));
         }
     }
     if !ended {
