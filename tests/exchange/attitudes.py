@@ -292,7 +292,7 @@ APM = {
     "XML with a star tracker first": xml(OF_STAR, block("XYZ", TRUTH)),
 }
 REFUSED_APM = {
-    "another moment": ((HEAD + QUAT).replace("07:00:00.000", "07:00:01.000"), "is wanted"),
+    "another moment": ((HEAD + QUAT).replace("07:00:00.000", "07:00:01.000"), "is needed"),
     "a spin alone": (HEAD + SPIN, "no quaternion and no Euler angles"),
     "contradicting": (HEAD + QUAT + block("ZYX", STAR), "two attitudes of SC_BODY_1 differ by 90.0 deg"),
     "of two frames": (HEAD + OF_STAR + block("QUAT", TRUTH, b="STARTRACKER_2"),

@@ -323,7 +323,7 @@ REFUSED_OMM = {
                           "takes a mean motion"),
     "eccentricity 1": (lambda keys: keywords(keys | {"ECCENTRICITY": 1.0}), "from 0 to below 1"),
     "a wide angle": (lambda keys: xml(keys | {"MEAN_ANOMALY": 361.0}), "from -360 to 360 deg"),
-    "a text for a number": (lambda keys: json.dumps(keys | {"MEAN_MOTION": "fast"}), "`fast` is no number"),
+    "a text for a number": (lambda keys: json.dumps(keys | {"MEAN_MOTION": "fast"}), "`fast` is not a number"),
     "no number": (lambda keys: json.dumps(keys | {"MEAN_MOTION": math.nan}), "not valid JSON"),
     "twice": (lambda keys: keywords(keys) + "BSTAR = 0\n", "given twice"),
     "twice in XML": (lambda keys: xml(keys).replace("<BSTAR>", "<BSTAR>0</BSTAR><BSTAR>"), "given twice"),

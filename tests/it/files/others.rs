@@ -645,7 +645,7 @@ fn attitude_files_of_stk_are_read() {
         ),
         (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
         (wrong.replace("END Attitude", ""), "END Attitude is missing"),
-        (wrong.replace("21 Nov", "21 11"), "no date of STK"),
+        (wrong.replace("21 Nov", "21 11"), "not a date in a format of STK"),
         (wrong.replace("ScenarioEpoch", "# "), "no ScenarioEpoch"),
     ] {
         let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();

@@ -55,8 +55,8 @@ pub enum Lacking {
     Roll,
     /// Observations overlap, leave no time for a slew, or do not define an attitude.
     #[error(
-        "the observations do not follow one another with time for a slew, or one has no attitude: its \
-        axes are parallel or no unit vectors"
+        "two observations overlap or leave no time for a slew, or an observation has no attitude: its axes \
+        are parallel or are not unit vectors"
     )]
     Observations,
 }

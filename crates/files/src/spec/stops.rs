@@ -10,7 +10,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 
 /// The keys of a table that have no meaning beside stops, with the reason.
-const ALONE: [(&str, &str); 1] = [("dispersion", "cases are of one maneuver")];
+const ALONE: [(&str, &str); 1] = [("dispersion", "cases need a single maneuver")];
 
 /// Returns whether a spec has stops.
 pub(crate) fn has_stops(root: &Section) -> bool {

@@ -227,7 +227,7 @@ impl<'t> Metadata<'t> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
         if span[1].since(&span[0]) < 0.0 {
-            return stop.wrong("STOP_TIME is before START_TIME", "exchange the two");
+            return stop.wrong("STOP_TIME is before START_TIME", "swap the two times");
         }
         let useable = |name: &str| self.get(name).map(of).transpose();
         let useable = [useable("USEABLE_START_TIME")?, useable("USEABLE_STOP_TIME")?];
