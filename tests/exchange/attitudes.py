@@ -200,7 +200,7 @@ KERNELS = {
 REFUSED_KERNELS = {
     "type 1": ({"kind": 1}, "segments of type 1 are not supported"),
     "type 2": ({"kind": 2}, "segments of type 2 are not supported"),
-    "a clock of others": ({"clock": None}, "does not say what a tick is"),
+    "a clock of others": ({"clock": None}, "does not state the tick length"),
     "B1950": ({"frame": "B1950"}, "map to B1950"),
     "the galaxy": ({"frame": "GALACTIC"}, "the frame of SPICE with the number 13"),
 }

@@ -91,7 +91,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
         return wrong(
             0,
             0,
-            "times of a C-kernel are ticks of a clock, and the kernel does not say what a tick is",
+            "times of a C-kernel are ticks of a clock, and the kernel does not state the tick length",
             "write the attitudes as an AEM or a table",
         );
     };
