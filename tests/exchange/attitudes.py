@@ -86,7 +86,7 @@ STK = {
     "Hermite 3": (stk("AttitudeTimeQuatAngVels", HERMITE.format(3)), through_rates, ""),
     "Hermite without rates": (stk(keys=HERMITE.format(3)), one_rate, "HERMITE takes rates"),
     "order 0": (stk(keys=ORDER.format(0)), one_rate, "Lagrange of degree 0"),
-    "order 30": (stk(keys=LAGRANGE.format(30)), one_rate, "25 is the highest that is taken"),
+    "order 30": (stk(keys=LAGRANGE.format(30)), one_rate, "25 is the highest supported degree"),
     "splines": (stk(keys="InterpolationMethod Spline\n" + ORDER.format(3)), one_rate, "Spline, which is not known"),
     "a pattern": (stk(keys="RepeatPattern\n"), one_rate, "`RepeatPattern`, which is not known"),
 }
@@ -198,9 +198,9 @@ KERNELS = {
     "the ecliptic": {"frame": "ECLIPJ2000"},
 }
 REFUSED_KERNELS = {
-    "type 1": ({"kind": 1}, "a segment of type 1 is not read"),
-    "type 2": ({"kind": 2}, "a segment of type 2 is not read"),
-    "a clock of others": ({"clock": None}, "does not say what a tick is"),
+    "type 1": ({"kind": 1}, "segments of type 1 are not supported"),
+    "type 2": ({"kind": 2}, "segments of type 2 are not supported"),
+    "a clock of others": ({"clock": None}, "does not state the tick length"),
     "B1950": ({"frame": "B1950"}, "map to B1950"),
     "the galaxy": ({"frame": "GALACTIC"}, "the frame of SPICE with the number 13"),
 }
@@ -292,7 +292,7 @@ APM = {
     "XML with a star tracker first": xml(OF_STAR, block("XYZ", TRUTH)),
 }
 REFUSED_APM = {
-    "another moment": ((HEAD + QUAT).replace("07:00:00.000", "07:00:01.000"), "is wanted"),
+    "another moment": ((HEAD + QUAT).replace("07:00:00.000", "07:00:01.000"), "is needed"),
     "a spin alone": (HEAD + SPIN, "no quaternion and no Euler angles"),
     "contradicting": (HEAD + QUAT + block("ZYX", STAR), "two attitudes of SC_BODY_1 differ by 90.0 deg"),
     "of two frames": (HEAD + OF_STAR + block("QUAT", TRUTH, b="STARTRACKER_2"),

@@ -142,7 +142,7 @@ fn attitudes_of_a_file_are_judged_against_a_spec() {
     folder.slew(&["verify", "plan.aem"]).ends(2).tells("--spec");
     fs::write(folder.path("wrong.aem"), "CCSDS_AEM_VERS = 2.0\nnonsense\n").unwrap();
     let run = folder.slew(&["verify", "wrong.aem", "--spec", "spec.toml"]).ends(8);
-    run.tells("wrong.aem:2:1: error[E0151]").tells("no KEY = value");
+    run.tells("wrong.aem:2:1: error[E0151]").tells("not of the form KEY = value");
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn wrong_override_is_shown_as_typed() {
 command line:1:22: error[E0033]: `steps`: 1 is too few: a plan needs at least 2 steps
  1 | --set maneuver.steps=1
    |                      ^
- help: 100 is a good first value; or remove the key
+ help: write 100, or remove the key for an automatic choice
 
 command line:1:24: error[E0036]: a tolerance of 1e-20 is below 4e-15, the limit of double precision here
  1 | --set solver.tolerance=1e-20

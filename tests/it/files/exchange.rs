@@ -489,7 +489,7 @@ fn wrong_files_are_told_with_their_line() {
     }
     let aem: &[(&str, &str, usize, &str)] = &[
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS = 3.0", 1, "version 3.0 is not known"),
-        ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS", 1, "no KEY = value"),
+        ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS", 1, "not of the form KEY = value"),
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_OEM_VERS = 2.0", 1, "an orbit ephemeris message (OEM)"),
         ("CCSDS_AEM_VERS = 2.0", "CCSDS_AEM_VERS = 1.0", 14, "no `ATTITUDE_DIR`"),
         ("ORIGINATOR = ME\n", "", 3, "no `ORIGINATOR`"),
@@ -513,11 +513,11 @@ fn wrong_files_are_told_with_their_line() {
         ("ANGVEL_FRAME = SC_BODY_1\n", "", 13, "no `ANGVEL_FRAME`"),
         ("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = LVLH", 13, "neither of the two frames"),
         ("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = SC_BODY_1\nATTITUDE_DIR = A2B", 14, "version 1.0"),
-        ("META_STOP\n", "", 14, "no KEY = value"),
+        ("META_STOP\n", "", 14, "not of the form KEY = value"),
         ("META_STOP\nDATA_START", "META_STOP\nDATA_BEGIN", 15, "DATA_START is needed"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0", 17, "6 numbers behind its date, 7 are needed"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 1 1", 17, "8 numbers"),
-        ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 one", 17, "`one` is no number"),
+        ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 one", 17, "`one` is not a number"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 nan", 17, "not finite"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.8 0 0 1e999", 17, "not finite"),
         ("0 0 0.6 0.8 0 0 1", "0 0 0.6 0.9 0 0 1", 17, "has the length 1.0816"),
@@ -526,7 +526,7 @@ fn wrong_files_are_told_with_their_line() {
         ("2026-01-01T00:00:10 0", "2025-12-31T00:00:10 0", 17, "not between START_TIME"),
         ("2026-01-01T00:00:10 0", "2026-01-32T00:00:10 0", 17, "does not exist"),
         ("2026-01-01T00:00:10 0", "2026-01-01T00:00:60 0", 17, "does not exist"),
-        ("2026-01-01T00:00:10 0", "2026-01-01 00:00:10 0", 17, "`00:00:10` is no number"),
+        ("2026-01-01T00:00:10 0", "2026-01-01 00:00:10 0", 17, "`00:00:10` is not a number"),
         ("DATA_STOP\n", "", 18, "the data do not end"),
         ("DATA_STOP\n", "DATA_STOP\nEND\n", 20, "only another META_START"),
     ];
@@ -536,25 +536,25 @@ fn wrong_files_are_told_with_their_line() {
         ("</metadata>", "</meta>", 10, "</meta> stands where <metadata>"),
         ("</aem>\n", "", 15, "an element is not closed"),
         ("</aem>", "</aem", 16, "an element is not closed"),
-        ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", 1, "document types"),
+        ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", 1, "document type"),
         ("<QC>0.8</QC>", "", 13, "no <QC>"),
         ("<QC>0.8</QC>", "<QC>0.8</QC><QC>0.8</QC>", 13, "<QC> twice"),
-        ("<QC>0.8</QC>", "<QC>x</QC>", 13, "`x` is no number"),
+        ("<QC>0.8</QC>", "<QC>x</QC>", 13, "`x` is not a number"),
         ("<EPOCH>2026-01-01T00:00:10</EPOCH>", "", 13, "no <EPOCH>"),
         ("<OBJECT_NAME>SAT</OBJECT_NAME>", "<OBJECT_NAME/>", 6, "has no value"),
         ("<TIME_SYSTEM>UTC</TIME_SYSTEM>", "", 5, "no `TIME_SYSTEM`"),
     ];
     let table: &[(&str, &str, usize, &str)] = &[
         ("time_s,", "time,", 2, "no column `time_s`"),
-        ("quaternion_z", "quaternion_x", 2, "there twice"),
+        ("quaternion_z", "quaternion_x", 2, "occurs twice"),
         ("1,0.8,0,0,0.6", "1,0.8,0,0", 4, "4 cells, the head has 5"),
-        ("1,0.8,0,0,0.6", "1,0.8,0,0,", 4, "is no number"),
+        ("1,0.8,0,0,0.6", "1,0.8,0,0,", 4, "is not a number"),
         ("1,0.8,0,0,0.6", "-1,0.8,0,0,0.6", 4, "before the one above"),
         ("1,0.8,0,0,0.6", "1,0.8,0,0,0.7", 4, "has the length"),
         ("1,0.8,0,0,0.6", "1e308,0.8,0,0,0.6", 4, "more than 30 000 years away"),
         ("1,0.8,0,0,0.6\n2,0,0,0,1\n", "", 3, "1 rows of attitudes, two are needed"),
         ("quaternion_z", "quaternion_z,angular_velocity_x_rad_s", 2, "no column `angular_velocity_y_rad_s`"),
-        ("time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z\n", "", 2, "is there twice"),
+        ("time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z\n", "", 2, "occurs twice"),
     ];
     let (mut count, mut wrong) = (0, vec![]);
     for (good, cases) in [(AEM, aem), (XML, xml), (TABLE, table)] {

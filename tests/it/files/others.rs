@@ -468,7 +468,9 @@ fn euler_angles_in_xml_are_read() {
                  rate=\"Y_RATE\">0</rotation2>\
                  <rotation3 \
                      rate=\"Z_RATE\">{:.9}</rotation3></rotationRates></eulerAngleRate></attitudeState>",
-                date(*time), angle(*time), rate(*time)
+                date(*time),
+                angle(*time),
+                rate(*time)
             )
         })
         .collect();
@@ -623,8 +625,8 @@ fn attitude_files_of_stk_are_read() {
     }
     for (keys, note) in [
         ("InterpolationOrder 0\n", "Lagrange of degree 0"),
-        ("InterpolationOrder 30\n", "25 is the highest that is taken"),
-        ("InterpolationMethod Spline\nInterpolationOrder 3\n", "Spline, which is not known here"),
+        ("InterpolationOrder 30\n", "25 is the highest supported degree"),
+        ("InterpolationMethod Spline\nInterpolationOrder 3\n", "Spline, which is not supported"),
     ] {
         let found = assert_agrees(&stk("AttitudeTimeQuaternions", "ICRF", keys, plain, &times(2)));
         assert!(found.not_judged.iter().any(|text| text.contains(note)), "{:?}", found.not_judged);
@@ -646,7 +648,7 @@ fn attitude_files_of_stk_are_read() {
         ),
         (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
         (wrong.replace("END Attitude", ""), "END Attitude is missing"),
-        (wrong.replace("21 Nov", "21 11"), "no date of STK"),
+        (wrong.replace("21 Nov", "21 11"), "not a date in a format of STK"),
         (wrong.replace("ScenarioEpoch", "# "), "no ScenarioEpoch"),
     ] {
         let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();
@@ -748,7 +750,7 @@ fn an_ephemeris_behind_other_messages_is_read() {
         (format!("{head}<ndm>{apm}</ndm>"), "an attitude parameter message (APM)"),
         (format!("{head}<ndm><opm/></ndm>"), "an orbit parameter message (OPM)"),
         (format!("{head}<acm version=\"2.0\"/>"), "an attitude comprehensive message (ACM)"),
-        (format!("<!DOCTYPE x>{aem}"), "document types are not read"),
+        (format!("<!DOCTYPE x>{aem}"), "document type declarations are not supported"),
         (aem.replace("</aem>", ""), "is not closed"),
         (aem.replace("<data>", "<datum>"), "</data> stands where <datum> is to be closed"),
         ("CCSDS_ACM_VERS = 2.0\n".into(), "an attitude comprehensive message (ACM)"),

@@ -175,7 +175,7 @@ fn what_has_no_notation_is_not_written() {
     let mut loaded = orbit();
     let point = PointMass { parameter: 1.0, position: Vector3::zeros() };
     loaded.problem = loaded.problem.with_environment(CentralGravity::new(vec![point]).unwrap());
-    assert_eq!(told(loaded), "a spec has no notation for an environment of the caller's own");
+    assert_eq!(told(loaded), "a spec has no notation for a custom environment");
     let mut loaded = orbit();
     let gradient = GravityGradient::new(0.001, &loaded.problem.body.inertia).unwrap();
     loaded.problem = loaded.problem.with_environment(gradient);

@@ -15,7 +15,7 @@ pub enum Lacking {
     )]
     FrameName,
     /// The reference frame turns with the orbit, but the format supports inertial frames only.
-    #[error("the reference frame turns with the orbit, and this format has inertial frames alone")]
+    #[error("the reference frame turns with the orbit, and this format supports only inertial frames")]
     InertialFrame,
     /// STK files do not support the reference frame of the spec.
     #[error(
@@ -56,8 +56,8 @@ pub enum Lacking {
     Roll,
     /// Observations overlap, leave no time for a slew, or do not define an attitude.
     #[error(
-        "the observations do not follow one another with time for a slew, or one has no attitude: its \
-        axes are parallel or no unit vectors"
+        "two observations overlap or leave no time for a slew, or an observation has no attitude: its axes \
+        are parallel or are not unit vectors"
     )]
     Observations,
 }
@@ -100,7 +100,7 @@ impl Lacking {
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
             Self::Tick => {
                 "give --tick SECONDS so that the duration is a whole number of ticks, at most ten million; \
-                where no tick fits, as in least time, plan again with minimize = \"effort\" and a longer \
+                where no tick fits, as in minimum time, plan again with minimize = \"effort\" and a longer \
                 duration_s"
             }
             Self::Parquet => {

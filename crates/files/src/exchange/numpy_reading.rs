@@ -31,10 +31,10 @@ pub fn read_arrays(input: impl Read) -> io::Result<BTreeMap<String, Array>> {
     }
     // The end record of the directory is the last record; in files of other programs, a comment may
     // follow it.
-    let end = bytes.len().checked_sub(22).ok_or_else(|| wrong("it is no ZIP archive"))?;
+    let end = bytes.len().checked_sub(22).ok_or_else(|| wrong("it is not a ZIP archive"))?;
     let is_end = |at: &usize| bytes[*at..].starts_with(b"PK\x05\x06");
     let end = (end.saturating_sub(0xffff)..=end).rev().find(is_end);
-    let end = end.ok_or_else(|| wrong("it is no ZIP archive, or its end is missing"))?;
+    let end = end.ok_or_else(|| wrong("it is not a ZIP archive, or its end is missing"))?;
     let count = number::<2>(&bytes, end + 10)?;
     let mut at = number::<4>(&bytes, end + 16)?;
     let mut arrays = BTreeMap::new();

@@ -70,19 +70,16 @@ pub enum ExportError {
     },
     /// The file has no spec, because a caller of the library defined a maneuver that no spec can
     /// express.
-    #[error(
-        "the plan file holds no spec: its maneuver has no notation, such as an environment of the \
-        caller's own"
-    )]
+    #[error("the plan file holds no spec: specs cannot express its maneuver (a custom environment, say)")]
     NoSpec,
     /// The file contains the plan of a sequence, but the plan of a single maneuver is required.
-    #[error("the plan is that of a sequence, and the plan of one maneuver is needed")]
+    #[error("the plan is a sequence, and the plan of a single maneuver is needed")]
     Sequence,
     /// The maneuver lacks data that the format of another program requires.
     #[error(transparent)]
     Lacking(#[from] Lacking),
     /// The file names an unknown integration scheme.
-    #[error("the plan file has the unknown scheme \"{}\"", crate::spec::escape(.0))]
+    #[error("the plan file names the unknown scheme \"{}\"", crate::spec::escape(.0))]
     Scheme(String),
 }
 

@@ -93,7 +93,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
         }
         let Some(at) = names.iter().position(|known| *known == name.text) else { continue };
         if said[at].replace(inner.only(&[])?).is_some() {
-            let reason = format!("<{}> stands twice in the metadata", name.text);
+            let reason = format!("<{}> occurs twice in the metadata", name.text);
             return name.wrong(reason, "give it once");
         }
     }
@@ -103,11 +103,11 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
     one(&mut file.object_id, text(1)?, "the spacecraft")?;
     let system = text(2)?;
     let Some(scale) = Scale::named(system.text) else {
-        let reason = format!("the time system {} is not known", cut(system.text, 20));
+        let reason = format!("the time system {} is not supported", cut(system.text, 20));
         return system.wrong(reason, "give times in UTC, TAI, TT, TDB or GPS");
     };
     if let (Some(stop), Some(_)) = (said[4], said[5]) {
-        return stop.name().wrong("the metadata have STOP_TIME and END_TIME", "give STOP_TIME alone");
+        return stop.name().wrong("the metadata have both STOP_TIME and END_TIME", "give STOP_TIME alone");
     }
     let stop = if said[5].is_some() { 5 } else { 4 };
     let (first, last) = (moment(text(3)?, scale)?, moment(text(stop)?, scale)?);
@@ -128,7 +128,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
         let Some(template) = templates.iter().find(|template: &&Template<'_>| template.name == kind.text)
         else {
             let reason = format!("the block {} has no definition in its segment", cut(kind.text, 40));
-            return kind.wrong(reason, format!("blocks that are read are {INERTIAL} and {SUN}"));
+            return kind.wrong(reason, format!("supported blocks are {INERTIAL} and {SUN}"));
         };
         let (next, at) = observation(block, template, frames, scale, file)?;
         if next.begin.since(&first) < 0.0 || next.end.since(&last) > 0.0 {
@@ -204,7 +204,8 @@ fn definition<'t>(
     let own = Frames { base, body };
     let before = frames.get_or_insert(own);
     if (before.base.text, before.body.text) != (base.text, body.text) {
-        return base.wrong("another pair of frames than the definition above", "define one pair of frames");
+        return base
+            .wrong("the pair of frames differs from the definition above", "define one pair of frames");
     }
     for block in inner.iter().filter(|inner| inner.name().text == "block") {
         let found = template(*block, own)?;
@@ -224,7 +225,7 @@ fn template<'t>(block: Part<'t>, frames: Frames<'t>) -> Result<Template<'t>, Wro
         let reason = format!("the block {} is not read", cut(name.text, 50));
         return name.wrong(
             reason,
-            format!("blocks that are read are {INERTIAL} (template 4.2) and {SUN} (template 4.3)"),
+            format!("supported blocks are {INERTIAL} (template 4.2) and {SUN} (template 4.3)"),
         );
     }
     let [start, end, attitude] = block.parts(["startEpoch", "endEpoch", "attitude"])?;

@@ -62,7 +62,7 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
                 block.empty()?;
                 if found.observations.is_empty() || slew.is_some() {
                     return kind
-                        .wrong("a slew that no observation precedes", "put it between two observations");
+                        .wrong("no observation precedes this slew", "put it between two observations");
                 }
                 slew = Some(block);
             }
@@ -73,7 +73,7 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
         }
     }
     if let Some(last) = slew {
-        return last.name().wrong("a slew that no observation follows", "put it between two observations");
+        return last.name().wrong("no observation follows this slew", "put it between two observations");
     }
     if found.observations.is_empty() {
         return timeline.name().wrong("the timeline has no observation", "give a block of the kind OBS");
@@ -186,7 +186,7 @@ fn moment(text: Piece<'_>) -> Result<Epoch, Wrong> {
         text.text.len() == pattern.len() && text.text.bytes().all(fits)
     };
     if !is("0000-00-00T00:00:00") && !is("0000-00-00T00:00:00.000") {
-        return text.wrong(format!("{} is no time of a PTR: {form}", cut(text.text, 40)), remedy);
+        return text.wrong(format!("{} is not a time of a PTR: {form}", cut(text.text, 40)), remedy);
     }
     Epoch::in_scale(text.text, Scale::Utc).or_else(|error: EpochError| text.wrong(error.to_string(), remedy))
 }

@@ -366,7 +366,7 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<prm>", "<prm version=\"1\">", 1, "the attribute version of <prm>"),
         ("<prm>", "<prm><header/>", 1, "<header> in <prm> is not read"),
         ("<segment>", "<segment><metadata/>", 1, "<metadata> in <segment> is not read"),
-        ("</segment>", "</segment><segment/>", 14, "<segment> stands twice"),
+        ("</segment>", "</segment><segment/>", 14, "<segment> occurs twice"),
         (" frame=\"SC\">\n", ">\n", 1, "<timeline> has no attribute frame"),
         ("timeline frame=\"SC\"", "timeline frame=\"MGA\"", 1, "frame=\"MGA\" of <timeline>"),
         ("ref=\"OBS\"", "ref=\"MOCM\"", 2, "blocks of the kind MOCM"),
@@ -385,17 +385,17 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<lon units=\"deg\">235.671</lon>", "", 6, "<target> has no <lon>"),
         ("235.671", "NaN", 6, "not finite"),
         ("235.671", "1e999", 6, "not finite"),
-        ("235.671", "up", 6, "`up` is no number"),
+        ("235.671", "up", 6, "`up` is not a number"),
         ("235.671", "", 6, "<lon> is empty"),
         ("<y>0.6</y><z>0.8</z>", "<y>0</y><z>0</z>", 9, "a vector of length zero"),
         ("<x>0</x><y>0.6</y>", "<y>0.6</y>", 9, "<boresight> has no <x>"),
-        ("<y>0.6</y>", "<y>0.6</y><y>0</y>", 9, "<y> stands twice"),
+        ("<y>0.6</y>", "<y>0.6</y><y>0</y>", 9, "<y> occurs twice"),
         ("<x>1</x><y>0</y><z>0</z>", "<x>0</x><y>0</y><z>2</z>", 4, "<SCAxis> is parallel"),
         ("<x>1</x><y>0</y><z>0</z>", "<x>1e-7</x><y>0</y><z>1</z>", 4, "<SCAxis> is parallel"),
-        ("2032-12-26T10:15:31", "2032-361T10:15:31", 2, "no time of a PTR"),
-        ("2032-12-26T10:15:31", "2032-12-26T10:15:31Z", 2, "no time of a PTR"),
-        ("2032-12-26T10:15:31", "2032-12-26T10:15:31.25", 2, "no time of a PTR"),
-        ("2032-12-26T10:15:31", "2032-12-26 10:15:31", 2, "no time of a PTR"),
+        ("2032-12-26T10:15:31", "2032-361T10:15:31", 2, "not a time of a PTR"),
+        ("2032-12-26T10:15:31", "2032-12-26T10:15:31Z", 2, "not a time of a PTR"),
+        ("2032-12-26T10:15:31", "2032-12-26T10:15:31.25", 2, "not a time of a PTR"),
+        ("2032-12-26T10:15:31", "2032-12-26 10:15:31", 2, "not a time of a PTR"),
         ("2032-12-26T10:15:31", "2032-02-30T10:15:31", 2, "does not exist"),
         ("10:25:31", "10:15:31", 2, "ends when it begins"),
         ("10:25:31", "10:05:31", 2, "ends when it begins"),
@@ -405,9 +405,9 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("<block ref=\"SLEW\"/>", "<block ref=\"SLEW\"/>\n<block ref=\"SLEW\"/>", 8, "a slew that no obs"),
         ("<block ref=\"SLEW\"/>", "<block ref=\"SLEW\"><startTime/></block>", 7, "<startTime> in <block>"),
         ("<timeline frame=\"SC\">", "<timeline frame=\"SC\"><block ref=\"SLEW\"/>", 1, "a slew that no obs"),
-        ("</timeline>", "<block ref=\"SLEW\"/></timeline>", 14, "a slew that no observation follows"),
+        ("</timeline>", "<block ref=\"SLEW\"/></timeline>", 14, "no observation follows this slew"),
         ("<block ref=\"SLEW\"/>", "now", 7, "text between the elements of <timeline>"),
-        ("<prm>", "<!DOCTYPE prm><prm>", 1, "document types are not read"),
+        ("<prm>", "<!DOCTYPE prm><prm>", 1, "document type declarations are not supported"),
         ("</attitude>", "", 6, "is to be closed"),
         ("</prm>", "", 14, "is not closed"),
         ("<prm>", "<aem>", 1, "is to be closed"),
@@ -429,9 +429,9 @@ fn what_a_ptr_may_not_hold_is_refused() {
     for (text, told) in [
         (empty.as_str(), "the timeline has no observation"),
         ("<aem/>", "the file is <aem>"),
-        ("", "no XML"),
+        ("", "not valid XML"),
         ("<prm/>", "<prm> has no <body>"),
-        ("time_s,x\n0,1\n", "no XML"),
+        ("time_s,x\n0,1\n", "not valid XML"),
     ] {
         let found = read_pointing(text.as_bytes(), "file").unwrap_err();
         assert!(found.0[0].reason.contains(told), "{text}: {found}");
@@ -526,7 +526,7 @@ fn hostile_bytes_are_refused() {
     let found = read_pointing(deep.as_bytes(), "file").unwrap_err();
     assert!(found.0[0].reason.contains("<body> in <body>"), "{found}");
     let laughs = format!("<!DOCTYPE prm [<!ENTITY a \"aaaa\">]>{}", PTR.replace("SC_Zaxis", "&a;"));
-    assert!(read_pointing(laughs.as_bytes(), "file").unwrap_err().0[0].reason.contains("document types"));
+    assert!(read_pointing(laughs.as_bytes(), "file").unwrap_err().0[0].reason.contains("document type"));
     let mut draws = Stream::new(5, 0, 0);
     for text in [PTR, PRM, SUN] {
         for _ in 0..400 {

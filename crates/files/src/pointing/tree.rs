@@ -48,7 +48,7 @@ impl<'t> Part<'t> {
             let known = names.iter().map(|name| format!("<{name}>")).collect::<Vec<_>>().join(", ");
             let remedy = match names {
                 [] => format!("<{outer}> has no elements here"),
-                _ => format!("the elements of <{outer}> that are read are {known}"),
+                _ => format!("the supported elements of <{outer}> are {known}"),
             };
             return other.name().wrong(format!("<{inner}> in <{outer}> is not read"), remedy);
         }
@@ -63,7 +63,7 @@ impl<'t> Part<'t> {
             let name = part.name();
             let Some(at) = names.iter().position(|known| *known == name.text) else { continue };
             if found[at].replace(part).is_some() {
-                let reason = format!("<{}> stands twice in <{}>", name.text, self.name().text);
+                let reason = format!("<{}> occurs twice in <{}>", name.text, self.name().text);
                 return name.wrong(reason, "give it once");
             }
         }

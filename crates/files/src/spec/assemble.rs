@@ -246,7 +246,7 @@ fn sequence(
                 Place::Attitude(craft.end.attitude)
             }
             _ => {
-                let reason = "after stops the body ends at rest in an attitude, or on a target";
+                let reason = "a sequence must end at rest in an attitude, or on a target";
                 return end.section.refuse_here(
                     "E0190",
                     reason,
@@ -258,7 +258,7 @@ fn sequence(
     }
     for key in ["step_s", "path"] {
         if maneuver.has(key) {
-            let reason = format!("`{key}` is of one maneuver, and this spec has stops");
+            let reason = format!("`{key}` applies to a single maneuver, and this spec has stops");
             maneuver.error("E0029", key, reason, "remove the key");
         }
     }

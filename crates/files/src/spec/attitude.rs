@@ -77,7 +77,7 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
         }
         "matrix" => rotation_matrix(section).map(matrix),
         "file" => {
-            let reason = "an attitude is taken from a file as that of [start] or [end] of a maneuver alone";
+            let reason = "an attitude file can only give the attitude of [start] or [end] of a maneuver";
             section.refuse("E0029", name, reason, "write its numbers")
         }
         "mrp" => section.vector(name).map(|sigma| matrix(rodrigues(sigma, true))),

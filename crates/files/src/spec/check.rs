@@ -325,7 +325,9 @@ impl Checker {
                 "write quaternion_wxyz (scalar first) or quaternion_xyzw (scalar last)".into(),
             )
         } else if attitude && EULER.iter().any(|start| entry.key.starts_with(start)) {
-            let reason = format!("`{name}` does not name a sequence of Euler angles with its unit");
+            let reason = format!(
+                "`{name}` is ambiguous: the key must name the sequence of Euler angles and their unit"
+            );
             fault(
                 "E0057",
                 &reason,

@@ -88,7 +88,7 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     let chances = chances::chances(root, problem, uncertainty.is_some());
     let has_stops = stops::has_stops(root);
     if has_stops && !chances.is_empty() {
-        let reason = "chances of limits are kept by one maneuver, and this spec has stops";
+        let reason = "chances of limits need a single maneuver, and this spec has stops";
         let remedy = "give margins in place of the chances, or plan each leg by itself";
         root.error("E0172", "stop", reason, remedy);
     }

@@ -264,7 +264,7 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
 /// support.
 pub(crate) fn refuse_scp(problem: &Problem, solver: &Section) {
     if problem.objective.switches() || problem.duration.known().is_none() {
-        let reason = "method = \"scp\" plans least effort in a given duration only";
+        let reason = "method = \"scp\" supports only minimum effort in a given duration";
         solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
     }
 }

@@ -11,7 +11,7 @@ type Words = (&'static str, String, &'static str);
 /// Returns the error message for too small a number of steps of a plan or a simulation.
 pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     let (what, remedy) = match of {
-        StepsOf::Plan => ("a plan", "100 is a good first value; or remove the key"),
+        StepsOf::Plan => ("a plan", "write 100, or remove the key for an automatic choice"),
         StepsOf::Simulation => ("a simulation", "write a number, or give step_s instead"),
     };
     let least = of.least();

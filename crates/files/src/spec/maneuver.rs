@@ -94,7 +94,7 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
 /// duration.
 pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
-        let reason = "a free duration, and inputs that switch, need the second-order scheme";
+        let reason = "free durations and bang-bang inputs both need the second-order scheme";
         section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or remove the key");
     }
 }

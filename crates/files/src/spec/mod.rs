@@ -533,7 +533,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
         Err(vec![Finding::error(code, Span { source: 0, start, end }, reason, remedy)])
     };
     let first = text.len() - text.trim_start().len();
-    let empty = || wrong("E0001", (0, 0), "the spec is empty", "`slew init` writes a first spec");
+    let empty = || wrong("E0001", (0, 0), "the spec is empty", "`slew init` writes a starter spec");
     if text[first..].is_empty() {
         return empty();
     }

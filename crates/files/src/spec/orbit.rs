@@ -98,7 +98,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
             (.., true) => "a position and a velocity",
             _ => "Keplerian elements",
         };
-        let reason = format!("`{key}` is not used: the orbit is told by {kind}");
+        let reason = format!("`{key}` is not used: the orbit is given by {kind}");
         return section.refuse("E0029", key, reason, "leave it out");
     }
     if lines {
@@ -253,8 +253,8 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
                 other.line[0],
                 significant(apart / 1e3, 3)
             );
-            let remedy = "leave one of them in the file, or say in USEABLE_START_TIME and USEABLE_STOP_TIME \
-                where each holds";
+            let remedy = "leave one of them in the file, or state in USEABLE_START_TIME and \
+                USEABLE_STOP_TIME where each holds";
             return section.refuse("E0076", "oem", reason, remedy);
         }
     }

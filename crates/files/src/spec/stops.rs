@@ -10,7 +10,7 @@ use slewkit::sequence::{Ordering, Place, Sequence, Stop};
 use slewkit::{Matrix3, Vector3};
 
 /// Keys that cannot be combined with stops, each with the reason.
-const ALONE: [(&str, &str); 1] = [("dispersion", "cases are of one maneuver")];
+const ALONE: [(&str, &str); 1] = [("dispersion", "cases need a single maneuver")];
 
 /// Returns whether the spec has stops, so that it describes a sequence.
 pub(crate) fn has_stops(root: &Section) -> bool {
@@ -115,7 +115,7 @@ fn opening(stop: &Section, epoch: Option<Epoch>) -> Result<Option<Opening>, Faul
                 escape(last),
                 escape(first)
             );
-            return Err(Some(("E0079", WINDOW, reason, "exchange the two dates".into())));
+            return Err(Some(("E0079", WINDOW, reason, "swap the two dates".into())));
         }
         return if until < 0.0 {
             Err(past(WINDOW, last, until))
@@ -185,7 +185,7 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
     let rate = section.angle("angular_velocity_limit_deg_s", "angular_velocity_limit_rad_s");
     let passes = section.flag("passing").unwrap_or(false);
     if let (Some(rate), false) = (rate, passes) {
-        let reason = "the body stops here, so it has no rate that a bound could be of";
+        let reason = "the body is at rest here, so a bound on its rate has no effect";
         return section.refuse("E0029", rate.key, reason, "add passing = true, or remove the key");
     }
     let passing = passes.then(|| {

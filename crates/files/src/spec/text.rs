@@ -13,7 +13,7 @@ fn refuse(code: &'static str, file: &str, reason: String, remedy: &str) -> Diagn
 /// Reads the bytes of a file, or of a pipe, up to the size limit.
 pub(super) fn from_file(path: &Path, name: &str) -> Result<Vec<u8>, Diagnostics> {
     let unreadable = |error: std::io::Error| {
-        let remedy = "check the path; `slew init` writes a first spec";
+        let remedy = "check the path; `slew init` writes a starter spec";
         refuse("E0015", name, format!("cannot read the spec: {error}"), remedy)
     };
     let metadata = fs::metadata(path).map_err(unreadable)?;
@@ -81,7 +81,7 @@ pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnos
             return Err(refuse(
                 "E0002",
                 name,
-                format!("the file is no text: it is {kind}"),
+                format!("the file is not a text file: it is {kind}"),
                 "name the text of the spec",
             ));
         }

@@ -126,7 +126,7 @@ impl SpecDocument {
     /// Returns the part that a spec cannot express.
     pub fn of_sequence(sequence: &Sequence, settings: &Settings) -> Result<Self, Unwritable> {
         let Self(Value::Object(mut keys)) = Self::new(&sequence.craft, settings)? else {
-            return Err(Unwritable("a spec that is no table"));
+            return Err(Unwritable("a spec that is not a table"));
         };
         keys.remove("end");
         let mut spec = Writing { table: &ROOT, keys };
@@ -598,7 +598,9 @@ fn pushing_thrusters(spec: &mut Writing, problem: &Problem, thrusters: &Thruster
     let limits = force.map(|force| (force, force.limits()));
     let Some((force, limits)) = limits.filter(|(_, limits)| limits.norm.is_none() && limits.rate.is_none())
     else {
-        return Err(Unwritable("thrusters that push to both sides, or with a limit of their norm or rate"));
+        return Err(Unwritable(
+            "thrusters that push in both directions, or with a limit of their norm or rate",
+        ));
     };
     if force.axes().iter().any(|axis| (axis.norm() - 1.0).abs() > 1e-12) {
         return Err(Unwritable("thrusters whose directions are not of length 1"));
@@ -697,7 +699,7 @@ fn environment(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> 
                 table.put("body", "second_order");
             });
         }
-        Description::Custom => return Err(Unwritable("an environment of the caller's own")),
+        Description::Custom => return Err(Unwritable("a custom environment")),
     }
     Ok(())
 }

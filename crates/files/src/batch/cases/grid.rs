@@ -32,7 +32,7 @@ impl Axis {
                     return wrong(format!("`{}` does not begin with two numbers", cut(values, 60)));
                 };
                 match count.trim().parse::<u64>() {
-                    Err(_) => return wrong(format!("the count `{}` is no whole number", cut(count, 40))),
+                    Err(_) => return wrong(format!("the count `{}` is not a whole number", cut(count, 40))),
                     Ok(0) => return wrong(format!("`{}` has no values", cut(values, 60))),
                     Ok(count) if count > MAX_CASES => return Err(too_many(u128::from(count))),
                     Ok(1) if start != stop => {

@@ -38,15 +38,15 @@ impl Between {
         let short = cut(name, 30);
         match degree {
             _ if is("LINEAR") => Ok(Self::OneRate),
-            None => Err(format!("{short}: the file does not say its degree")),
+            None => Err(format!("{short}: the file does not state its degree")),
             Some(0) => Err(format!("{short} of degree 0")),
             Some(degree) if degree > HIGHEST => {
-                Err(format!("{short} of degree {degree}: {HIGHEST} is the highest that is taken"))
+                Err(format!("{short} of degree {degree}: {HIGHEST} is the highest supported degree"))
             }
             Some(1) => Ok(Self::OneRate),
             Some(degree) if is("LAGRANGE") => Ok(Self::Lagrange(degree)),
             Some(degree) if is("HERMITE") => Ok(Self::Hermite(degree)),
-            Some(_) => Err(format!("{short}, which is not known here")),
+            Some(_) => Err(format!("{short}, which is not supported")),
         }
     }
 

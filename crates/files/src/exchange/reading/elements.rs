@@ -71,16 +71,21 @@ pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
                 let end = text.trim_end().len();
                 wrong(end.saturating_sub(1), 1, "an element is not closed", "the file is cut off")
             }
-            Error::DtdDetected => wrong(0, 1, "document types are not read", "remove the <!DOCTYPE …>"),
+            Error::DtdDetected => {
+                wrong(0, 1, "document type declarations are not supported", "remove the <!DOCTYPE …>")
+            }
             Error::NodesLimitReached => wrong(
                 0,
                 1,
                 format!("the file has more than {MOST_NODES} elements, texts and comments"),
                 "give fewer rows, or keywords and values",
             ),
-            other => {
-                wrong(at, 1, format!("this is no XML: {other}"), "check the tags; `&` is written `&amp;`")
-            }
+            other => wrong(
+                at,
+                1,
+                format!("this is not valid XML: {other}"),
+                "check the tags; `&` is written `&amp;`",
+            ),
         }
     })
 }
@@ -111,7 +116,7 @@ pub(crate) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> 
     });
     let first = texts.next();
     match texts.next() {
-        Some(second) => second.wrong("a comment stands within a value", "put it before the element"),
+        Some(second) => second.wrong("a comment is inside a value", "put it before the element"),
         None => Ok(first),
     }
 }
@@ -165,8 +170,8 @@ pub(super) fn read<'t, M: Message<'t>>(
             message.opened(&open, piece, attribute(node, "units"))?;
             if let Some(child) = node.first_element_child() {
                 if open.0.len() > DEEPEST {
-                    let reason = format!("elements stand within one another more than {DEEPEST} deep");
-                    return piece.wrong(reason, "close elements where they end: no message is as deep");
+                    let reason = format!("elements are nested more than {DEEPEST} levels deep");
+                    return piece.wrong(reason, "close each element where it ends");
                 }
                 open.0.push(piece);
                 next = Some(child);

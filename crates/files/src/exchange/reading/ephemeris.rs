@@ -130,7 +130,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     }
     let (key, version) = pair(first)?;
     if !key.is("CCSDS_OEM_VERS") {
-        let reason = format!("`{}` begins a message other than an OEM", cut(key.text, 30));
+        let reason = format!("the file is not an OEM: it begins with `{}`", cut(key.text, 30));
         return key.wrong(reason, "give an orbit ephemeris: CCSDS_OEM_VERS = 2.0");
     }
     check_version(version)?;
@@ -234,7 +234,7 @@ fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Resu
     }
     let scale = needed("TIME_SYSTEM")?;
     let Some(scale) = Scale::named(scale.text) else {
-        let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+        let reason = format!("the time system {} is not supported", cut(scale.text, 20));
         return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
     };
     let axes = axes(needed("REF_FRAME")?, get("REF_FRAME_EPOCH"))?;
@@ -243,14 +243,14 @@ fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Resu
     date(start, scale).and(date(stop, scale))?;
     let span = [of("USEABLE_START_TIME", start)?, of("USEABLE_STOP_TIME", stop)?];
     if span[1].since(&span[0]) < 0.0 {
-        return stop.wrong("the span ends before it begins", "exchange the two moments");
+        return stop.wrong("the span ends before it begins", "swap the two times");
     }
     let named = match get("INTERPOLATION_DEGREE") {
         None => None,
         Some(piece) => {
             let degree = piece.number()?.value;
             if degree.fract() != 0.0 || !(LOWEST as f64..=HIGHEST as f64).contains(&degree) {
-                let reason = format!("an interpolation of degree {}", cut(piece.text, 20));
+                let reason = format!("the interpolation degree {} is not supported", cut(piece.text, 20));
                 return piece.wrong(reason, format!("give a whole number from {LOWEST} to {HIGHEST}"));
             }
             Some(degree as usize)
@@ -286,16 +286,14 @@ fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, W
             EphemerisAxes::Earth
         }
         _ => {
-            let reason = format!("positions in the frame {} are not understood", cut(frame.text, 30));
+            let reason = format!("positions in the frame {} are not supported", cut(frame.text, 30));
             return frame.wrong(reason, "give them in ICRF, GCRF, EME2000, TOD, TEME or ITRF");
         }
     };
     match of_date {
         None => Ok(axes),
-        Some(date) => date.wrong(
-            "a frame that is frozen at a moment is not understood",
-            "give positions in ICRF, GCRF or EME2000",
-        ),
+        Some(date) => date
+            .wrong("a frame frozen at an epoch is not supported", "give positions in ICRF, GCRF or EME2000"),
     }
 }
 
@@ -329,7 +327,7 @@ impl Started {
         };
         let (position, velocity) = (in_metres(position)?, in_metres(velocity)?);
         if position.norm() < LEAST {
-            let reason = "this position is inside of the Earth";
+            let reason = "this position is inside the Earth";
             return first.wrong(reason, "give positions against the centre of the Earth in km");
         }
         self.segment.moment.push(moment);
@@ -438,7 +436,7 @@ mod tests {
         let with = |from: &str, to: &str| reason(&format!("{HEAD}{META}{ROWS}").replace(from, to));
         for (from, to, told) in [
             ("EARTH", "MARS BARYCENTER", "not the Earth"),
-            ("EME2000", "GTOD", "GTOD are not understood"),
+            ("EME2000", "GTOD", "GTOD are not supported"),
             ("EME2000", "TEME\nREF_FRAME_EPOCH = 2026-11-21T00:00:00", "frozen"),
             ("= UTC", "= UT1", "UT1 is not known"),
             ("OEM_VERS = 2.0", "OEM_VERS = 9.0", "version 9.0"),
@@ -446,8 +444,8 @@ mod tests {
             ("07:01:00 6990", "06:01:00 6990", "not after the one above"),
             ("6990 450 0", "6990 450", "a row has 6 words"),
             ("6990", "nan", "not finite"),
-            ("7000 0 0", "7 0 0", "inside of the Earth"),
-            ("META_STOP\n", "", "is no KEY = value"),
+            ("7000 0 0", "7 0 0", "inside the Earth"),
+            ("META_STOP\n", "", "is not of the form KEY = value"),
             ("META_STOP\n", "INTERPOLATION = LINEAR\nMETA_STOP\n", "interpolation LINEAR"),
             ("META_STOP\n", "INTERPOLATION_DEGREE = 3.5\nMETA_STOP\n", "degree 3.5"),
             ("META_STOP\n", "INTERPOLATION_DEGREE = 4\nMETA_STOP\n", "degree 4 needs 5"),

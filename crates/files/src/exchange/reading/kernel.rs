@@ -86,12 +86,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     };
     let little = bytes.get(88..96).is_some_and(|order| order == b"LTL-IEEE");
     if !little && bytes.get(88..96).is_none_or(|order| order != b"BIG-IEEE") {
-        return wrong(
-            0,
-            0,
-            "the kernel does not say in which order its bytes are",
-            "write it anew by a program of SPICE",
-        );
+        return wrong(0, 0, "the kernel does not state its byte order", "write it again with a SPICE tool");
     }
     let file = Bytes { all: bytes, little };
     let first = file.count(76).ok_or_else(cut_off)?;
@@ -101,7 +96,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
         return wrong(
             0,
             0,
-            "times of a C-kernel are ticks of a clock, and the kernel does not say what a tick is",
+            "times of a C-kernel are ticks of a clock, and the kernel does not state the tick length",
             "write the attitudes as an AEM or a table",
         );
     };
@@ -123,7 +118,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     ));
     for summary in &summaries {
         if summary.kind != 3 {
-            let reason = format!("a segment of type {} is not read", summary.kind);
+            let reason = format!("segments of type {} are not supported", summary.kind);
             return wrong(0, 0, reason, "write the attitudes as type 3, as an AEM or as a table");
         }
         segment(&file, summary, &mut rows).ok_or_else(cut_off)??;

@@ -22,7 +22,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an AEM") };
     let (key, value) = pair(first)?;
     if !key.is("CCSDS_AEM_VERS") {
-        let reason = format!("`{}` begins a message other than an AEM", cut(key.text, 30));
+        let reason = format!("the file is not an AEM: it begins with `{}`", cut(key.text, 30));
         return key.wrong(reason, "give an attitude ephemeris: CCSDS_AEM_VERS = 2.0");
     }
     let version = Version::of(value)?;
@@ -97,6 +97,7 @@ pub(super) fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
             Piece { at: line.at, text: &line.text[..sign] }.trimmed(),
             Piece { at: line.at + sign + 1, text: &line.text[sign + 1..] }.trimmed(),
         )),
-        _ => line.wrong(format!("`{}` is no KEY = value", cut(line.text, 40)), "write KEY = value"),
+        _ => line
+            .wrong(format!("`{}` is not of the form KEY = value", cut(line.text, 40)), "write KEY = value"),
     }
 }

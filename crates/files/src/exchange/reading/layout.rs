@@ -238,7 +238,7 @@ pub(super) fn sequence(piece: Piece<'_>) -> Result<[usize; 3], Wrong> {
             Ok([first, second, third])
         }
         _ => piece.wrong(
-            format!("{} is no sequence of three axes", cut(piece.text, 20)),
+            format!("{} is not a sequence of three axes", cut(piece.text, 20)),
             "write EULER_ROT_SEQ = ZYX, or 321 in version 1.0: neighbours differ",
         ),
     }

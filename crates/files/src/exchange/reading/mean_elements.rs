@@ -134,7 +134,7 @@ fn flatten<'t>(node: &'t Node, text: &'t str, parts: &mut usize, keys: &mut Keys
                 Ok(())
             })
         }
-        _ => wrong(at, 1, "this is no object", "give the elements as an object with the keys of OMM"),
+        _ => wrong(at, 1, "this is not a JSON object", "give the elements as an object with the keys of OMM"),
     }
 }
 
@@ -203,7 +203,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
         Some(scale) => match Scale::named(scale.text) {
             Some(scale) => scale,
             None => {
-                let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+                let reason = format!("the time system {} is not supported", cut(scale.text, 20));
                 return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
             }
         },
@@ -360,7 +360,7 @@ mod tests {
             (XML, "<omm", "<opm", "XML"),
             (XML, "<EPHEMERIS_TYPE>0</EPHEMERIS_TYPE>", "<EPHEMERIS_TYP>4</EPHEMERIS_TYP>", "unknown key"),
             (XML, "<BSTAR>0.2E-4</BSTAR>", "", "no `BSTAR`"),
-            (NUMBERS, "14.9", "\"fast\"", "`fast` is no number"),
+            (NUMBERS, "14.9", "\"fast\"", "`fast` is not a number"),
             (NUMBERS, "\"BSTAR\":2e-05,", "", "no `BSTAR`"),
             (NUMBERS, "\"BSTAR\":2e-05,", "\"BSTAR\":2e-05,\"BSTAR\":7,", "`BSTAR` is set twice"),
             (NUMBERS, "}", "", "not valid JSON"),

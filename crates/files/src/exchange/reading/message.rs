@@ -99,7 +99,7 @@ impl<'t> Metadata<'t> {
         let (a, b) = (needed("REF_FRAME_A")?, needed("REF_FRAME_B")?);
         let scale = needed("TIME_SYSTEM")?;
         let Some(scale) = Scale::named(scale.text) else {
-            let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+            let reason = format!("the time system {} is not supported", cut(scale.text, 20));
             return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
         };
         let kind = needed("ATTITUDE_TYPE")?;
@@ -213,7 +213,7 @@ impl<'t> Metadata<'t> {
             Some(piece) => match piece.text.parse::<usize>() {
                 Ok(degree) if degree > 0 => Some(degree),
                 _ => {
-                    let reason = format!("an interpolation of degree {}", cut(piece.text, 20));
+                    let reason = format!("the interpolation degree {} is not supported", cut(piece.text, 20));
                     return piece.wrong(reason, "give a whole number from 1");
                 }
             },
@@ -229,7 +229,7 @@ impl<'t> Metadata<'t> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
         if span[1].since(&span[0]) < 0.0 {
-            return stop.wrong("STOP_TIME is before START_TIME", "exchange the two");
+            return stop.wrong("STOP_TIME is before START_TIME", "swap the two times");
         }
         let useable = |name: &str| self.get(name).map(of).transpose();
         let useable = [useable("USEABLE_START_TIME")?, useable("USEABLE_STOP_TIME")?];

@@ -168,8 +168,8 @@ pub fn read_attitudes_at(
         if let Some(one) =
             found.iter().find(|one| one.moment.since(&wanted).abs() > one.open.max(SAME_MOMENT))
         {
-            let reason = format!("the attitude is that of {}, and {wanted} is wanted", one.moment);
-            return Err(told(reason, "set the epoch of the spec to that moment"));
+            let reason = format!("the attitude is for {}, and {wanted} is needed", one.moment);
+            return Err(told(reason, "set the epoch of the spec to that time"));
         }
         return found.into_iter().map(|one| one.told().map_err(refused)).collect();
     }
@@ -186,7 +186,7 @@ pub fn read_attitudes_at(
     let Some(quaternion) = found.at(inside) else {
         let reason =
             format!("the file has no attitude {time:.3} s after its first row; it has some for {last:.3} s");
-        return Err(told(reason, "take a file of that moment"));
+        return Err(told(reason, "use a file that covers this time"));
     };
     let normalised = found.warnings.into_iter().map(|warning| warning.reason);
     Ok(vec![AttitudeTold {
@@ -231,12 +231,12 @@ fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> 
         NoText::Binary(kind) => {
             let packed = kind.starts_with("compressed") || kind.starts_with("an archive");
             let remedy = if packed { "unpack it first".to_string() } else { format!("give {what}") };
-            refused("E0150", format!("the file is no text: it is {kind}"), &remedy)
+            refused("E0150", format!("the file is not a text file: it is {kind}"), &remedy)
         }
         NoText::At(at) => {
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
             let remedy = format!("save the file as UTF-8; it is to be {what}");
-            let mut found = refused("E0150", format!("line {line} is no text in UTF-8"), &remedy);
+            let mut found = refused("E0150", format!("line {line} is not UTF-8 text"), &remedy);
             found.0[0].line = line;
             found
         }
@@ -403,7 +403,7 @@ impl<'t> Piece<'t> {
             Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
             Ok(_) => self.wrong("this number is not finite", "give finite numbers"),
             Err(_) => self.wrong(
-                format!("`{}` is no number", crate::spec::cut(self.text, 30)),
+                format!("`{}` is not a number", crate::spec::cut(self.text, 30)),
                 "write numbers with a point and an exponent, as in 1.5e-3",
             ),
         }

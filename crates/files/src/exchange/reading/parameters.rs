@@ -67,7 +67,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
     let needed = |name: &str| said::needed(keys, name);
     let scale = needed("TIME_SYSTEM")?.value;
     let Some(scale) = Scale::named(scale.text) else {
-        let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+        let reason = format!("the time system {} is not supported", cut(scale.text, 20));
         return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
     };
     let written = needed("EPOCH")?.value;

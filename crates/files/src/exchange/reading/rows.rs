@@ -77,7 +77,7 @@ impl Rows {
             return at.wrong(reason, "times increase strictly");
         }
         if !self.found.time.is_empty() && rate.is_some() == self.found.rate.is_empty() {
-            return at.wrong("rates stand in some rows only", "give them in all rows, or in none");
+            return at.wrong("only some rows have rates", "give them in all rows, or in none");
         }
         let row = self.found.time.len();
         if begins.is_some() && row > 0 {
@@ -196,7 +196,7 @@ impl Rows {
             let count = block.last - block.first + 1;
             let why = match block.between {
                 Between::Hermite(_) if self.found.rate.is_empty() => {
-                    "INTERPOLATION_METHOD HERMITE takes rates, and the file has none that are understood"
+                    "INTERPOLATION_METHOD HERMITE needs rates, and the file has no supported rates"
                         .to_string()
                 }
                 Between::Lagrange(degree) | Between::Hermite(degree) if count < block.between.rows() => {

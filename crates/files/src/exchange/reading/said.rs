@@ -35,7 +35,7 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
         }
         let (key, value) = pair(line)?;
         if found.is_empty() && !key.is(opening) {
-            let reason = format!("`{}` begins a message other than an {kind}", cut(key.text, 30));
+            let reason = format!("the file is not an {kind}: it begins with `{}`", cut(key.text, 30));
             return key.wrong(reason, format!("give an {kind}: {opening} = 2.0"));
         }
         if key.is(opening) {

@@ -63,10 +63,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 return value.wrong(reason, "give seconds from ScenarioEpoch: TimeFormat EpSec");
             }
         } else if key.is("CoordinateAxesEpoch") {
-            return key.wrong(
-                "axes of a date are not understood",
-                "give attitudes in CoordinateAxes ICRF or J2000",
-            );
+            return key
+                .wrong("axes of a date are not supported", "give attitudes in CoordinateAxes ICRF or J2000");
         } else if key.text.len() > 12 && key.text[..12].eq_ignore_ascii_case("AttitudeTime") {
             let Some((_, scalar_first, rates)) = FORMATS.iter().find(|(name, ..)| key.is(name)) else {
                 let reason = format!("rows of {} are not read", cut(key.text, 40));
@@ -85,7 +83,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
         } else if key.text.starts_with(|sign: char| sign.is_ascii_digit() || "+-.".contains(sign)) {
             let Some(layout) = &layout else {
                 return line.wrong(
-                    "a row before the line that says what rows hold",
+                    "this row is before the line that states what the rows hold",
                     "write AttitudeTimeQuaternions above",
                 );
             };
@@ -98,7 +96,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             let numbers = words.iter().map(|word| word.number()).collect::<Result<Vec<Number>, _>>()?;
             rows.add(line, numbers[0], layout.read(&numbers[1..]).row)?;
         } else if !KNOWN.iter().any(|known| key.is(known)) {
-            rows.note(format!("`{}`, which is not known here", cut(key.text, 40)));
+            rows.note(format!("`{}`, which is not supported", cut(key.text, 40)));
         }
     }
     if !ended {
@@ -140,7 +138,7 @@ fn between(method: Option<Piece<'_>>, order: Option<usize>) -> Result<Between, S
 
 fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {
     piece.text.parse().or_else(|_| {
-        piece.wrong(format!("`{}` is no whole number", cut(piece.text, 20)), "write a whole number")
+        piece.wrong(format!("`{}` is not a whole number", cut(piece.text, 20)), "write a whole number")
     })
 }
 
@@ -155,6 +153,6 @@ fn date(piece: Piece<'_>) -> Result<Epoch, Wrong> {
         _ => None,
     };
     let remedy = "write ScenarioEpoch 21 Nov 2026 07:00:00.000";
-    let Some(iso) = iso else { return piece.wrong("this is no date of STK", remedy) };
+    let Some(iso) = iso else { return piece.wrong("this is not a date in a format of STK", remedy) };
     Epoch::in_scale(&iso, Scale::Utc).or_else(|error| piece.wrong(error.to_string(), remedy))
 }

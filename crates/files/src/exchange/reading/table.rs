@@ -28,10 +28,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let names = cells(head, sign)?;
     for (index, name) in names.iter().enumerate() {
         if !name.text.is_empty() && names[..index].iter().any(|before| before.is(name.text)) {
-            return name.wrong(
-                format!("the column `{}` is there twice", cut(name.text, 30)),
-                "give each column once",
-            );
+            return name
+                .wrong(format!("the column `{}` occurs twice", cut(name.text, 30)), "give each column once");
         }
     }
     let find = |wanted: &str| names.iter().position(|name| name.is(wanted));

@@ -61,7 +61,7 @@ impl<'t> Message<'t> for Reading<'t> {
         }
         if let Some(unit) = unit.filter(|unit| !UNITS.contains(&unit.text)) {
             return unit.wrong(
-                format!("the unit {} is not known here", cut(unit.text, 20)),
+                format!("the unit {} is not supported", cut(unit.text, 20)),
                 "angles are in deg, rates in deg/s",
             );
         }
@@ -80,7 +80,7 @@ impl<'t> Message<'t> for Reading<'t> {
             }
             "attitudeState" => {
                 let Some(block) = &self.block else {
-                    return name.wrong("data before any metadata", "put <metadata> before <data>");
+                    return name.wrong("the data come before the metadata", "put <metadata> before <data>");
                 };
                 finish(&self.row, block, name, &mut self.rows)?;
             }

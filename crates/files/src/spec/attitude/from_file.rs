@@ -55,7 +55,7 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
         return section.refuse("E0028", &other.name, reason, "give one notation");
     }
     let Some(seconds) = moment.seconds else {
-        let reason = "the attitude at the end of a duration that is sought is not known before the plan";
+        let reason = "the duration is free, so the time of the end attitude is not known before the plan";
         return section.refuse("E0029", KEY, reason, "give duration_s, or the numbers of the attitude");
     };
     if moment.epoch_is_wrong {
@@ -109,13 +109,13 @@ pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Opti
                 format!("the attitudes of {one} and {other}")
             };
             let reason = format!("{shown}: {of} differ by {} deg", significant(angle.to_degrees(), 3));
-            let remedy = "leave the one that is meant in the file, or name its frame in [names] body_frame";
+            let remedy = "keep only the intended one in the file, or name its frame in [names] body_frame";
             return section.refuse("E0092", KEY, reason, remedy);
         }
     }
     for (texts, remedy) in [
         (open, "name the frames in [names] reference_frame and body_frame"),
-        (&told.not_taken, "see that the file has the attitude that is meant"),
+        (&told.not_taken, "check that the file has the intended attitude"),
     ] {
         for text in texts {
             section.warn("W0092", KEY, format!("{shown}: not checked: {text}"), remedy);

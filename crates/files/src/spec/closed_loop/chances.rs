@@ -133,7 +133,7 @@ fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<
 fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     if at_most < Over::LEAST {
         let reason = format!(
-            "the chance over the motion is counted in flights, and a chance of {at_most} needs too \
+            "the chance over the motion is counted in simulated flights, and a chance of {at_most} needs too \
              many"
         );
         let remedy = format!("give {} or more, or use the chance at the worst instant", Over::LEAST);

@@ -93,7 +93,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     let least = symmetric.symmetric_eigenvalues().min();
     if least < -ROUNDING * N as f64 {
         let reason = format!(
-            "the covariance is not positive semidefinite: scaled to variances of 1, its least \
+            "the covariance is not positive semidefinite: scaled to variances of 1, its smallest \
             eigenvalue is {}",
             short(least)
         );

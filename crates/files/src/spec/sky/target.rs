@@ -18,7 +18,7 @@ pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
             let vector = section.vector(vector)?;
             if vector.amax() == 0.0 {
                 let reason = "a vector of length zero has no direction";
-                return section.refuse("E0054", "vector", reason, "give the vector a direction");
+                return section.refuse("E0054", "vector", reason, "give a nonzero vector");
             }
             Some(section.unit(vector))
         }
@@ -95,7 +95,7 @@ pub(super) fn axis(section: &Section, name: &str) -> Option<Vector3> {
             "E0054",
             name,
             "a vector of length zero has no direction",
-            "give the vector a direction",
+            "give a nonzero vector",
         );
     }
     Some(section.unit(axis))

@@ -236,7 +236,7 @@ pub(super) fn interval(node: &Node) -> Read<[f64; 2]> {
     let [from, until] = numbers::<2>(node, &ELAPSED, "numbers (from, until)")?;
     if from > until {
         let reason = format!("{} s is before {} s: an interval is [from, until]", show(until), show(from));
-        return wrong("E0079", node, reason, "exchange the two numbers");
+        return wrong("E0079", node, reason, "swap the two numbers");
     }
     Ok([from, until])
 }

@@ -64,7 +64,7 @@ impl<'t> Message<'t> for Reading<'t> {
         if let (true, Some(unit)) = (within.has("stateVector"), unit) {
             let known = STATE.iter().find(|(state, _)| *state == name.text);
             if let Some((_, wanted)) = known.filter(|(_, wanted)| *wanted != unit.text) {
-                let reason = format!("the unit {} of <{}> is not read", cut(unit.text, 20), name.text);
+                let reason = format!("the unit {} of <{}> is not supported", cut(unit.text, 20), name.text);
                 return unit.wrong(reason, format!("give it in {wanted}"));
             }
         }
@@ -76,14 +76,14 @@ impl<'t> Message<'t> for Reading<'t> {
         match name.text {
             "metadata" => {
                 if !self.begun {
-                    return name.wrong("there is no <oem>", "give an <oem>");
+                    return name.wrong("the element <oem> is missing", "give an <oem>");
                 }
                 self.segment = Some(started(&self.keys, name, &mut self.object)?);
             }
             "stateVector" => self.row(name)?,
             "segment" => {
                 let Some(segment) = self.segment.take() else {
-                    return name.wrong("a segment without metadata", "give its <metadata>");
+                    return name.wrong("a segment has no metadata", "give its <metadata>");
                 };
                 self.found.push(segment.finish(name)?);
             }
@@ -118,7 +118,7 @@ impl<'t> Reading<'t> {
         }
         self.state[NEEDED..].iter().flatten().try_for_each(|word| word.number().map(drop))?;
         let Some(segment) = &mut self.segment else {
-            return at.wrong("data before any metadata", "put <metadata> before <data>");
+            return at.wrong("the data come before the metadata", "put <metadata> before <data>");
         };
         let [Some(moment), Some(x), Some(y), Some(z), Some(u), Some(v), Some(w), ..] = self.state else {
             return Ok(());
@@ -190,7 +190,7 @@ mod tests {
             ("07:01:00</EPOCH><X", "06:01:00</EPOCH><X", "not after the one above"),
             ("</data>", "", "is to be closed"),
             ("</oem></ndm>", "</oem>", "is not closed"),
-            ("<?xml version", "<!DOCTYPE ndm><?xml version", "document types are not read"),
+            ("<?xml version", "<!DOCTYPE ndm><?xml version", "document type declarations are not supported"),
             ("EARTH", "MOON", "not the Earth"),
         ] {
             let text = message().replacen(from, to, 1);
