@@ -30,7 +30,7 @@ pub struct Campaign<'a> {
     actuators: ActuatorSet,
     /// Constraints whose distances are recorded, without the margins of the plan.
     constraints: Vec<Constraint>,
-    /// Integrator with step sizes that have converged for the nominal motion.
+    /// Integrator of the nominal motion, with the number of parts per step already chosen.
     nominal: Flight<'a>,
     /// Feedforward commands, each with the time \[s\] from which it acts: first the commands given
     /// before the start, then one command per step.

@@ -39,8 +39,8 @@ use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::plan::Status;
 use crate::{Matrix3, Vector3, lie};
 
-/// The gradient of a leg's cost with respect to the state at one end, in body axes: with respect to
-/// a rotation of the attitude [1/rad], and with respect to the angular velocity [1/(rad/s)].
+/// The gradient of a leg's cost with respect to the state at one end, in body axes: per radian of a
+/// rotation of the attitude, and per rad/s of the angular velocity.
 pub type Slopes = [Vector3; 2];
 
 /// The reason why a leg cannot be planned, which also ends the planning of the other legs.
@@ -70,7 +70,7 @@ pub struct Leg {
     pub cost: f64,
     /// Gradients of the cost with respect to the start state and to the end state.
     pub slopes: [Slopes; 2],
-    /// Derivative of the cost with respect to the duration, if the duration is given \[1/s\].
+    /// Derivative of the cost with respect to the duration, if the duration is given.
     pub by_duration: f64,
 }
 

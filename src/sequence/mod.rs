@@ -1,10 +1,11 @@
 //! Several stops in one plan: attitudes and pointings, in a given order or in the best one.
 //!
-//! A leg leads from one stop to the next. Legs between attitudes at rest are planned apart. Where a
-//! stop leaves something free that both of its legs depend on (a roll, the rate of a passage, how a
-//! total is split), they are planned together (`together`). The order comes from the times of all
-//! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
-//! legs of a spacecraft make a table ([`table`]).
+//! A leg leads from one stop to the next. Legs between given attitudes at rest are planned
+//! independently. If a stop leaves a quantity free on which both of its legs depend (a roll, the
+//! rate of a passage, the division of the total duration), the legs are planned together
+//! (`together`). The best order of stops is found from the costs of the legs between all pairs
+//! ([`order`]). Every rest-to-rest leg has a rigorous lower bound ([`leg_bound`]). The legs of a
+//! spacecraft can be tabulated ([`table`]).
 
 mod arrivals;
 mod carried;
@@ -47,17 +48,17 @@ use std::time::Instant;
 use thiserror::Error;
 use windows::Missed;
 
-/// Where a stop is.
+/// The attitude or pointing direction that a stop requires.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// An attitude, body → reference.
+    /// An attitude, from body to reference axes.
     Attitude(Matrix3),
-    /// A boresight points at a target that stands still.
+    /// A boresight points at a target.
     Aim(Aim),
 }
 
 impl Place {
-    /// Returns whether two places are one, up to the round-off of attitudes.
+    /// Returns `true` if the two places are equal, up to round-off of the attitudes.
     fn is(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Attitude(one), Self::Attitude(other)) => (one - other).amax() <= 8.0 * f64::EPSILON,
@@ -70,14 +71,14 @@ impl Place {
 /// A stop of a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stop {
-    /// The name, for people.
+    /// Name of the stop, used in messages and results.
     pub name: String,
-    /// Where it is.
+    /// Attitude or pointing direction at the stop.
     pub place: Place,
-    /// What happens there.
+    /// Settling time, hold and window of the stop.
     pub visit: Visit,
-    /// The bound of the rate \[rad/s\] at which the body passes without stopping, infinite without
-    /// one; `None` where it stops.
+    /// Maximum angular rate \[rad/s\] at which the body passes without stopping; infinite without a
+    /// maximum. `None` if the body stops.
     pub passing: Option<f64>,
 }
 
@@ -87,40 +88,40 @@ impl Stop {
         Self { name: name.into(), place, visit: Visit::PASSED, passing: None }
     }
 
-    /// This stop with a hold \[s\].
+    /// Sets the duration of the hold \[s\].
     pub fn held(mut self, hold: f64) -> Self {
         self.visit.hold = hold;
         self
     }
 
-    /// This stop passed at a rate of at most `fastest` \[rad/s\].
+    /// Lets the body pass this stop without stopping, at a rate of at most `fastest` \[rad/s\].
     pub fn passed_at_most_at(self, fastest: f64) -> Self {
         Self { passing: Some(fastest), ..self }
     }
 }
 
-/// Which order the stops have.
+/// The order in which the stops are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ordering {
-    /// The given one.
+    /// The given order.
     Given,
-    /// The best one.
+    /// The best order, which the planner finds.
     Free,
-    /// The best one whose last stop stays last.
+    /// The best order in which the given last stop remains the last one.
     FreeBeforeLast,
 }
 
 /// A spacecraft, its start and its stops.
 ///
-/// The objective of `craft` counts over all legs. Its duration is that of the whole, holds included:
-/// the legs share it. Its start is that of the first leg; its end is not used.
+/// The objective of `craft` applies to the sum over all legs. Its duration is the total duration of
+/// the sequence, including holds. Its start is the start of the first leg; its end is not used.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    /// The maneuver without its ends.
+    /// The spacecraft with its start, objective, limits and constraints.
     pub craft: Problem,
     /// The stops.
     pub stops: Vec<Stop>,
-    /// Which order they have.
+    /// The order in which the stops are visited.
     pub order: Ordering,
 }
 
