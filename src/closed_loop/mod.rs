@@ -68,7 +68,8 @@ impl Default for Plant {
 pub struct Flown {
     /// Terminal error `[ζ; δΩ]`, true minus planned, rad and rad/s, body axes.
     pub end: Vector6,
-    /// `[ζ; δΩ]` in the same form at each of [`LinearPlan::stops`].
+    /// Error `[ζ; δΩ]` at each of [`LinearPlan::stops`], true minus planned, rad and rad/s, body
+    /// axes.
     ///
     /// [`LinearPlan::stops`]: crate::optimize::discrete::linear_plan::LinearPlan::stops
     pub stops: Vec<Vector6>,
