@@ -46,7 +46,7 @@ pub type Slopes = [Vector3; 2];
 /// The reason why a leg cannot be planned, which also ends the planning of the other legs.
 #[derive(Clone, Debug)]
 pub enum LegError {
-    /// The problem of the leg is invalid or cannot be solved.
+    /// The planner rejects the maneuver or the settings of the leg.
     Plan(PlanError),
     /// The caller or the time limit stopped the search.
     Stopped(Status),
@@ -80,7 +80,7 @@ impl Leg {
     /// the start or at the end.
     ///
     /// # Errors
-    /// [`LegError`] if the problem is invalid, or if the search was stopped.
+    /// [`LegError`] if the planner rejects the leg, or if the search was stopped.
     pub fn of(
         problem: Problem,
         settings: &Settings,

@@ -129,7 +129,7 @@ pub struct Sequence {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SequenceError {
-    /// The problem of a leg is invalid.
+    /// The planner rejects the maneuver or the settings of a leg.
     #[error("the leg to stop `{stop}`: {error}")]
     Leg {
         /// Name of the stop at the end of the leg.
@@ -331,8 +331,8 @@ impl Sequence {
     /// leg with [`plan()`]. If a leg does not converge, it is the last leg of the plan.
     ///
     /// # Errors
-    /// [`SequenceError`] if no plan is found for legs that are planned together, or if the problem
-    /// of a leg is invalid.
+    /// [`SequenceError`] if no plan is found for legs that are planned together, or if the planner
+    /// rejects a leg.
     pub fn plan(
         &self,
         settings: &Settings,
@@ -377,7 +377,7 @@ impl Sequence {
     /// weights of its legs.
     ///
     /// # Errors
-    /// [`SequenceError`] if the problem of a leg is invalid.
+    /// [`SequenceError`] if the planner rejects a leg.
     pub fn best_order(
         &self,
         settings: &Settings,
@@ -493,7 +493,7 @@ impl Sequence {
         rests(stop) && rests(next) && stop.place.is(&next.place)
     }
 
-    /// Returns whether a stop at rest has the attitude of a state at rest.
+    /// Returns `true` if the stop and the state are at rest and have the same attitude.
     fn is_at(&self, stop: usize, state: &State) -> bool {
         let stop = &self.stops[stop];
         let here = Place::Attitude(state.attitude).is(&stop.place);
@@ -505,23 +505,25 @@ impl Sequence {
         stops.iter().map(|stop| self.stops[*stop].name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
-    /// Returns the maneuver of a leg, on steps that stay.
+    /// Returns the maneuver from which the legs are made, with a fixed number of steps.
     fn leg(&self) -> Problem {
         let mut leg = self.craft.clone();
         leg.chooses_steps = false;
-        // The end of the craft is that of no leg.
+        // No leg uses the end condition of the craft.
         leg.end_condition = EndCondition::State;
         leg
     }
 
-    /// Returns what the legs share of the duration of the whole \[s\]; `None` where each finds its own.
+    /// Returns the time \[s\] that the legs share: the total duration minus the holds and settling
+    /// times. Returns `None` if the planner finds the duration of each leg independently.
     fn shared(&self) -> Result<Option<f64>, SequenceError> {
         let Some(total) = self.craft.duration.known() else { return Ok(None) };
         let holds = self.stops.iter().map(|stop| stop.visit.rest()).sum();
         if total > holds { Ok(Some(total - holds)) } else { Err(SequenceError::NoTime { holds, total }) }
     }
 
-    /// Returns the power of the momentum of a leg that its cost is about proportional to.
+    /// Returns the exponent p of the approximate cost of a leg, `|J φ|ᵖ` with the rotation vector φ
+    /// of the turn.
     fn power(&self) -> f64 {
         match self.craft.objective {
             Objective::Time => 0.5,

@@ -267,7 +267,7 @@ impl Together<'_> {
     /// step fails.
     ///
     /// # Errors
-    /// [`LegError`] if the problem of a leg is invalid, or if the search was stopped.
+    /// [`LegError`] if the planner rejects a leg, or if the search was stopped.
     pub fn improved(&self, mut at: Whole, observer: &mut dyn Observer) -> Result<Whole, LegError> {
         if self.count() == 0 {
             return Ok(at);
