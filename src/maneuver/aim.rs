@@ -121,8 +121,8 @@ pub struct Ends {
     boresight: Vector3,
     /// End attitude at zero roll.
     attitude: Matrix3,
-    /// The rate of the attitude without roll relative to the reference frame, in axes of that frame
-    /// \[rad/s\].
+    /// Angular velocity of the end attitude at zero roll relative to the reference frame, in axes
+    /// of that frame \[rad/s\].
     carried: Vector3,
     /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,

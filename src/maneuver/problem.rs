@@ -130,8 +130,8 @@ pub struct Problem {
     pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
-    /// Whether a plan that lands may have more than [`Problem::steps`] steps where it needs them.
-    /// [`Problem::with_steps`] turns this choice off.
+    /// Whether a plan that lands may have more than [`Problem::steps`] steps, if landing needs
+    /// them. [`Problem::with_steps`] turns this choice off.
     pub chooses_steps: bool,
     /// The integration scheme of the discretisation.
     pub scheme: Scheme,
@@ -317,7 +317,7 @@ impl Problem {
         self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
-    /// Returns whether the problem has limits other than limits of each torque or of the torque
+    /// Returns whether the problem has limits other than limits on each torque or on the torque
     /// norm. The shooting does not support such limits.
     pub(crate) fn has_shaping_limits(&self) -> bool {
         self.has_shaping_inputs() || !self.constraints.is_empty()

@@ -40,7 +40,8 @@ pub enum InertiaError {
         /// The smallest principal moment [kg·m²].
         smallest: f64,
     },
-    /// No mass distribution has these principal moments: the largest exceeds the sum of the others.
+    /// No mass distribution has these principal moments: the largest exceeds the sum of the other
+    /// two.
     #[error("principal moments {0}, {1}, {2} break the triangle inequality", principal[0], principal[1], principal[2])]
     Triangle {
         /// The principal moments, ascending [kg·m²].

@@ -1,6 +1,7 @@
 //! The rotations that the ends require, and whether torque, rate and time suffice.
 //!
-//! The [envelope](super::envelope) bounds every arc k. A maneuver of the steps h therefore has
+//! The [envelope](super::envelope) bounds every arc k. A maneuver with steps of length h therefore
+//! has
 //!
 //! ```text
 //! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
@@ -110,7 +111,8 @@ impl<'a> Case<'a> {
         missed.reduce(|worst, other| if ratio(&other) > ratio(&worst) * (1.0 + 1e-6) { other } else { worst })
     }
 
-    /// Returns the largest angle \[rad\] that an arc can contribute to a demand.
+    /// Returns the largest angle \[rad\] that the body or body axis of a demand can move along
+    /// `arc`, in a step of length `step` \[s\].
     fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
         let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
         if let Some(Lever { by_momentum, by_speed, .. }) = demand.axis {

@@ -11,7 +11,7 @@ use crate::{Matrix3, Vector3};
 pub enum Attractor {
     /// Point masses. The gravity between two clouds is exact: all pairs of points are summed.
     Cloud(PointCloud),
-    /// Mass and inertia alone, by MacCullagh's formula. All pairs with such a body are of second
+    /// Only mass and inertia, by MacCullagh's formula. All pairs with such a body are of second
     /// order in size over distance.
     SecondOrder {
         /// Mass \[kg\].
