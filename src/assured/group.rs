@@ -79,7 +79,8 @@ impl Group {
 }
 
 /// Returns, for each component or input of `limit`, the standard deviation of the limited quantity
-/// at its worst instant; 0 if it is unknown.
+/// at the instant at which its chance of exceeding the limit is largest; 0 if this deviation is
+/// unknown.
 fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
     let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);

@@ -20,8 +20,8 @@ const LEFT: f64 = 5e-17;
 /// ill-conditioned inertias.
 const LAST_CORRECTION: f64 = 2e-9;
 
-/// The largest number of iterations. The survey needs 2–3, and 6 were measured at 0.99 of the bound
-/// on the step; after twice that number the solve fails.
+/// Maximum number of iterations. Newton's method needs 2–3 in the survey by Leok. At 0.99 of the
+/// bound on the step 6 were measured; after twice that number the solve fails.
 const MAX_ITERATIONS: u32 = 12;
 
 /// Solves for the Cayley vector `c` of one step. Returns `None` if no physical solution exists:

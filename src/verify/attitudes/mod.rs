@@ -66,8 +66,8 @@ pub struct AttitudeReport {
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
-    /// Largest mean torque between two rows that the recorded rates require \[N·m\]. `None` without
-    /// rates, and unless the body is free and has no wheels.
+    /// Largest mean torque between two rows that the recorded rates require \[N·m\]. `None` if the
+    /// file has no rates, if the body is not free, or if it has wheels.
     pub peak_torque_n_m: Option<f64>,
     /// Largest torque that the recorded attitudes require, from the mean rates between rows
     /// \[N·m\].
