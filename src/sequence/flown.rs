@@ -51,18 +51,19 @@ pub struct WholeMotion {
     /// The maneuver of the whole motion. Times in its constraints count from the start of the
     /// sequence. Alternative sets of cones are left out.
     pub problem: Problem,
-    /// The true motion under the inputs of all legs and holds, with one row of inputs for each step.
+    /// The true motion under the inputs of all legs and holds, with one row of inputs for each
+    /// step.
     pub path: Trajectory,
-    /// The instants at which the craft must be at a stop, in the order of time. The last instant may
-    /// be at the last node.
+    /// The instants at which the craft must be at a stop, in the order of time. The last instant
+    /// may be at the last node.
     pub instants: Vec<Instant>,
     /// Duration of the shortest leg \[s\].
     pub shortest: f64,
 }
 
 impl WholeMotion {
-    /// Joins legs and holds, and propagates the true motion of each under its inputs. While the body
-    /// rests, the steps are at most as long as in the leg before.
+    /// Joins legs and holds, and propagates the true motion of each under its inputs. While the
+    /// body rests, the steps are at most as long as in the leg before.
     ///
     /// # Errors
     /// [`Unlinearised`] if the body moves in no leg, if a motion cannot be propagated, or if the
@@ -171,7 +172,8 @@ impl WholeMotion {
         Self::of(sequence, &legs)
     }
 
-    /// Returns the indices of the nodes at which the craft must be at a stop, without the last node.
+    /// Returns the indices of the nodes at which the craft must be at a stop, without the last
+    /// node.
     pub fn stops(&self) -> Vec<usize> {
         let last = self.path.time.len() - 1;
         self.instants.iter().map(|instant| instant.node).filter(|node| *node < last).collect()
@@ -185,9 +187,9 @@ impl WholeMotion {
     }
 }
 
-/// Returns the trajectory of the rest after a leg, with steps of at most `step` \[s\]. The hold begins
-/// and ends at the given times \[s\] from the end of the leg, and each of these times is a node.
-/// Returns `None` if the rest takes no time.
+/// Returns the trajectory of the rest after a leg, with steps of at most `step` \[s\]. The hold
+/// begins and ends at the given times \[s\] from the end of the leg, and each of these times is a
+/// node. Returns `None` if the rest takes no time.
 fn resting(
     (leg, inputs): (&Trajectory, usize),
     step: f64,

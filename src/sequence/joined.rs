@@ -27,8 +27,8 @@ pub struct Part {
     pub nodes: [usize; 2],
 }
 
-/// The motion over a whole sequence, at the nodes of its legs and holds. The inputs are constant over
-/// each step, and zero while the body rests. The trajectory has no costates.
+/// The motion over a whole sequence, at the nodes of its legs and holds. The inputs are constant
+/// over each step, and zero while the body rests. The trajectory has no costates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Joined {
     /// The trajectory, with one row of inputs for each step.
@@ -38,8 +38,8 @@ pub struct Joined {
 }
 
 impl Joined {
-    /// Joins legs to one motion. Adjacent parts share a node, with the state at which the later part
-    /// begins.
+    /// Joins legs to one motion. Adjacent parts share a node, with the state at which the later
+    /// part begins.
     pub fn of<'a>(legs: impl IntoIterator<Item = Flown<'a>>) -> Self {
         let mut whole = Self::default();
         for (leg, flown) in legs.into_iter().enumerate() {

@@ -1,10 +1,10 @@
 //! Joints: the states that two legs share at the stop between them.
 //!
-//! A joint may have free parameters: the roll about a boresight, the angular velocity of a body that
-//! passes without stopping, or both. They determine the state at which one leg ends and the next leg
-//! begins. In the optimal plan the derivative of the total cost with respect to each parameter is
-//! zero, or the parameter is at a bound. With the boresight `b`, the costates `λ`, the angular
-//! velocity `ω`, its bound `ω̄`, and − and + for the legs before and after the stop:
+//! A joint may have free parameters: the roll about a boresight, the angular velocity of a body
+//! that passes without stopping, or both. They determine the state at which one leg ends and the
+//! next leg begins. In the optimal plan the derivative of the total cost with respect to each
+//! parameter is zero, or the parameter is at a bound. With the boresight `b`, the costates `λ`, the
+//! angular velocity `ω`, its bound `ω̄`, and − and + for the legs before and after the stop:
 //!
 //! ```text
 //! roll at rest      b·λ^R continuous

@@ -53,7 +53,8 @@ pub enum LegError {
 }
 
 impl LegError {
-    /// Converts this error to an error of the sequence. `stop` names the stop at which the leg ends.
+    /// Converts this error to an error of the sequence. `stop` names the stop at which the leg
+    /// ends.
     pub fn at(self, stop: impl Into<String>) -> SequenceError {
         match self {
             Self::Plan(error) => SequenceError::Leg { stop: stop.into(), error },

@@ -17,8 +17,8 @@ use crate::optimize::search::Observer;
 use crate::plan::{Guess, Status, plan};
 use crate::{Matrix3, Vector3, lie};
 
-/// Consecutive stops whose legs share free quantities, with the visits to these stops and the bounds
-/// of the end times of the legs \[s\].
+/// Consecutive stops whose legs share free quantities, with the visits to these stops and the
+/// bounds of the end times of the legs \[s\].
 struct Run {
     stops: Vec<usize>,
     visits: Vec<Visit>,
@@ -31,8 +31,8 @@ pub struct Legs<'a> {
     settings: &'a Settings,
     /// Number of legs in the order.
     count: usize,
-    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each leg
-    /// independently.
+    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each
+    /// leg independently.
     arrivals: Option<Vec<Bounds>>,
     /// State at the start of the next leg.
     at: State,
@@ -106,8 +106,9 @@ impl<'a> Legs<'a> {
         self.arrivals.as_ref().map(|arrivals| &arrivals[self.planned.len()..])
     }
 
-    /// Returns the number of the next legs to plan together; `left` are the remaining stops. Each of
-    /// these legs except the last one has a free end time, or ends at a stop with free parameters.
+    /// Returns the number of the next legs to plan together; `left` are the remaining stops. Each
+    /// of these legs except the last one has a free end time, or ends at a stop with free
+    /// parameters.
     fn sharing(&self, left: &[usize]) -> Result<usize, SequenceError> {
         let sequence = self.sequence;
         let is_alone = |stop: usize| tracked::moves(&sequence.stops[stop]);

@@ -295,8 +295,8 @@ pub struct SequencePlan {
 
 impl SequencePlan {
     /// Returns the status of the plan: solved if every leg is solved and no window is missed.
-    /// Otherwise it gives the reason, such as the status of the leg that is not solved, which is the
-    /// last planned leg.
+    /// Otherwise it gives the reason, such as the status of the leg that is not solved, which is
+    /// the last planned leg.
     pub fn status(&self) -> Status {
         let failed = self.legs.iter().map(PlannedLeg::status).find(|status| *status != Status::Solved);
         failed.or(self.cut).unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
@@ -372,9 +372,9 @@ impl Sequence {
         Ok(SequencePlan { legs: planned, order, cost, end: time, late, cut })
     }
 
-    /// Finds the best order of the stops from plans of the legs between all pairs ([`order`]). In the
-    /// result the stops are numbered from 1. For minimum effort and fuel its `end` is the sum of the
-    /// weights of its legs.
+    /// Finds the best order of the stops from plans of the legs between all pairs ([`order`]). In
+    /// the result the stops are numbered from 1. For minimum effort and fuel its `end` is the sum
+    /// of the weights of its legs.
     ///
     /// # Errors
     /// [`SequenceError`] if the planner rejects a leg.
@@ -485,8 +485,8 @@ impl Sequence {
         })
     }
 
-    /// Returns `true` if the body stays at rest from one stop to the next: the two stops require the
-    /// same attitude or pointing, and the body stops at both.
+    /// Returns `true` if the body stays at rest from one stop to the next: the two stops require
+    /// the same attitude or pointing, and the body stops at both.
     fn stays(&self, stop: usize, next: usize) -> bool {
         let rests = |stop: &Stop| stop.passing.is_none() && !tracked::moves(stop);
         let [stop, next] = [&self.stops[stop], &self.stops[next]];

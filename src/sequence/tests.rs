@@ -386,8 +386,9 @@ fn of_effort_on_wheels(steps: usize) -> Problem {
     Problem { objective: Objective::default(), ..craft }.with_duration(8.0)
 }
 
-/// For a leg with wheels the coded gradient of the cost agrees with finite differences at both ends.
-/// The total angular momentum is given; the wheels store the part that the body does not have.
+/// For a leg with wheels the coded gradient of the cost agrees with finite differences at both
+/// ends. The total angular momentum is given; the wheels store the part that the body does not
+/// have.
 #[test]
 fn slopes_of_a_leg_on_wheels_are_those_of_its_cost() {
     let craft = of_effort_on_wheels(200);

@@ -1,12 +1,12 @@
 //! Legs that are planned together: a quasi-Newton method for the quantities that they share.
 //!
 //! The total cost is the sum of the costs of the legs. The cost of a leg depends on few of the
-//! unknowns: the free parameters of the joints at its two ends and, if the total duration is divided
-//! among the legs, the times of these ends. The costates give the gradients ([`super::leg`]). The
-//! Hessian of each leg is first computed by finite differences of its gradient, and then updated
-//! after every step (SR1; partially separable functions: Griewank and Toint 1982). A step minimises
-//! the quadratic model within the bounds of the joints and of the windows. It is halved until the
-//! cost decreases.
+//! unknowns: the free parameters of the joints at its two ends and, if the total duration is
+//! divided among the legs, the times of these ends. The costates give the gradients
+//! ([`super::leg`]). The Hessian of each leg is first computed by finite differences of its
+//! gradient, and then updated after every step (SR1; partially separable functions: Griewank and
+//! Toint 1982). A step minimises the quadratic model within the bounds of the joints and of the
+//! windows. It is halved until the cost decreases.
 //!
 //! A leg uses the positions of moving cones at its start. The start time of a leg depends on the
 //! legs before it; this changes the cost, but the gradient ignores it.
@@ -67,8 +67,8 @@ pub struct Together<'a> {
     /// Angular momentum of the craft including its wheels, inertial axes [N·m·s].
     pub momentum: Vector3,
     pub joints: &'a [Joint],
-    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each leg
-    /// independently.
+    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each
+    /// leg independently.
     pub arrivals: Option<&'a [Bounds]>,
     pub settings: &'a Settings,
     pub tuning: Tuning,
@@ -101,13 +101,15 @@ impl Together<'_> {
         self.place(self.joints.len()) + self.open_ends().count()
     }
 
-    /// Returns the indices of the legs whose end times are unknowns, with the bounds of these times.
+    /// Returns the indices of the legs whose end times are unknowns, with the bounds of these
+    /// times.
     fn open_ends(&self) -> impl Iterator<Item = (usize, Bounds)> {
         let bounds = self.arrivals.unwrap_or_default().iter().copied().enumerate();
         bounds.filter(|(_, bounds)| !is_given(*bounds))
     }
 
-    /// Returns the index of the unknown that is the end time of a leg; `None` if this time is given.
+    /// Returns the index of the unknown that is the end time of a leg; `None` if this time is
+    /// given.
     fn end(&self, leg: usize) -> Option<usize> {
         let index = self.open_ends().position(|(open, _)| open == leg)?;
         Some(self.place(self.joints.len()) + index)
@@ -239,8 +241,8 @@ impl Together<'_> {
         Ok(0.5 * (&curvature + curvature.transpose()))
     }
 
-    /// Returns the scale of an unknown: 1 rad for a roll, 1 rad per duration of a leg for a rate, and
-    /// the mean duration of the legs for a time.
+    /// Returns the scale of an unknown: 1 rad for a roll, 1 rad per duration of a leg for a rate,
+    /// and the mean duration of the legs for a time.
     fn size(&self, at: &Whole, unknown: usize) -> f64 {
         if unknown >= self.place(self.joints.len()) {
             return at.legs.iter().map(Leg::lasting).sum::<f64>() / at.legs.len() as f64;
@@ -263,8 +265,8 @@ impl Together<'_> {
         }
     }
 
-    /// Minimises the total cost from the values `at`, until the decrease is below the tolerance or a
-    /// step fails.
+    /// Minimises the total cost from the values `at`, until the decrease is below the tolerance or
+    /// a step fails.
     ///
     /// # Errors
     /// [`LegError`] if the planner rejects a leg, or if the search was stopped.
@@ -346,8 +348,8 @@ impl Together<'_> {
     }
 }
 
-/// Updates a Hessian by the SR1 formula: `moved` is the step, and `change` the change of the gradient
-/// along the step.
+/// Updates a Hessian by the SR1 formula: `moved` is the step, and `change` the change of the
+/// gradient along the step.
 fn correct(curvature: &mut DMatrix<f64>, moved: &DVector<f64>, change: &DVector<f64>) {
     let lacks = change - &*curvature * moved;
     let along = lacks.dot(moved);
@@ -370,9 +372,9 @@ impl Model {
         -(self.slope.dot(&step) + 0.5 * step.dot(&(&self.curvature * &step)))
     }
 
-    /// Returns the step to the minimum of the model within the bounds, onto which `hold` projects the
-    /// unknowns. The method is the projected gradient method with momentum (Nesterov 1983), restarted
-    /// if the model increases.
+    /// Returns the step to the minimum of the model within the bounds, onto which `hold` projects
+    /// the unknowns. The method is the projected gradient method with momentum (Nesterov 1983),
+    /// restarted if the model increases.
     fn step(&self, from: &DVector<f64>, hold: &dyn Fn(&mut DVector<f64>)) -> DVector<f64> {
         let steepest = self.curvature.symmetric_eigenvalues().max();
         if steepest.is_nan() || steepest <= 0.0 {
