@@ -10,8 +10,8 @@
 //! body:
 //!
 //! ```text
-//! h S(H̃ − (I + S(c) + c cᵀ) μ̃) = F J_d − J_d Fᵀ ,  F = cay(c) ,   H⁺ = FᵀH̃ + b M⁺ ,   μ⁺ = μ̃ −
-//! b τ⁺ Lie–Verlet  H̃ = H + (h/2) M ,  μ̃ = μ − (h/2) τ
+//! h S(H̃ − (I + S(c) + c cᵀ) μ̃) = F J_d − J_d Fᵀ ,  F = cay(c) ,   H⁺ = FᵀH̃ + b M⁺ ,   μ⁺ = μ̃ − b τ⁺
+//! Lie–Verlet  H̃ = H + (h/2) M ,  μ̃ = μ − (h/2) τ
 //! ```
 //! (2.4, 3.22–3.26, 4.5–4.7.) The equation for F is solved in its exponential form. Every update
 //! adds a small increment to a compensated sum, so the end is accurate to 1e-13 after a million
