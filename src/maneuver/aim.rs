@@ -112,7 +112,7 @@ pub enum AimError {
 }
 
 /// The smallest angle between two directions at which they define a roll \[deg\]: the rate of the
-/// roll grows as the inverse of this angle. Nearly opposite directions are excluded likewise.
+/// roll grows as the inverse of this angle. Nearly opposite directions are excluded too.
 const LEAST_APART: f64 = 0.6;
 
 /// The end states on a target at one time, parametrised by the roll.

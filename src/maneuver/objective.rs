@@ -248,9 +248,9 @@ pub enum WeightError {
     /// The weight is not m×m.
     #[error("the weight is {rows}x{columns} for {count} inputs")]
     Shape {
-        /// Rows of the weight.
+        /// Number of rows of the weight.
         rows: usize,
-        /// Columns of the weight.
+        /// Number of columns of the weight.
         columns: usize,
         /// Number of inputs.
         count: usize,

@@ -30,9 +30,9 @@ use std::sync::Arc;
 /// Pose and velocities at one end of the maneuver, SI units. Frames as in the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Position of the mass center, reference frame \[m\]; zero on SO(3).
+    /// Position of the mass centre, reference frame \[m\]; zero on SO(3).
     pub position: Vector3,
-    /// Velocity of the mass center, reference frame [m/s]; zero on SO(3).
+    /// Velocity of the mass centre, reference frame [m/s]; zero on SO(3).
     pub velocity: Vector3,
     /// Attitude `R`, body → reference.
     pub attitude: Matrix3,

@@ -188,7 +188,7 @@ impl Inertia {
 /// A rigid body: inertia about its reference point, and mass if the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Inertia about the mass center (about the pivot for a pendulum), body axes.
+    /// Inertia about the mass centre (about the pivot for a pendulum), body axes.
     pub inertia: Inertia,
     /// Mass \[kg\]; `None` if only the attitude moves.
     pub mass: Option<f64>,

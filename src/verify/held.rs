@@ -34,7 +34,7 @@ pub(super) struct OnWindows {
     pub steps: usize,
     /// Number of windows.
     pub windows: usize,
-    /// The result of the symplectic witness, or the reason why it cannot judge.
+    /// The result of the symplectic witness, or the reason why it cannot check the plan.
     pub symplectic: Result<Symplectic, &'static str>,
     pub order: order::Comparison,
 }

@@ -292,8 +292,9 @@ const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
 ];
 
-/// Returns in words the largest half angle that the cone in the way of a demand may have; `None` if
-/// no cone is in the way, or if no half angle suffices.
+/// Returns in words the largest half angle of the demand's keep-out cone with which the path of the
+/// body axis is at most `allowed` \[rad\] long. Returns `None` if the demand has no cone, or if no
+/// half angle suffices.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     let detour = demand.cone.as_ref()?;
     let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;

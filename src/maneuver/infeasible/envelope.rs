@@ -157,8 +157,8 @@ impl Motion {
     /// Limits the momenta by the rate of change of the torque.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
-        // A concave function nowhere exceeds this factor times its largest value at the midpoints
-        // of the steps.
+        // The largest value of a concave function is at most this factor times its largest value at
+        // the midpoints of the steps.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
         // Every pass starts from valid bounds and produces valid bounds.
         for _ in 0..8 {

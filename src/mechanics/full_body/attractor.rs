@@ -16,7 +16,7 @@ pub enum Attractor {
     SecondOrder {
         /// Mass \[kg\].
         mass: f64,
-        /// Inertia about the mass center, body axes.
+        /// Inertia about the mass centre, body axes.
         inertia: Inertia,
     },
     /// A homogeneous polyhedron. Its gravity on points and clouds is exact. Between two polyhedra
@@ -42,7 +42,7 @@ impl Attractor {
         }
     }
 
-    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. It is singular if all
+    /// Returns the inertia about the mass centre [kg·m²], 3×3, body axes. It is singular if all
     /// points are on a line.
     pub fn inertia(&self) -> Matrix3 {
         match self {
