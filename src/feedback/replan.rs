@@ -198,10 +198,12 @@ struct Beginning {
     costate: Vector6,
     /// The matrix `D_k`, which maps the deviation `z` to the correction of the costate.
     correction: Matrix6,
-    /// The cost to go, and its first and second derivatives by the physical state. The second
-    /// derivative omits the curvature of a force field.
+    /// The cost to go from the node.
     cost: f64,
+    /// The first derivative of the cost to go with respect to the physical state.
     slope: Vector6,
+    /// The second derivative of the cost to go with respect to the physical state, without the
+    /// curvature of a force field.
     curvature: Matrix6,
 }
 

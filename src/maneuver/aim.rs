@@ -126,9 +126,11 @@ pub struct Ends {
     carried: Vector3,
     /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,
-    /// Inertial angular velocity of the body at the end without spin \[rad/s\], and its time
-    /// derivative \[rad/s²\], in axes of the reference frame; both are zero for an end at rest.
+    /// Inertial angular velocity of the body at the end without spin \[rad/s\], in axes of the
+    /// reference frame; zero for an end at rest.
     rate: Vector3,
+    /// Time derivative of that angular velocity \[rad/s²\], in axes of the reference frame; zero
+    /// for an end at rest.
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
