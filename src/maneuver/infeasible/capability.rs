@@ -26,7 +26,7 @@ fn together(channel: &ActuatorSet, limits: Option<&Vec<f64>>) -> f64 {
 }
 
 /// Returns the bounds on torque, rate and stored momentum of a problem, each increased by the
-/// relative excess [`SLACK`] that a plan may have.
+/// relative excess `SLACK` that a plan may have.
 pub(super) fn means(problem: &Problem) -> Means {
     let torque = &problem.actuation.torque;
     // A torque fixed to a frame that turns changes in space without changing its inputs.
