@@ -69,7 +69,7 @@ pub struct Beside {
     pub chances: Vec<Chance>,
 }
 
-/// The reason why gains or covariances along a plan are unknown.
+/// The reason why gains or covariances along a plan cannot be computed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NotKnown {
     /// The motion could not be linearised about the plan.
@@ -78,13 +78,14 @@ pub enum NotKnown {
     /// No gains exist for this plan.
     #[error("{0}")]
     NoGains(#[from] NoGains),
-    /// A tick of the loop is not a whole number of steps of a uniform grid.
+    /// The requested time between two corrections is not a whole number of steps of the plan, or
+    /// the grid of the plan is not uniform.
     #[error(
         "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
         {duration} s"
     )]
     Tick {
-        /// The requested tick \[s\], as text.
+        /// The requested time between two corrections \[s\], as text.
         every: String,
         /// Number of steps of the plan.
         steps: usize,
@@ -112,14 +113,14 @@ impl Beside {
         Self::near(problem, plan, linear, feedback, uncertainty)
     }
 
-    /// Computes the quantities near a recorded motion of `problem`, which holds one row of inputs
-    /// over each of its steps ([`Stepping::Recorded`]). The craft has to meet it at its end and at
-    /// `stops`, nodes in ascending order.
+    /// Computes the flight data of a recorded motion of `problem`. The record holds one row of
+    /// inputs over each of its steps ([`Stepping::Recorded`]). The gains bring the craft back to
+    /// the motion at its end and at the nodes `stops`, in ascending order.
     ///
     /// [`Stepping::Recorded`]: crate::maneuver::Stepping::Recorded
     ///
     /// # Errors
-    /// [`NotKnown`].
+    /// [`NotKnown`] if gains or covariances cannot be computed for this motion.
     pub fn along_motion(
         problem: &Problem,
         motion: &Trajectory,
@@ -162,7 +163,7 @@ impl Beside {
 }
 
 impl Feedback {
-    /// Returns this feedback with `weights` for a regulator without weights of its own.
+    /// Returns this feedback, with `weights` for a regulator for which no weights were given.
     #[must_use]
     pub fn with_default_weights(self, weights: RegulatorWeights) -> Self {
         let kind = match self.kind {
@@ -175,7 +176,8 @@ impl Feedback {
     /// Fraction of a step by which a tick may deviate from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
-    /// Returns the number of steps per tick for a plan whose nodes are at these times \[s\].
+    /// Returns the number of steps between two corrections, for a plan whose nodes are at `times`
+    /// \[s\].
     fn steps(&self, times: &[f64]) -> Result<usize, NotKnown> {
         let (duration, count) = (times[times.len() - 1], times.len() - 1);
         let step = duration / count as f64;
@@ -238,20 +240,21 @@ pub enum Over {
 }
 
 impl Over {
-    /// The smallest chance over a motion that flights can count.
+    /// The smallest chance over a whole motion that can be estimated from simulated flights.
     pub const LEAST: f64 = 1e-4;
 
-    /// Number of violations that the flights should contain, so that the chance is known to about a
-    /// tenth.
+    /// Desired number of simulated flights with a violation. The relative statistical error of the
+    /// counted chance is then about a tenth.
     const VIOLATING: f64 = 100.0;
 
-    /// Smallest number of violations that the flights of long plans should contain.
+    /// Smallest expected number of flights with a violation, for plans of many steps.
     const FEWEST: f64 = 20.0;
 
-    /// Number of steps that all flights of a plan may have together, which take some seconds.
+    /// Maximum total number of steps in all simulated flights of a plan; they take a few seconds.
     const STEPS: f64 = 2e7;
 
-    /// Returns the number of flights that count a chance along a plan with this number of steps.
+    /// Returns the number of simulated flights from which `chance` is counted, for a plan with
+    /// `steps` steps.
     fn flights(chance: f64, steps: usize) -> usize {
         let most = Self::STEPS / steps.max(1) as f64;
         (Self::VIOLATING / chance).min(most).max(Self::FEWEST / chance).ceil() as usize
@@ -283,7 +286,8 @@ pub struct Margins {
     pub cost_without: f64,
     /// Number of plans computed.
     pub plans: usize,
-    /// Whether margins and covariances agreed. If not, the returned plan is the last one computed.
+    /// True if margins and covariances are consistent at the end of the iteration. If false, the
+    /// returned plan is the last one computed.
     pub agreed: bool,
     /// The counted proportion of flights that exceed a limit, for each chance; `None` for chances
     /// at an instant.
@@ -315,7 +319,7 @@ pub enum NotKept {
     },
 }
 
-/// Largest number of plans. Each plan reduces the error of the margins by a factor of some tens,
+/// Maximum number of plans. Each plan reduces the error of the margins by a factor of a few tens,
 /// and flights are counted two or three times.
 const MOST_PLANS: usize = 24;
 

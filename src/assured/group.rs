@@ -8,16 +8,16 @@ use crate::maneuver::Problem;
 use crate::uncertainty::Uncertainty;
 use crate::uncertainty::chance::{Quantity, normal_quantile};
 
-/// Seed of the flights that are counted. It differs from the seed of `slew fly`, so `slew fly`
-/// tests the margins with other cases.
+/// Seed of the simulated flights from which chances are counted. It differs from the seed of `slew
+/// fly`, so `slew fly` tests the margins with other cases.
 const SEED: u64 = 0x6368_616e_6365;
 
 /// Tolerance, in standard deviations, within which counted margins count as equal. It changes a
-/// chance by some hundredths.
+/// chance by a few per cent of its value.
 const SAME_COUNTED: f64 = 0.01;
 
 /// Tolerance, in standard deviations, within which reserves count as equal. It changes a chance by
-/// less than a thousandth.
+/// less than a thousandth of its value.
 const SAME_RESERVE: f64 = 1e-4;
 
 /// Tolerance within which margins of cones count as equal \[rad\]: a hundredth of the error that
@@ -34,10 +34,10 @@ pub(super) struct Group {
     pub counted: Option<Proportion>,
 }
 
-/// The reserve that a chance requires of a limit; at least the reserve that the spec requests.
+/// The reserve that a chance requires at a limit; at least the reserve that the spec requests.
 pub(super) struct Needed {
     pub margins: Vec<f64>,
-    /// Tolerance within which two reserves count as equal, for each part.
+    /// Tolerance within which two reserves count as equal, for each component or input.
     same: Vec<f64>,
 }
 
@@ -78,14 +78,16 @@ impl Group {
     }
 }
 
-/// Returns the standard deviation of each part of a limit at its worst instant; 0 if it is unknown.
+/// Returns, for each component or input of `limit`, the standard deviation of the limited quantity
+/// at the instant at which its chance of exceeding the limit is largest; 0 if this deviation is
+/// unknown.
 fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
     let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
     (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
 }
 
-/// The simulated flights of a plan in which the distances from the limits are counted.
+/// The simulated flights of a plan from which chances of exceeding limits are counted.
 pub(super) struct Flights<'a> {
     pub beside: &'a Beside,
     pub planned: &'a Problem,
@@ -94,7 +96,7 @@ pub(super) struct Flights<'a> {
 }
 
 impl Flights<'_> {
-    /// The number of cases that are kept in memory at once.
+    /// Number of flights whose results are held in memory at once.
     const CHUNK: usize = 8192;
 
     /// Counts the fraction of flights that exceed a limit, for each group whose chance refers to
@@ -110,8 +112,9 @@ impl Flights<'_> {
         }
     }
 
-    /// Returns the smallest distance of each flight from the limits of a group, in standard
-    /// deviations, in ascending order. A lost case counts as minus infinity.
+    /// Returns, for every flight, the smallest distance from the limits of a group, in standard
+    /// deviations. The distances are in ascending order; minus infinity stands for a flight without
+    /// a result.
     fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
         let gains = self.beside.gains.as_ref();
         let mut watched = Vec::new();
@@ -146,8 +149,8 @@ impl Flights<'_> {
     }
 }
 
-/// Returns the remaining distance in standard deviations. Without uncertainty the distance is
-/// infinite, because the plan itself keeps its limits.
+/// Returns the distance `room` from a limit, in units of the standard deviation `sigma`. Without
+/// uncertainty (`sigma` = 0) the distance is infinite, because the plan itself keeps its limits.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

@@ -60,8 +60,8 @@ impl Limit {
         }
     }
 
-    /// Returns the bound of each part of the limit as the maneuver states it. A cone has the bound
-    /// infinity, because no margin can exceed it.
+    /// Returns the bound of each component or input of the limit, as the maneuver states it. A cone
+    /// has the bound infinity, because no margin can exceed it.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -76,8 +76,8 @@ impl Limit {
         }
     }
 
-    /// Returns the reserve of each part of the limit: the margin of a cone, or the amount of a
-    /// bound that the plan must not use.
+    /// Returns the reserve of each component or input of the limit: the margin of a cone, or the
+    /// amount of a bound that the plan must not use.
     pub fn held(&self, problem: &Problem) -> Vec<f64> {
         let reserve = &problem.reserve;
         let mut held = match self.which {
@@ -93,8 +93,8 @@ impl Limit {
         held
     }
 
-    /// Sets the reserve that a maneuver keeps: one value for each part, each less than the bound of
-    /// this part in `craft`.
+    /// Sets the reserves of this limit in `problem`: one value for each component or input, each
+    /// less than its bound in `craft`.
     pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
         let parts = self.bounds(craft).into_iter().zip(held);
         let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();

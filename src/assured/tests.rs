@@ -86,8 +86,8 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
 
-/// Flights of other cases keep the chance over a motion. This chance needs a larger margin than the
-/// chance at an instant, and a smaller one than the sum over the nodes.
+/// Simulated flights of other cases confirm the chance over the motion. It needs a larger margin
+/// than an equal chance at an instant. The sum of the chances at all nodes is larger than it.
 #[test]
 fn the_chance_of_a_motion_is_that_of_other_flights() {
     let (_, problem, uncertainty) = maneuver();

@@ -1,4 +1,4 @@
-//! A plan flown again and again.
+//! Monte Carlo simulation of a plan.
 
 use super::craft::{DelayLine, Errors, Limited};
 use super::draws::{Drawn, Draws};
@@ -15,7 +15,7 @@ use crate::optimize::discrete::linear_plan::{LinearPlan, Vector6};
 use crate::uncertainty::Uncertainty;
 use crate::{Vector3, lie};
 
-/// A plan that is flown again and again.
+/// A Monte Carlo simulation of a plan: many flights, called cases, each with its own random errors.
 #[derive(Clone, Debug)]
 pub struct Campaign<'a> {
     pub(super) problem: &'a Problem,
@@ -24,24 +24,26 @@ pub struct Campaign<'a> {
     pub(super) uncertainty: &'a Uncertainty,
     plant: Plant,
     draws: Draws<'a>,
-    /// The number of threads that share the cases; `None` for all available threads.
+    /// Number of threads that share the cases; `None` for all available threads.
     threads: Option<usize>,
-    /// The actuators and the constraints of the craft: with the full limits, and without margins.
+    /// Torque actuators of the craft with their full limits, including the reserve of the plan.
     actuators: ActuatorSet,
+    /// Constraints whose distances are recorded, without the margins of the plan.
     constraints: Vec<Constraint>,
-    /// The converged nominal motion.
+    /// Integrator of the nominal motion, with the number of parts per step already chosen.
     nominal: Flight<'a>,
-    /// Commands without feedback, with the time from which each acts: first the commands given
-    /// before the start, then the commands of the steps.
+    /// Feedforward commands, each with the time \[s\] from which it acts: first the commands given
+    /// before the start, then one command per step.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
 
 impl<'a> Campaign<'a> {
-    /// The largest number of cases of a run.
+    /// Maximum number of cases in a run.
     pub const MOST_CASES: u64 = 1_000_000;
 
-    /// Builds flights of a maneuver and the motion near its plan (torques held); without gains
-    /// the flights are in open loop.
+    /// Builds the simulation of a maneuver. `plan` is the plan with its linearised motion (torques
+    /// held over each step), and `seed` determines all random draws. If `gains` is `None`, the
+    /// flights are in open loop.
     pub fn new(
         problem: &'a Problem,
         plan: &'a LinearPlan,
@@ -71,43 +73,44 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Records the room to these constraints instead of the constraints of the maneuver.
+    /// Records the distances from these constraints instead of the constraints of the maneuver.
     pub(crate) fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
         Self { constraints, ..self }
     }
 
-    /// Flies a case.
+    /// Simulates the case with the number `case`.
     ///
     /// # Errors
-    /// [`Lost`] where it cannot be followed.
+    /// [`Lost`] if the motion cannot be propagated, or if every drawn inertia is impossible.
     pub fn fly(&self, case: u64) -> Result<Flown, Lost> {
         self.flown(case, |_| ())
     }
 
-    /// Flies a case and shows it step by step.
+    /// Simulates the case with the number `case`, and returns its result and its state at every
+    /// step.
     ///
     /// # Errors
-    /// [`Lost`] where it cannot be followed.
+    /// [`Lost`] if the motion cannot be propagated, or if every drawn inertia is impossible.
     pub fn traced(&self, case: u64) -> Result<(Flown, Vec<Moment>), Lost> {
         let mut moments = Vec::with_capacity(self.plan.count() + 1);
         let flown = self.flown(case, |moment| moments.push(moment()))?;
         Ok((flown, moments))
     }
 
-    /// Shares the cases among `threads` threads, by default all available ones. The number
-    /// changes no case.
+    /// Sets the number of threads that share the cases; `None` for all available threads. The
+    /// results do not depend on this number.
     #[must_use]
     pub fn with_threads(self, threads: Option<usize>) -> Self {
         Self { threads, ..self }
     }
 
-    /// Flies the cases `first … first + count`, on several threads.
+    /// Simulates `count` cases from the number `first` on, with several threads.
     pub fn fly_all(&self, first: u64, count: usize) -> Vec<Result<Flown, Lost>> {
         self.each(first, count, |case| self.fly(case))
     }
 
-    /// Flies the cases `first … first + count` step by step, on several threads. Returns the result
-    /// of `of` for each case.
+    /// Simulates `count` cases from the number `first` on, with several threads, and records every
+    /// step. Returns the result of the function `of` for each case.
     pub fn trace_all<R: Clone + Send>(
         &self,
         first: u64,
@@ -123,7 +126,7 @@ impl<'a> Campaign<'a> {
         count: usize,
         of: impl Fn(u64) -> Result<R, Lost> + Send + Sync,
     ) -> Vec<Result<R, Lost>> {
-        /// The number of cases that a thread takes at once: a case needs about 50 µs.
+        /// Number of cases that a thread processes as one batch; a case takes about 50 µs.
         const BATCH: usize = 16;
         let cases: Vec<u64> = (0..count as u64).map(|case| first + case).collect();
         let mut results: Vec<Result<R, Lost>> = vec![Err(Lost); count];
@@ -138,8 +141,8 @@ impl<'a> Campaign<'a> {
         Ok(Flown { rejected, parameters, ..flown })
     }
 
-    /// Flies a craft with these parameters from a start that differs from the plan by `beside`,
-    /// `[ζ; δΩ]`.
+    /// Simulates a craft with these parameters from a start that deviates from the plan by
+    /// `beside`, `[ζ; δΩ]` in rad and rad/s.
     pub(super) fn run(
         &self,
         parameters: &[f64],
@@ -178,7 +181,7 @@ impl<'a> Campaign<'a> {
             let mut command = planned.clone();
             if let Some(gains) = self.gains.filter(|gains| k % gains.every == 0) {
                 let mut z = self.measured(k, &state, &errors, &mut sensors).as_slice().to_vec();
-                // The speeds of wheels are known.
+                // The controller knows the wheel speeds exactly.
                 z.extend(&(Flight::stored(&body) - self.plan.wheel_momentum(k)));
                 less = gains.correction(k, &z).collect();
             }
@@ -230,8 +233,8 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// Returns `z` as the controller measures it at node `node`: it multiplies rates by the nominal
-    /// inertia.
+    /// Returns the deviation `z` from the plan as the controller measures it at node `node`. The
+    /// controller multiplies the measured rates by the nominal inertia.
     fn measured(&self, node: usize, state: &State, errors: &Errors, sensors: &mut Stream) -> Vector6 {
         let (planned, planned_rate) = self.plan.node(node);
         let noise = self.draws.sensors * Vector6::from_fn(|_, _| sensors.normal());

@@ -20,20 +20,21 @@ pub(super) mod stream {
     pub const TORQUE: u32 = PARAMETERS + 3;
 }
 
-/// Largest number of inertias that are drawn for a case. For a flat plate about half of the draws
+/// Maximum number of inertias that are drawn for one case. For a flat plate about half of the draws
 /// are impossible.
 const MOST_DRAWS: u32 = 64;
 
-/// The random numbers of all cases that belong to a seed.
+/// The random numbers of all cases of one seed.
 #[derive(Clone, Debug)]
 pub(super) struct Draws<'a> {
     uncertainty: &'a Uncertainty,
     nominal: Inertia,
     seed: u64,
-    /// Square roots of the covariances of the start, the torque noise and the sensor noise, in this
-    /// order.
+    /// Square root of the covariance of the initial error.
     start: Matrix6,
+    /// Square root of the covariance of the torque noise.
     pub torque: Matrix3,
+    /// Square root of the covariance of the sensor noise.
     pub sensors: Matrix6,
 }
 

@@ -69,7 +69,8 @@ impl Feedforward<'_> {
     }
 }
 
-/// Returns the mean of `q, q², … qⁿ` over the n ticks of a step, for `q = kept`.
+/// Returns the mean of `q, q², … qⁿ` over the n ticks of a step. `q = kept` is the factor by which
+/// the actuator lag reduces the difference between output and command in one tick.
 fn mean_kept(kept: f64, ticks: usize) -> f64 {
     (1..=ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / ticks as f64
 }

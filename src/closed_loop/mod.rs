@@ -31,7 +31,7 @@ use crate::{Matrix3, Vector3};
 /// limits of the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// The time constant of the lag of the actuators \[s\].
+    /// Time constant of the actuator lag \[s\].
     pub lag: f64,
     /// Time from a command to its effect on the torque \[s\].
     pub delay: f64,
@@ -40,7 +40,7 @@ pub struct Plant {
     pub quantum: f64,
     /// Time between two updates of the torque \[s\]; 0 selects the step of the plan.
     pub tick: f64,
-    /// Whether the commands of the plan compensate a known lag and delay in advance.
+    /// `true` if the feedforward commands compensate the known lag and delay.
     pub leads: bool,
     /// Capacity of the actuators, as a multiple of the limits that the plan keeps. The capacity
     /// above 1 is reserved for the feedback gains.
@@ -68,7 +68,8 @@ impl Default for Plant {
 pub struct Flown {
     /// Terminal error `[ζ; δΩ]`, true minus planned, rad and rad/s, body axes.
     pub end: Vector6,
-    /// `[ζ; δΩ]` in the same form at each of [`LinearPlan::stops`].
+    /// Error `[ζ; δΩ]` at each of [`LinearPlan::stops`], true minus planned, rad and rad/s, body
+    /// axes.
     ///
     /// [`LinearPlan::stops`]: crate::optimize::discrete::linear_plan::LinearPlan::stops
     pub stops: Vec<Vector6>,

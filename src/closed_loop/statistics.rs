@@ -67,7 +67,7 @@ pub struct Sampled {
 }
 
 /// The number of cases per block of a sum. Blocks are summed in order, so the result does not
-/// depend on the threads.
+/// depend on the number of threads.
 const BLOCK: usize = 1024;
 
 /// Threshold on eigenvalues of the scaled covariance, relative to the largest: directions with

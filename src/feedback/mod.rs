@@ -92,16 +92,17 @@ impl RegulatorWeights {
     /// Default factor of the terminal weight, relative to the running weights times the duration.
     pub const END: f64 = 1000.0;
 
-    /// Returns the weights of a sequence that lasts `whole` seconds: an error of a radian costs as
-    /// much as the torque that turns the body by a radian in `leg` seconds, and at the end of a leg
-    /// [`RegulatorWeights::END`] times as much as all along it.
+    /// Returns the regulator weights for a sequence that lasts `whole` seconds, with legs of `leg`
+    /// seconds. A constant attitude error of one radian costs as much as the torque that turns the
+    /// body by one radian in `leg` seconds. At the end of a leg, an error costs
+    /// [`RegulatorWeights::END`] times as much as a constant error along the whole leg.
     pub fn of_legs(problem: &Problem, leg: f64, whole: f64) -> Self {
         let cost = Units::of(&Problem { duration: Duration::Given(leg), ..problem.clone() }).cost;
         Self { attitude: cost / leg, rate: cost * leg, end: Self::END * leg / whole }
     }
 
-    /// Returns default weights of the state, running and terminal: an attitude error of one radian
-    /// costs as much as the torque that turns the body by one radian in the duration.
+    /// Returns the default running and terminal weights of the state. An attitude error of one
+    /// radian costs as much as the torque that turns the body by one radian in the duration.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
         // The weight of the torque applies to attitude and momentum, and the weight of the force to
         // position and velocity, all in the solver's units.
@@ -170,8 +171,8 @@ pub struct Gains {
     pub timing: Timing,
     /// Number m of inputs.
     pub inputs: usize,
-    /// Index of the first step whose gains repeat the gains of the step before it, to the end of
-    /// the plan; equals the number of steps if no gains repeat.
+    /// Index of the step from which the gains are constant: all steps from it to the end repeat the
+    /// gains of the step before it. Equals the number of steps if no gains repeat.
     pub frozen_from: usize,
     /// Number of steps between two measurements. A correction is held over these steps, so their
     /// rows are equal.
@@ -181,11 +182,11 @@ pub struct Gains {
     /// - 9: `[ζ; δΠ; δμ]`, neighbouring gains with wheels, whose momentum μ is in body axes;
     /// - 12: `[δx; δγ; ζ; δΠ]`, for bodies that translate.
     pub states: usize,
-    /// The gain matrices `K_k` of all steps, one m×n block per step, row-major. Units: SI input per
-    /// rad, N·m·s, m and N·s.
+    /// The gain matrices `K_k` of all steps, one m×n block per step, row-major. Units: the SI unit
+    /// of the input, per rad, N·m·s, m or N·s.
     pub rows: Vec<f64>,
-    /// The gain of the first input, m×6. It exists for neighbouring gains if the maneuver begins
-    /// with a half kick (torques at nodes).
+    /// The gain of the first input, m×6. `None` unless the gains are neighbouring gains of a
+    /// maneuver that begins with a half kick (torques at nodes).
     pub first: Option<Vec<f64>>,
     /// The matrices `P_k` of the quadratic cost to go, scaled, one per step in the order of `rows`.
     /// Empty for frozen steps.
@@ -348,7 +349,9 @@ impl Gains {
     }
 }
 
-/// Returns the gain matrix `K` of a step in SI units, row-major, computed from the step's dual.
+/// Returns the gain matrix `K` of a step in SI units, row-major. `dual` is the step's matrix from
+/// the backward sweep, `to_inputs` maps it to inputs, and `unit` returns the SI value of the scaled
+/// unit of a component of the deviation.
 fn si_row<const N: usize, const C: usize>(
     to_inputs: &DMatrix<f64>,
     dual: &SMatrix<f64, C, N>,
@@ -358,7 +361,8 @@ fn si_row<const N: usize, const C: usize>(
     (0..gain.nrows() * N).map(|index| gain[(index / N, index % N)] / unit(index % N)).collect()
 }
 
-/// Returns the gain matrices of all steps in SI units; frozen steps repeat the step before.
+/// Returns the gain matrices of all steps in SI units; frozen steps repeat the gains of the step
+/// before them.
 fn si_rows<'a, const N: usize, const C: usize>(
     swept: &Swept<N, C>,
     to_inputs: impl Fn(usize) -> &'a DMatrix<f64>,
@@ -376,8 +380,9 @@ fn si_rows<'a, const N: usize, const C: usize>(
     if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
 }
 
-/// Returns the free part of the terminal states of a plan of torques, `Z_N = −K₋⁻¹ Q/2` if a half
-/// kick ends the maneuver and 0 otherwise, and the terminal costates.
+/// Returns the terminal values of the backward sweep along a plan of torques: the free part of the
+/// terminal states, `Z_N = −K₋⁻¹ Q/2` if a half kick ends the maneuver and 0 otherwise, and the
+/// terminal costates.
 fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     let mut z = Matrix6::zeros();
     let half = plan.half_kick(1);

@@ -43,13 +43,13 @@ use crate::optimize::{Obstacle, shooting_obstacle};
 use std::fmt;
 use thiserror::Error;
 
-/// Newton steps after which a start counts as outside the basin of convergence of the plan; inside
-/// it three steps suffice.
+/// Number of Newton steps after which a start counts as outside the plan's basin of convergence;
+/// inside it three steps suffice.
 const MOST_STEPS: usize = 8;
 /// Largest accepted ratio of the errors after and before a Newton step. Inside the basin of
 /// convergence a step squares the error.
 const PROGRESS: f64 = 0.5;
-/// Scaled error from which one more Newton step with the previous derivatives meets any tolerance,
+/// Scaled error below which one more Newton step with the previous derivatives meets any tolerance,
 /// because these derivatives are accurate to 1e-3.
 const NEARLY: f64 = 1e-9;
 /// Largest scaled terminal error with which recorded costates count as the costates of their plan.
@@ -60,8 +60,8 @@ const DEARER: f64 = 0.5;
 /// Fraction of a step within which a time counts as the time of a node. It covers the round-off of
 /// times in files.
 const AT_NODE: f64 = 1e-9;
-/// Relative tolerance within which numbers of two bodies count as equal. It covers the round-off of
-/// notations.
+/// Relative tolerance within which the inertias of two maneuvers count as equal. It covers the
+/// round-off of numbers in files.
 const SAME: f64 = 1e-9;
 
 /// The reason why no replanning from this plan is possible.
@@ -154,11 +154,11 @@ pub struct Moment {
     pub duration: f64,
     /// Index of the last node at or before this time.
     node: usize,
-    /// Fraction of the step from that node that has passed.
+    /// Fraction of the step after that node that has passed at this time, from 0 to 1.
     share: f64,
 }
 
-/// The extremal next to a plan, for another start or another end.
+/// The neighbouring extremal of a plan, for another start or another end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Replanned {
@@ -198,10 +198,12 @@ struct Beginning {
     costate: Vector6,
     /// The matrix `D_k`, which maps the deviation `z` to the correction of the costate.
     correction: Matrix6,
-    /// The cost to go, and its first and second derivatives by the physical state. The second
-    /// derivative omits the curvature of a force field.
+    /// The cost to go from the node.
     cost: f64,
+    /// The first derivative of the cost to go with respect to the physical state.
     slope: Vector6,
+    /// The second derivative of the cost to go with respect to the physical state, without the
+    /// curvature of a force field.
     curvature: Matrix6,
 }
 
@@ -544,7 +546,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
     Err(failed(Outcome::IterationLimit, MOST_STEPS, residual))
 }
 
-/// Interpolates between two states, along the shortest rotation.
+/// Interpolates between two states, along the shortest rotation: `a` at `share` = 0, `b` at 1.
 fn between(a: &Point, b: &Point, share: f64) -> Point {
     let turn = lie::minus(&b.attitude.value, &a.attitude.value) * share;
     Point {

@@ -7,20 +7,22 @@ use nalgebra::{DMatrix, SMatrix};
 
 type Square<const N: usize> = SMatrix<f64, N, N>;
 
-/// Threshold on the singular values of `Z`, relative to the largest one. No input can control a
-/// direction whose singular value is smaller.
+/// Threshold on the singular values of `Z`, relative to the largest one. Directions with smaller
+/// singular values count as uncontrollable.
 const UNREACHED: f64 = 1e-11;
 
-/// The result of a backward sweep. `duals` holds `(h + U S)⁻¹(V + BᵀP)` of each step, from which
-/// `W⁻¹Bᵀ` gives the inputs; `to_go` holds the matrix `P` of the cost to go.
+/// The result of a backward sweep, with the symbols of `linear_plan::stage`. `duals` holds `(h + U
+/// S)⁻¹(V + BᵀP)` of each step, from which `W⁻¹Bᵀ` gives the inputs; `to_go` holds the matrix `P`
+/// of the cost to go.
 pub(super) struct Swept<const N: usize, const C: usize> {
     pub duals: Vec<SMatrix<f64, C, N>>,
     pub to_go: Vec<Square<N>>,
     pub frozen_from: usize,
 }
 
-/// Computes the cheapest corrections that bring the motion to the end. The last argument is
-/// `(Z_N, Λ_{N−1})`: the free part of the terminal states, and the terminal costates.
+/// Computes the cheapest corrections that bring the motion to the end, for `count` steps. The third
+/// argument is `(Z_N, Λ_{N−1})`: the free part of the terminal states, and the terminal costates.
+/// `freeze` is the fraction of the steps at the end without gains of their own.
 pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
@@ -29,7 +31,7 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
 ) -> Result<Swept<N, C>, NoGains> {
     let held =
         if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
-    // Step N − held is the last one with gains of its own. The first step always has gains of its
+    // Step N − held is the last step with gains of its own. The first step always has gains of its
     // own.
     let frozen_from = (count + 1).saturating_sub(held).clamp(1, count);
     let mut duals = vec![SMatrix::zeros(); count];
@@ -60,6 +62,7 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
 }
 
 /// Computes the linear-quadratic regulator for the running and the terminal weight of the state.
+/// The terminal weight also applies at the nodes `stops`, in ascending order.
 pub(super) fn regulator<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
@@ -89,7 +92,8 @@ pub(super) fn regulator<'a, const N: usize, const C: usize>(
 }
 
 /// Returns `Z⁻¹`, and whether it is the full inverse. If inputs at their limits or a terminal kick
-/// leave some directions uncontrolled, it is the least-squares inverse.
+/// leave some directions uncontrolled, it is the least-squares inverse. Returns `None` if `Z` is
+/// zero or not finite.
 fn inverse_of<const N: usize>(z: &Square<N>) -> Option<(Square<N>, bool)> {
     if !z.iter().all(|value| value.is_finite()) {
         return None;

@@ -31,7 +31,7 @@ fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
 
 /// The flow reaches the same terminal state as the flow of the witness. The cases are free bodies
 /// and bodies in force fields, torques and forces in body and reference axes, a rotating frame, and
-/// a turn of some radians on coarse and fine steps.
+/// a turn of a few radians on coarse and fine steps.
 #[test]
 fn the_flow_is_that_of_the_witness() {
     let mut random = Random(41);

@@ -112,7 +112,7 @@ pub enum AimError {
 }
 
 /// The smallest angle between two directions at which they define a roll \[deg\]: the rate of the
-/// roll grows as the inverse of this angle. Nearly opposite directions are excluded likewise.
+/// roll grows as the inverse of this angle. Nearly opposite directions are excluded too.
 const LEAST_APART: f64 = 0.6;
 
 /// The end states on a target at one time, parametrised by the roll.
@@ -121,14 +121,16 @@ pub struct Ends {
     boresight: Vector3,
     /// End attitude at zero roll.
     attitude: Matrix3,
-    /// The rate of the attitude without roll relative to the reference frame, in axes of that frame
-    /// \[rad/s\].
+    /// Angular velocity of the end attitude at zero roll relative to the reference frame, in axes
+    /// of that frame \[rad/s\].
     carried: Vector3,
     /// The rate of the reference frame, in its own axes \[rad/s\].
     frame_rate: Vector3,
-    /// Inertial angular velocity of the body at the end without spin \[rad/s\], and its time
-    /// derivative \[rad/s²\], in axes of the reference frame; both are zero for an end at rest.
+    /// Inertial angular velocity of the body at the end without spin \[rad/s\], in axes of the
+    /// reference frame; zero for an end at rest.
     rate: Vector3,
+    /// Time derivative of that angular velocity \[rad/s²\], in axes of the reference frame; zero
+    /// for an end at rest.
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,

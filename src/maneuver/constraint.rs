@@ -260,8 +260,8 @@ impl Constraint {
     /// `rate` [rad/s] at `time` \[s\], in words with the value and the limit; `None` if the
     /// constraint holds, also exactly on the limit.
     ///
-    /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the
-    /// worst one is reported. If the time is unknown, moving directions are ignored.
+    /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the worst
+    /// one is reported. If `time` is `None`, moving directions are ignored.
     pub fn violation(
         &self,
         attitude: &Matrix3,

@@ -111,7 +111,7 @@ pub enum GridError {
     /// The grid has no step.
     #[error("a grid needs at least one step")]
     Empty,
-    /// A length is not positive and finite.
+    /// The length of a step is not positive and finite.
     #[error("step {index} of the grid has the length {length}: it must be positive and finite")]
     Length {
         /// Index of the step, from 0.

@@ -15,7 +15,7 @@
 //! Effort and fuel may include a price of time, the cost per second of a free duration (a time
 //! weight).
 //!
-//! If the torques alone are limited, inputs are held over steps whose lengths are part of the plan
+//! If only the torques are limited, inputs are held over steps whose lengths are part of the plan
 //! (`optimize/methods/switching`). Otherwise inputs are given at the nodes of a uniform grid, and
 //! the fuel is `Σ κ_k Σ c_j |u_j,k|`.
 //!
@@ -206,7 +206,7 @@ impl Weights {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// Removes the blocks that are the identity.
+    /// Returns these weights with `None` for every block that is the identity.
     pub fn simplified(self) -> Self {
         // The comparison is exact: a weight that differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
@@ -248,9 +248,9 @@ pub enum WeightError {
     /// The weight is not m×m.
     #[error("the weight is {rows}x{columns} for {count} inputs")]
     Shape {
-        /// Rows of the weight.
+        /// Number of rows of the weight.
         rows: usize,
-        /// Columns of the weight.
+        /// Number of columns of the weight.
         columns: usize,
         /// Number of inputs.
         count: usize,
@@ -279,7 +279,7 @@ impl<'a> Weighted<'a> {
     /// Combines the actuators with `weight`, m×m; `None` means the identity.
     ///
     /// # Errors
-    /// A [`WeightError`] when the weight has another shape or is not symmetric positive definite.
+    /// A [`WeightError`] if the weight has another shape or is not symmetric positive definite.
     pub fn new(set: &'a ActuatorSet, weight: Option<&DMatrix<f64>>) -> Result<Self, WeightError> {
         let count = set.count();
         let weight = weight.cloned().unwrap_or_else(|| DMatrix::identity(count, count));

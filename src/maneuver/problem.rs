@@ -30,9 +30,9 @@ use std::sync::Arc;
 /// Pose and velocities at one end of the maneuver, SI units. Frames as in the crate's conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Position of the mass center, reference frame \[m\]; zero on SO(3).
+    /// Position of the mass centre, reference frame \[m\]; zero on SO(3).
     pub position: Vector3,
-    /// Velocity of the mass center, reference frame [m/s]; zero on SO(3).
+    /// Velocity of the mass centre, reference frame [m/s]; zero on SO(3).
     pub velocity: Vector3,
     /// Attitude `R`, body → reference.
     pub attitude: Matrix3,
@@ -130,8 +130,8 @@ pub struct Problem {
     pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
-    /// Whether a plan that lands may have more than [`Problem::steps`] steps where it needs them.
-    /// [`Problem::with_steps`] turns this choice off.
+    /// Whether a plan that lands may have more than [`Problem::steps`] steps, if landing needs
+    /// them. [`Problem::with_steps`] turns this choice off.
     pub chooses_steps: bool,
     /// The integration scheme of the discretisation.
     pub scheme: Scheme,
@@ -317,7 +317,7 @@ impl Problem {
         self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
-    /// Returns whether the problem has limits other than limits of each torque or of the torque
+    /// Returns whether the problem has limits other than limits on each torque or on the torque
     /// norm. The shooting does not support such limits.
     pub(crate) fn has_shaping_limits(&self) -> bool {
         self.has_shaping_inputs() || !self.constraints.is_empty()

@@ -409,7 +409,7 @@ pub enum Rung {
     Pulses,
     /// The discrete optimum on a grid that is aligned with the arcs.
     Aligned,
-    /// The witnesses, which judge the result. They are not a strategy and not in the fallback
+    /// The witnesses, which verify the result. They are not a strategy and not in the fallback
     /// sequence.
     Witnesses,
 }

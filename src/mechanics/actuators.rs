@@ -245,11 +245,11 @@ impl ActuatorSet {
 
 /// Thrusters that each produce a force and a torque. Input j is the force of thruster j \[N\],
 /// along axis j of the force inputs, `d_j`. Axis j of the torque inputs \[m\] is the moment arm
-/// `p_j × d_j`, which is zero for a thruster through the mass center. One row of inputs drives both
+/// `p_j × d_j`, which is zero for a thruster through the mass centre. One row of inputs drives both
 /// sets, which are fixed to the body and have equal limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
-    /// Position `p_j` of each thruster from the mass center, body axes \[m\].
+    /// Position `p_j` of each thruster from the mass centre, body axes \[m\].
     pub positions: Vec<Vector3>,
 }
 
@@ -336,7 +336,7 @@ impl Actuation {
     }
 
     /// Builds an actuation by thrusters that each produce a force and a torque. They are at
-    /// `positions` from the mass center \[m\] and push the body along `directions` of length 1,
+    /// `positions` from the mass centre \[m\] and push the body along `directions` of length 1,
     /// both in body axes; an input is a force \[N\]. Thrusters need `limits.one_sided`, and minimum
     /// time or minimum fuel as the objective.
     ///

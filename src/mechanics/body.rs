@@ -40,7 +40,8 @@ pub enum InertiaError {
         /// The smallest principal moment [kg·m²].
         smallest: f64,
     },
-    /// No mass distribution has these principal moments: the largest exceeds the sum of the others.
+    /// No mass distribution has these principal moments: the largest exceeds the sum of the other
+    /// two.
     #[error("principal moments {0}, {1}, {2} break the triangle inequality", principal[0], principal[1], principal[2])]
     Triangle {
         /// The principal moments, ascending [kg·m²].
@@ -187,7 +188,7 @@ impl Inertia {
 /// A rigid body: inertia about its reference point, and mass if the body also translates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Inertia about the mass center (about the pivot for a pendulum), body axes.
+    /// Inertia about the mass centre (about the pivot for a pendulum), body axes.
     pub inertia: Inertia,
     /// Mass \[kg\]; `None` if only the attitude moves.
     pub mass: Option<f64>,

@@ -30,7 +30,8 @@ pub enum Direction {
     },
 }
 
-/// The largest number of quarter turns of a turning direction: five megabytes of coefficients.
+/// The largest number of quarter turns of a turning direction. Its coefficients then take five
+/// megabytes.
 const MOST_QUARTERS: f64 = 1e4;
 
 impl Direction {

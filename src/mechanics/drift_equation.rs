@@ -20,8 +20,8 @@ const LEFT: f64 = 5e-17;
 /// ill-conditioned inertias.
 const LAST_CORRECTION: f64 = 2e-9;
 
-/// The largest number of iterations. The survey needs 2–3, and 6 were measured at 0.99 of the bound
-/// on the step; after twice that number the solve fails.
+/// Maximum number of iterations. Newton's method needs 2–3 in the survey by Leok. At 0.99 of the
+/// bound on the step 6 were measured; after twice that number the solve fails.
 const MAX_ITERATIONS: u32 = 12;
 
 /// Solves for the Cayley vector `c` of one step. Returns `None` if no physical solution exists:
@@ -94,16 +94,16 @@ fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     (residual, a)
 }
 
-/// Solves large steps of thin rods and plates, for which the fixed-point iteration diverges but
-/// Newton converges from the plain start. The function is not inlined, so that the common path is
-/// short and stays in registers.
+/// Solves a large step of a thin rod or plate, for which the fixed-point iteration diverges.
+/// Newton's method then converges from `c = ½J⁻¹g`, without a pass of that iteration. The function
+/// is not inlined, so that the common path is short and stays in registers.
 #[cold]
 #[inline(never)]
 fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
     newton(j, g, 0.5 * (j_inverse * g))
 }
 
-/// Runs plain Newton from the start `c`.
+/// Runs Newton's method, without the correction of Chebyshev, from the start `c`.
 pub(crate) fn newton(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
         let (residual, a) = equation(j, g, &c);

@@ -4,13 +4,14 @@ use nalgebra::{DMatrix, DVector};
 
 /// Singular value, relative to the largest one, below which columns do not span a direction.
 const RANK_TOLERANCE: f64 = 1e-6;
-/// The relative size below which the rest of a vector, or a gain, counts as zero.
+/// The relative size below which a residual, or the gain of a weight, counts as zero.
 const ROUND_OFF: f64 = 1e-10;
 
 /// Returns whether every vector can be written as `A x` with `x ≥ 0`.
 ///
-/// This holds if the columns have full rank and `−A 1` can be written so. Then `A (x + 1) = 0` with
-/// positive weights, and a multiple of these weights can be added to the weights of any vector.
+/// This holds if the columns have full rank and `−A 1` can be written in this form. Then `A (x + 1)
+/// = 0` with positive weights, and a multiple of these weights can be added to the weights of any
+/// vector.
 pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     if a.ncols() <= a.nrows() {
         return false;
@@ -37,7 +38,7 @@ fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64>
     let count = a.ncols();
     let least = ROUND_OFF * a.amax() * b.norm();
     let (mut x, mut free): (DVector<f64>, Vec<usize>) = (DVector::zeros(count), Vec::new());
-    // The iteration ends earlier, except for round-off.
+    // Without round-off the iteration ends before this limit.
     for _ in 0..10 * count {
         let gain = a.tr_mul(&(b - a * &x));
         let bound = (0..count).filter(|column| !free.contains(column));

@@ -3,8 +3,8 @@
 //!
 //! # Why does a plan use two threads?
 //!
-//! If a plan has some hundred steps or more, the replay and the continuous witness under linear
-//! torque run on one thread, and the witnesses of the held torque on the other. Before them an
+//! If a plan has a few hundred steps or more, the replay and the continuous witness under linear
+//! torque run on one thread, and the witnesses of the held torque on the other. Before that, an
 //! extremal is recorded on one thread while its second order is tested on the other. Neither half
 //! reads results of the other, so that the bits of the result do not depend on the number of
 //! threads.

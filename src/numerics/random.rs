@@ -16,7 +16,8 @@
 use std::f64::consts::TAU;
 
 const MULTIPLIERS: [u32; 2] = [0xd251_1f53, 0xcd9e_8d57];
-/// The golden ratio and √3 − 1, which advance the key from round to round.
+/// The fractional parts of the golden ratio and of √3, times 2³², which advance the key from round
+/// to round.
 const WEYL: [u32; 2] = [0x9e37_79b9, 0xbb67_ae85];
 const ROUNDS: usize = 10;
 

@@ -6,8 +6,8 @@ use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::traits::State;
 
-/// Smallest length of a part after a part with a number that is not finite, relative to the whole
-/// length.
+/// Smallest length of a part that is repeated because a number was not finite, relative to the
+/// whole length.
 const LEAST: f64 = 1e-12;
 
 /// Integrates `change` from `start` over `length`, in at most `most` parts; returns `None` if the

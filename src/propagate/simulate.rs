@@ -58,7 +58,7 @@ pub struct Simulation {
     pub steps: u64,
     /// Number of steps between two rows; the start and the end always have a row.
     pub stride: u64,
-    /// Radius of each body: the largest distance of its points from its mass center \[m\], in the
+    /// Radius of each body: the largest distance of its points from its mass centre \[m\], in the
     /// order of the system. Empty if unknown.
     pub reach: Vec<f64>,
 }
@@ -71,7 +71,7 @@ pub struct Encounter {
     pub time: f64,
     /// Indices of the two bodies, from 0.
     pub bodies: [usize; 2],
-    /// Distance of their mass centers \[m\].
+    /// Distance of their mass centres \[m\].
     pub distance: f64,
 }
 

@@ -1,5 +1,5 @@
-//! The motion over a whole sequence as one recorded motion: gains and covariances are computed
-//! along it, and it is flown as one.
+//! The motion over a whole sequence as a single trajectory, along which gains and covariances are
+//! computed and flights are simulated.
 
 use super::joined::{Flown, Joined};
 use super::{Sequence, SequencePlan};
@@ -11,61 +11,63 @@ use crate::maneuver::solution::Trajectory;
 use crate::optimize::discrete::linear_plan::{MOST_STEPS, Unlinearised};
 use crate::{Vector3, lie};
 
-/// A motion with its maneuver; the motion begins at time zero.
+/// A trajectory with its maneuver. The time of the trajectory begins at zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
-    /// The maneuver, on the grid of the motion.
+    /// The maneuver, with the grid of the trajectory.
     pub problem: &'a Problem,
-    /// The plan.
+    /// The planned trajectory.
     pub path: &'a Trajectory,
 }
 
-/// A leg with what happens at its end.
+/// A leg with the hold at its end.
 #[derive(Clone, Copy, Debug)]
 pub struct LegMotion<'a> {
     /// The motion of the leg.
     pub leg: Motion<'a>,
-    /// The motion of the hold; `None` where the body rests.
+    /// The motion of the hold; `None` if the body rests.
     pub hold: Option<Motion<'a>>,
-    /// When the leg begins, in the time of the sequence \[s\].
+    /// Start time of the leg in the sequence \[s\].
     pub begins: f64,
-    /// When the hold begins and when it ends \[s\].
+    /// Start and end time of the hold in the sequence \[s\].
     pub holds: [f64; 2],
 }
 
-/// An instant at which the craft has to be at a stop.
+/// An instant at which the craft must be at a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
-    /// The leg that leads to the stop, from 0.
+    /// Index of the leg that leads to the stop, in the order of time.
     pub leg: usize,
-    /// Whether a hold ends at this instant. Otherwise one begins, or the craft passes.
+    /// `true` if the hold at the stop ends at this instant. `false` if the hold begins, or if the
+    /// craft passes without a hold.
     pub ends: bool,
-    /// The node of the motion.
+    /// Index of the node of the trajectory at this instant.
     pub node: usize,
 }
 
-/// The motion over a whole sequence.
+/// The motion over a whole sequence as a single trajectory.
 #[derive(Clone, Debug)]
 pub struct WholeMotion {
-    /// The maneuver of which it is the motion. Its constraints act in the time of the whole; those
-    /// that stand in alternatives are left out.
+    /// The maneuver of the whole motion. Times in its constraints count from the start of the
+    /// sequence. Alternative sets of cones are left out.
     pub problem: Problem,
-    /// The true motion under the inputs of all legs and holds, with one row of inputs for each step.
+    /// The true motion under the inputs of all legs and holds, with one row of inputs for each
+    /// step.
     pub path: Trajectory,
-    /// The instants at which the craft has to be at a stop, in the order of time. The last one may
-    /// be the last node.
+    /// The instants at which the craft must be at a stop, in the order of time. The last instant
+    /// may be at the last node.
     pub instants: Vec<Instant>,
-    /// The duration of the shortest leg \[s\].
+    /// Duration of the shortest leg \[s\].
     pub shortest: f64,
 }
 
 impl WholeMotion {
-    /// Joins legs and holds, each with the true motion under its own inputs. Where the body rests,
-    /// the steps are as long as in the leg before.
+    /// Joins legs and holds, and propagates the true motion of each under its inputs. While the
+    /// body rests, the steps are at most as long as in the leg before.
     ///
     /// # Errors
-    /// [`Unlinearised`] if no leg moves, if a motion cannot be followed, or if the whole has more
-    /// steps than can be linearised.
+    /// [`Unlinearised`] if the body moves in no leg, if a motion cannot be propagated, or if the
+    /// sequence has more steps than can be linearised.
     pub fn of(sequence: &Sequence, legs: &[LegMotion<'_>]) -> Result<Self, Unlinearised> {
         let followed = |motion: &Motion<'_>| {
             let Motion { problem, path } = motion;
@@ -139,10 +141,10 @@ impl WholeMotion {
         Ok(Self { problem, path, instants, shortest })
     }
 
-    /// Returns the motion of a plan.
+    /// Returns the motion over the whole sequence for a plan.
     ///
     /// # Errors
-    /// As [`WholeMotion::of`].
+    /// The errors of [`WholeMotion::of`].
     pub fn of_plan(sequence: &Sequence, plan: &SequencePlan) -> Result<Self, Unlinearised> {
         let grids: Vec<_> = plan
             .legs
@@ -170,21 +172,24 @@ impl WholeMotion {
         Self::of(sequence, &legs)
     }
 
-    /// Returns the nodes at which the craft has to be at a stop, without the last node.
+    /// Returns the indices of the nodes at which the craft must be at a stop, without the last
+    /// node.
     pub fn stops(&self) -> Vec<usize> {
         let last = self.path.time.len() - 1;
         self.instants.iter().map(|instant| instant.node).filter(|node| *node < last).collect()
     }
 
-    /// Returns the default weights of a regulator: those of the shortest leg.
+    /// Returns the default weights of a regulator, which are based on the duration of the shortest
+    /// leg.
     pub fn weights(&self) -> RegulatorWeights {
         let whole = self.path.time.last().copied().unwrap_or(self.shortest);
         RegulatorWeights::of_legs(&self.problem, self.shortest, whole)
     }
 }
 
-/// Returns the rest after a leg with nodes where the hold begins and where it ends, both in seconds
-/// from the end of the leg, on steps of at most `step` \[s\]; `None` if it takes no time.
+/// Returns the trajectory of the rest after a leg, with steps of at most `step` \[s\]. The hold
+/// begins and ends at the given times \[s\] from the end of the leg, and each of these times is a
+/// node. Returns `None` if the rest takes no time.
 fn resting(
     (leg, inputs): (&Trajectory, usize),
     step: f64,
@@ -215,7 +220,7 @@ fn resting(
     }))
 }
 
-/// Returns the instants at which the craft has to be at a stop.
+/// Returns the instants at which the craft must be at a stop, in the order of time.
 fn instants(joined: &Joined, legs: &[LegMotion<'_>]) -> Vec<Instant> {
     let time = &joined.path.time;
     let mut instants: Vec<Instant> = Vec::with_capacity(2 * legs.len());

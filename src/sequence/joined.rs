@@ -1,4 +1,4 @@
-//! The motion over a whole sequence: its legs, and the rests between them.
+//! The motion over a whole sequence: the legs, and the holds and rests between them.
 
 use crate::Vector3;
 use crate::maneuver::solution::Trajectory;
@@ -6,40 +6,40 @@ use crate::maneuver::solution::Trajectory;
 /// A leg with its times in the sequence.
 #[derive(Clone, Copy, Debug)]
 pub struct Flown<'a> {
-    /// The trajectory of the leg, from time zero.
+    /// The trajectory of the leg; its time begins at zero.
     pub path: &'a Trajectory,
-    /// When it begins \[s\].
+    /// Start time of the leg in the sequence \[s\].
     pub begins: f64,
-    /// The motion of the hold at its end, from time zero; `None` where the body rests.
+    /// The trajectory of the hold after the leg; its time begins at zero. `None` if the body rests.
     pub hold: Option<&'a Trajectory>,
-    /// When the next leg begins, or the last hold ends \[s\].
+    /// Start time of the next leg \[s\]; for the last leg, the time at which its hold ends.
     pub until: f64,
 }
 
-/// A leg, or the rest after one, in the motion over the whole.
+/// A part of the motion of a sequence: a leg, or the hold or rest after a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The leg, from 0.
+    /// Index of the leg in the order of time.
     pub leg: usize,
-    /// Whether it is the rest, or the hold, at the end of the leg.
+    /// `true` for the hold or rest after the leg, `false` for the leg.
     pub rests: bool,
-    /// Its first and its last node.
+    /// Indices of the first and the last node of the part.
     pub nodes: [usize; 2],
 }
 
-/// The motion over the whole, on the nodes of the legs. Inputs are held over steps and zero in the
-/// rests; there are no costates.
+/// The motion over a whole sequence, at the nodes of its legs and holds. The inputs are constant
+/// over each step, and zero while the body rests. The trajectory has no costates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Joined {
     /// The trajectory, with one row of inputs for each step.
     pub path: Trajectory,
-    /// Legs and rests, in the order of time.
+    /// The legs, holds and rests in the order of time.
     pub parts: Vec<Part>,
 }
 
 impl Joined {
-    /// Joins legs. The first node of a leg is the last one of what was before it, and has the state
-    /// of the stop.
+    /// Joins legs to one motion. Adjacent parts share a node, with the state at which the later
+    /// part begins.
     pub fn of<'a>(legs: impl IntoIterator<Item = Flown<'a>>) -> Self {
         let mut whole = Self::default();
         for (leg, flown) in legs.into_iter().enumerate() {
@@ -59,14 +59,15 @@ impl Joined {
         }
     }
 
-    /// Adds a motion that begins at a time \[s\], and a part with its nodes.
+    /// Appends the motion `path`, which begins at the time `begins` \[s\], and records its nodes in
+    /// `part`.
     fn follow(&mut self, path: &Trajectory, begins: f64, part: Part) {
         let first = self.path.time.len().saturating_sub(1);
         if !self.path.time.is_empty() {
             self.drop_node();
         }
         self.path.input_count = path.input_count;
-        // A quaternion and its negative are one attitude: the row stays continuous.
+        // A quaternion and its negative represent one attitude. The sign keeps the rows continuous.
         let sign = match (self.path.quaternion.last(), path.quaternion.first()) {
             (Some(last), Some(first)) if last.iter().zip(first).map(|(a, b)| a * b).sum::<f64>() < 0.0 => {
                 -1.0
@@ -87,7 +88,7 @@ impl Joined {
         }
     }
 
-    /// Adds a rest until a time \[s\].
+    /// Appends a rest after the leg `leg`, until the time `until` \[s\].
     fn rest(&mut self, leg: usize, until: f64) {
         let last = self.path.time.len() - 1;
         let wheels = self.path.wheel_momentum.len() / self.path.time.len();
@@ -101,7 +102,7 @@ impl Joined {
         self.parts.push(Part { leg, rests: true, nodes: [last, last + 1] });
     }
 
-    /// Removes the last node, which the first one of the next leg replaces.
+    /// Removes the last node; the first node of the next part replaces it.
     fn drop_node(&mut self) {
         let wheels = self.path.wheel_momentum.len() / self.path.time.len();
         self.path.time.pop();

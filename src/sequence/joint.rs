@@ -1,8 +1,10 @@
-//! What two legs share at the stop between them.
+//! Joints: the states that two legs share at the stop between them.
 //!
-//! A joint leaves numbers free: the roll about a boresight, the rate of the body that passes, or
-//! both. The legs on either side have the state that these give for an end, and the slope of both
-//! costs by them vanishes in the best plan, or leads out of their bounds:
+//! A joint may have free parameters: the roll about a boresight, the angular velocity of a body
+//! that passes without stopping, or both. They determine the state at which one leg ends and the
+//! next leg begins. In the optimal plan the derivative of the total cost with respect to each
+//! parameter is zero, or the parameter is at a bound. With the boresight `b`, the costates `λ`, the
+//! angular velocity `ω`, its bound `ω̄`, and − and + for the legs before and after the stop:
 //!
 //! ```text
 //! roll at rest      b·λ^R continuous
@@ -14,21 +16,23 @@ use crate::Vector3;
 use crate::maneuver::aim::Ends;
 use crate::maneuver::problem::State;
 
-/// A stop as an end of two legs.
+/// The state at a stop, which the legs before and after it share.
 #[derive(Clone, Debug)]
 pub enum Joint {
-    /// The state is given: the legs share nothing.
+    /// The state is given, so the joint has no free parameters.
     Given(State),
-    /// A boresight points at a target: the roll is free, or within a band.
+    /// A boresight points at a target. The roll is free, or limited to a band.
     Roll(Ends),
-    /// The body passes through an attitude, at a rate whose norm has a bound \[rad/s\].
+    /// The body passes through a given attitude at a free angular velocity, whose norm is at most
+    /// `fastest` \[rad/s\].
     Passing { at: State, fastest: f64 },
-    /// A boresight passes over a target: the roll and the rate are free up to their bounds.
+    /// A boresight passes over a target. The roll and the angular velocity are free within their
+    /// bounds; the norm of the angular velocity is at most `fastest` \[rad/s\].
     PassingRoll { ends: Ends, fastest: f64 },
 }
 
 impl Joint {
-    /// Returns how many numbers are free.
+    /// Returns the number of free parameters.
     pub fn size(&self) -> usize {
         match self {
             Self::Given(_) => 0,
@@ -38,7 +42,8 @@ impl Joint {
         }
     }
 
-    /// Returns the state for numbers that are free.
+    /// Returns the state for the values `free` of the free parameters: the roll \[rad\] first, then
+    /// the angular velocity [rad/s], if they are free.
     pub fn state(&self, free: &[f64]) -> State {
         match self {
             Self::Given(state) => *state,
@@ -53,7 +58,7 @@ impl Joint {
         }
     }
 
-    /// Returns the numbers of a state that the joint may have.
+    /// Returns the values of the free parameters, within their bounds, that are nearest to a state.
     pub fn numbers(&self, state: &State) -> Vec<f64> {
         let rate = state.angular_velocity.iter().copied();
         let mut free = match self {
@@ -68,7 +73,8 @@ impl Joint {
         free
     }
 
-    /// Returns the slope by the numbers that are free from those by the state.
+    /// Converts the gradient of a cost with respect to the state to its derivatives with respect to
+    /// the free parameters, at their values `free`.
     pub fn slope(&self, free: &[f64], [by_turn, by_rate]: &Slopes) -> Vec<f64> {
         match self {
             Self::Given(_) => Vec::new(),
@@ -78,14 +84,14 @@ impl Joint {
             }
             Self::Passing { .. } => by_rate.iter().copied().collect(),
             Self::PassingRoll { ends, .. } => {
-                // The rate is given in body axes, whatever the roll.
+                // The angular velocity is in body axes and does not change with the roll.
                 let (turn, _) = ends.along_roll(&Vector3::zeros());
                 std::iter::once(by_turn.dot(&turn)).chain(by_rate.iter().copied()).collect()
             }
         }
     }
 
-    /// Moves numbers into their bounds, by as little as possible.
+    /// Moves the values of the free parameters to the nearest values within their bounds.
     pub fn hold(&self, free: &mut [f64]) {
         let roll = |ends: &Ends, roll: &mut f64| {
             if ends.within() < std::f64::consts::PI {

@@ -1,26 +1,29 @@
-//! A leg from one stop to the next, with the slopes of its cost.
+//! A leg from one stop to the next, with the gradient of its cost.
 //!
-//! The least cost V of a leg depends on its ends and on its duration T. The costates at the ends
-//! are its slopes, and the Hamiltonian is that by the duration:
+//! The minimum cost V of a leg depends on the states at its two ends and on its duration T. The
+//! costates `λ` at the ends give the gradient with respect to these states, and the Hamiltonian H
+//! is the derivative with respect to T. Subscript 0 denotes the start and T the end, L is the cost
+//! per second, and `Π = JΩ`:
 //!
 //! ```text
 //! dV = λ_0·(ζ_0, δΠ_0) − λ_T·(ζ_T, δΠ_T) + H dT ,    δΠ = J δΩ
 //! H = λ^R·Ω + λ^Π·(Π × Ω + τ) + L
 //! ```
 //!
-//! Both ends are in body axes, `R exp(ζ)`. A leg of least time or fuel counts with the cost of its
-//! continuous extremal, which is smooth in its ends, as the cost on a grid is not.
+//! The attitude at each end changes by a rotation `ζ` in body axes, `R exp(ζ)`. For a minimum-time
+//! or minimum-fuel leg, V is the cost of the continuous-time extremal. It is a smooth function of
+//! the end states; the cost on a grid is not.
 //!
 //! With reaction wheels the costates belong to the attitude and to the total angular momentum
-//! `G = JΩ + μ`, body axes, of which the wheels store `μ`. The costate `p` of `μ`, whose end is
-//! free, follows from them along the leg:
+//! `G = JΩ + μ` in body axes, where `μ` is the momentum that the wheels store. The final value of
+//! `μ` is free. Its costate `p` follows from the other costates along the leg:
 //!
 //! ```text
 //! ṗ = −(λ̇^G + Ω × λ^G) ,     p_T = −λ^G_T
 //! ```
 //!
-//! `R G` is constant from leg to leg. A rate at the start changes `μ` by `−J δΩ`, and a turn changes
-//! both `G` and `μ` by `−ζ × G`:
+//! `R G` is constant over all legs. A change `δΩ` of the initial rate therefore changes `μ` by
+//! `−J δΩ`, and a rotation `ζ` of the initial attitude changes both `G` and `μ` by `−ζ × G`:
 //!
 //! ```text
 //! dV = (λ^R + (λ^G + p) × G)·ζ_0 − p·J δΩ_0 + … ,     H = λ^R·Ω + λ^G·(G × Ω) − p·τ + L
@@ -36,20 +39,22 @@ use crate::optimize::search::{self, Guess, Observer, PlanError};
 use crate::plan::Status;
 use crate::{Matrix3, Vector3, lie};
 
-/// The slopes of a cost by the state at an end: by its turn and by its rate, body axes.
+/// The gradient of a leg's cost with respect to the state at one end, in body axes: per radian of a
+/// rotation of the attitude, and per rad/s of the angular velocity.
 pub type Slopes = [Vector3; 2];
 
-/// Why a leg has no plan, and others need none.
+/// The reason why a leg cannot be planned, which also ends the planning of the other legs.
 #[derive(Clone, Debug)]
 pub enum LegError {
-    /// It cannot be attempted.
+    /// The planner rejects the maneuver or the settings of the leg.
     Plan(PlanError),
-    /// The caller, or the time limit, stopped the search.
+    /// The caller or the time limit stopped the search.
     Stopped(Status),
 }
 
 impl LegError {
-    /// Returns the error of a sequence of which this is the leg to some stops.
+    /// Converts this error to an error of the sequence. `stop` names the stop at which the leg
+    /// ends.
     pub fn at(self, stop: impl Into<String>) -> SequenceError {
         match self {
             Self::Plan(error) => SequenceError::Leg { stop: stop.into(), error },
@@ -58,24 +63,25 @@ impl LegError {
     }
 }
 
-/// A leg and its plan.
+/// A leg of a sequence, with its plan and the derivatives of its cost.
 #[derive(Clone, Debug)]
 pub struct Leg {
     pub problem: Problem,
     pub solution: Solution,
     pub cost: f64,
-    /// At the start and at the end.
+    /// Gradients of the cost with respect to the start state and to the end state.
     pub slopes: [Slopes; 2],
-    /// By the duration, if that is given.
+    /// Derivative of the cost with respect to the duration, if the duration is given.
     pub by_duration: f64,
 }
 
 impl Leg {
-    /// Plans a leg, from a neighbour of it if one is known; `None` if no plan is found, or if an end
-    /// is in a cone.
+    /// Plans the leg that `problem` describes. If `near` is given, the search starts from the plan
+    /// of this similar leg. Returns `None` if no plan is found, or if a constraint is violated at
+    /// the start or at the end.
     ///
     /// # Errors
-    /// [`LegError`] if the leg cannot be attempted, or the search was stopped.
+    /// [`LegError`] if the planner rejects the leg, or if the search was stopped.
     pub fn of(
         problem: Problem,
         settings: &Settings,
@@ -96,7 +102,7 @@ impl Leg {
         }
     }
 
-    /// Returns how long it lasts \[s\].
+    /// Returns the duration of the leg \[s\].
     pub fn lasting(&self) -> f64 {
         self.solution.trajectory.time.last().copied().unwrap_or(1.0)
     }
@@ -111,7 +117,7 @@ impl Leg {
         let j = problem.body.inertia.j();
         let [of_start, of_end] = [at(0), at(last)];
         let rate = path.angular_velocity.first()?;
-        // The costate of the torque, and the angular momentum that turns with the body.
+        // The costate that multiplies the torque, and the total angular momentum in body axes.
         let (of_torque, carried) = match problem.actuation.wheels {
             Some(_) => (-of_stored(path)?, j * rate + problem.actuation.stored_momentum()),
             None => (of_start[1], j * rate),
@@ -138,8 +144,9 @@ impl Leg {
     }
 }
 
-/// Returns the costate of the momentum that wheels store at the start of a leg, body axes: the sum
-/// over the steps, each in the axes of its middle.
+/// Returns the costate, in body axes, of the wheel momentum at the start of a leg: a sum over the
+/// steps, each evaluated in the body axes at the midpoint of the step. Returns `None` if the
+/// trajectory has no costates.
 fn of_stored(path: &Trajectory) -> Option<Vector3> {
     let costate =
         |node: usize| Some(Vector3::from_column_slice(path.costates.get(6 * node + 3..6 * node + 6)?));

@@ -32,7 +32,7 @@
 //! ```
 //!
 //! The shortest path for an area is an arc of a circle (isoperimetry). With its half angle η, as
-//! seen from the center, `ℓ = 2η sin(ψ/2)/sin η`; the area is the area of the sector minus the
+//! seen from the centre, `ℓ = 2η sin(ψ/2)/sin η`; the area is the area of the sector minus the
 //! triangle. Both increase with η, so each interval of η has a lower bound. Bisection of the
 //! interval with the smallest bound finds the minimum from below, and cannot miss a root. A grid of
 //! roots of the geodesic equation missed a root: it gave 33.7 instead of 26.4, which is above the
@@ -240,8 +240,8 @@ fn strongest(turned: &[Vector3], set: &ActuatorSet, map: &Matrix3) -> f64 {
         if !limits.one_sided {
             return Outputs::new(turned, sizes.iter().copied()).largest();
         }
-        // Inputs from 0 to L equal L/2 ± L/2, so the largest |center + output| equals the largest
-        // ±center + output|.
+        // Inputs from 0 to L equal L/2 ± L/2, so the largest |centre + output| equals the largest
+        // ±centre + output|.
         let center: Vector3 = turned.iter().zip(sizes).map(|(axis, size)| axis * (0.5 * size)).sum();
         let axes: Vec<Vector3> = turned.iter().copied().chain([center]).collect();
         let halves = sizes.iter().map(|size| 0.5 * size).chain([1.0]);

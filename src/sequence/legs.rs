@@ -1,5 +1,5 @@
-//! The legs of an order, one after the other: those that share something are planned together
-//! ([`super::together`]), those to targets that move by themselves.
+//! Planning of the legs for a given order of stops. Legs that share free quantities are planned
+//! together ([`super::together`]). Legs to moving targets are planned one at a time.
 
 use super::arrivals::{Bounds, is_given, split};
 use super::carried::{self, carry};
@@ -17,43 +17,45 @@ use crate::optimize::search::Observer;
 use crate::plan::{Guess, Status, plan};
 use crate::{Matrix3, Vector3, lie};
 
-/// Stops of legs that share something, with their visits and the bounds of the ends of their legs
-/// \[s\].
+/// Consecutive stops whose legs share free quantities, with the visits to these stops and the
+/// bounds of the end times of the legs \[s\].
 struct Run {
     stops: Vec<usize>,
     visits: Vec<Visit>,
     arrivals: Option<Vec<Bounds>>,
 }
 
-/// The legs so far, and where they lead to.
+/// The legs that are planned so far, and the state after them.
 pub struct Legs<'a> {
     sequence: &'a Sequence,
     settings: &'a Settings,
-    /// How many legs the order has.
+    /// Number of legs in the order.
     count: usize,
-    /// Bounds of the end of each leg \[s\], where the durations are parts of a whole.
+    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each
+    /// leg independently.
     arrivals: Option<Vec<Bounds>>,
-    /// The state in which the next leg begins, and the momenta of the wheels there; `None` before
-    /// the first leg.
+    /// State at the start of the next leg.
     at: State,
+    /// Wheel momenta at the start of the next leg; `None` before the first leg and without wheels.
     held: Option<Vec<f64>>,
-    /// The legs that have plans, in their order.
+    /// The planned legs, in their order.
     pub planned: Vec<PlannedLeg>,
-    /// Their cost.
+    /// Sum of the costs of the planned legs.
     pub cost: f64,
-    /// When the next leg begins \[s\].
+    /// Start time of the next leg \[s\].
     pub time: f64,
     /// Sum of the delays past the windows of the stops so far \[s\].
     pub late: f64,
-    /// Why there are no more legs, where a search was stopped.
+    /// Status of the search that was stopped before all legs were planned; `None` if none was.
     pub cut: Option<Status>,
 }
 
 impl<'a> Legs<'a> {
-    /// Plans the legs to stops in their order. A leg without a plan is the last one.
+    /// Plans the legs to `stops` in this order. If a leg does not converge, no further legs are
+    /// planned.
     ///
     /// # Errors
-    /// As [`Sequence::plan`].
+    /// The errors of [`Sequence::plan`].
     pub fn planned(
         sequence: &'a Sequence,
         settings: &'a Settings,
@@ -98,13 +100,15 @@ impl<'a> Legs<'a> {
         Ok(legs)
     }
 
-    /// Returns the bounds of the ends of the next legs \[s\].
+    /// Returns the bounds of the end times of the remaining legs \[s\]; `None` if the planner finds
+    /// the duration of each leg independently.
     fn next_arrivals(&self) -> Option<&[Bounds]> {
         self.arrivals.as_ref().map(|arrivals| &arrivals[self.planned.len()..])
     }
 
-    /// Returns how many of the next legs share something: each but the last one ends where a number is
-    /// free that the next one depends on, or at a time that is free.
+    /// Returns the number of the next legs to plan together; `left` are the remaining stops. Each
+    /// of these legs except the last one has a free end time, or ends at a stop with free
+    /// parameters.
     fn sharing(&self, left: &[usize]) -> Result<usize, SequenceError> {
         let sequence = self.sequence;
         let is_alone = |stop: usize| tracked::moves(&sequence.stops[stop]);
@@ -125,8 +129,8 @@ impl<'a> Legs<'a> {
         self.cut.is_some() || self.planned.last().is_some_and(|leg| leg.status() != Status::Solved)
     }
 
-    /// Plans the legs of a run that share something, and each of them as [`plan()`] plans it. Where the
-    /// body stays at a stop for the next one, there is no leg to share anything.
+    /// Plans the legs to `stops` together, then each leg with [`plan()`]. If the body stays at rest
+    /// from one stop to the next, the leg between them does not take part in the joint planning.
     fn run(&mut self, stops: &[usize], observer: &mut dyn Observer) -> Result<(), SequenceError> {
         let run = self.without_stays(stops);
         let whole = self.together(&run, observer)?;
@@ -146,7 +150,8 @@ impl<'a> Legs<'a> {
         Ok(())
     }
 
-    /// Returns the run without the stops at which the body stays: the visit before lasts longer.
+    /// Returns the run for `stops` without each stop at which the body already is. The visit to the
+    /// stop before lasts longer instead.
     fn without_stays(&self, stops: &[usize]) -> Run {
         let mut run = Run { stops: Vec::new(), visits: Vec::new(), arrivals: None };
         let all = self.next_arrivals().map(|arrivals| &arrivals[..stops.len()]);
@@ -174,20 +179,20 @@ impl<'a> Legs<'a> {
         run
     }
 
-    /// Returns whether no window of a stop bounds the end of its leg.
+    /// Returns `true` if the window of a stop does not restrict the end time of its leg.
     fn is_unbound(&self, stop: usize) -> bool {
         let visit = self.sequence.stops[stop].visit;
         self.arrivals.is_none() || visit.window == Visit::PASSED.window && !visit.pinned
     }
 
-    /// Returns whether the body is at the next stop already, and the leg to it has no time of its own
-    /// to find.
+    /// Returns `true` if the body already is at `stop`, at rest, the legs share the total duration,
+    /// and the stop has no window: the leg to this stop then takes no time.
     fn stays(&self, stop: usize) -> bool {
         self.arrivals.is_some() && self.sequence.is_at(stop, &self.at) && self.is_unbound(stop)
     }
 
-    /// Adds a leg that does not move. Where the durations of legs are parts of a whole, it takes less
-    /// than the round-off of the time.
+    /// Adds a leg in which the body does not move. If the legs share the total duration, this leg
+    /// lasts less than the round-off of the time.
     fn stay(&mut self, stop: usize, observer: &mut dyn Observer) -> Result<(), SequenceError> {
         let mut leg = Problem { start: self.at, end: self.at, ..self.sequence.leg() };
         if let Some(arrivals) = self.next_arrivals() {
@@ -196,8 +201,8 @@ impl<'a> Legs<'a> {
         self.add(stop, leg.later(self.time), None, observer)
     }
 
-    /// Plans a leg that shares nothing: to a target where that is on arrival, in the roll that is best
-    /// for this leg.
+    /// Plans a leg independently of the other legs. It ends on the target at the position that the
+    /// target has on arrival; a free roll is optimal for this leg only.
     fn alone(&mut self, stop: usize, observer: &mut dyn Observer) -> Result<(), SequenceError> {
         let at = &self.sequence.stops[stop];
         let leg = Problem { start: self.at, ..self.sequence.leg() };
@@ -214,7 +219,7 @@ impl<'a> Legs<'a> {
         self.add(stop, leg.later(self.time), None, observer)
     }
 
-    /// Plans a leg from here, and adds it with the hold at its end.
+    /// Plans a leg from the present state to `stop`, and adds it with the hold at its end.
     fn add(
         &mut self,
         stop: usize,
@@ -258,7 +263,8 @@ impl<'a> Legs<'a> {
         Ok(())
     }
 
-    /// Plans the hold at a stop from the arrival on, and is at its end then.
+    /// Plans the hold at a stop from `arrival` to `until` \[s\]. Then sets the present state to the
+    /// end of the hold.
     fn hold(
         &mut self,
         stop: usize,
@@ -274,15 +280,15 @@ impl<'a> Legs<'a> {
         Ok(hold)
     }
 
-    /// Returns the momenta of the wheels at the end of a path.
+    /// Returns the wheel momenta at the end of a path; `None` without wheels.
     fn wheels(&self, path: &Trajectory) -> Option<Vec<f64>> {
         let wheels = self.sequence.craft.actuation.wheels.as_ref()?.momentum.len();
         let rows = &path.wheel_momentum;
         Some(rows[rows.len().checked_sub(wheels)?..].to_vec())
     }
 
-    /// Plans legs together, from two first states of the joints: those of legs that are the best one
-    /// by one, and those of the best turns.
+    /// Plans the legs of a run together, from two initial guesses of the states at the joints: from
+    /// legs that are planned one by one, and from the shortest turns.
     fn together(&self, run: &Run, observer: &mut dyn Observer) -> Result<Whole, SequenceError> {
         let Self { sequence, settings, at: start, .. } = *self;
         let Run { stops, visits, arrivals } = run;
@@ -296,7 +302,8 @@ impl<'a> Legs<'a> {
             let before = std::iter::once(&start).chain(states);
             let weight = |(from, to): (&State, &State)| {
                 let momentum = (inertia * lie::minus(&to.attitude, &from.attitude)).norm();
-                // Of effort c/T³, whose best split is by the fourth roots; no leg is without time.
+                // An effort of c/T³ is minimised by times in proportion to the fourth roots of c.
+                // The lower bound gives every leg some time.
                 momentum.powf(0.25 * power).max(f64::EPSILON)
             };
             let weights: Vec<f64> = before.zip(states).map(weight).collect();
@@ -321,7 +328,7 @@ impl<'a> Legs<'a> {
             settings,
             tuning: Tuning::default(),
         };
-        // Cones that move are judged as they are when the first leg begins.
+        // Moving cones are evaluated at the start of the first leg.
         let now = craft.later(self.time).with_duration(f64::MIN_POSITIVE);
         let allowed = |state: &State| {
             let there = Problem { end: *state, ..now.clone() };
@@ -352,7 +359,8 @@ impl<'a> Legs<'a> {
         best.ok_or_else(|| SequenceError::NoPlan { stop: named() })
     }
 
-    /// Returns the states of legs that are each the best to any roll of its end.
+    /// Plans the legs one after the other, each with the roll at its end that is optimal for this
+    /// leg. Returns the states at the ends of the legs; `None` if no plan is found for a leg.
     fn one_by_one(
         &self,
         stops: &[usize],
@@ -388,8 +396,9 @@ impl<'a> Legs<'a> {
         Ok(Some(states))
     }
 
-    /// Returns states with the rates of a cubic through them where the body passes, if it is known
-    /// how long the legs last.
+    /// Sets the angular velocity at each stop that the body passes to the derivative of an
+    /// interpolating curve through this state and its two neighbours. Without `durations` \[s\] the
+    /// states do not change.
     fn passed(&self, joints: &[Joint], mut states: Vec<State>, durations: &[f64]) -> Vec<State> {
         let attitudes: Vec<Matrix3> =
             std::iter::once(self.at.attitude).chain(states.iter().map(|state| state.attitude)).collect();

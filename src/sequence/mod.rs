@@ -1,10 +1,11 @@
 //! Several stops in one plan: attitudes and pointings, in a given order or in the best one.
 //!
-//! A leg leads from one stop to the next. Legs between attitudes at rest are planned apart. Where a
-//! stop leaves something free that both of its legs depend on (a roll, the rate of a passage, how a
-//! total is split), they are planned together (`together`). The order comes from the times of all
-//! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
-//! legs of a spacecraft make a table ([`table`]).
+//! A leg leads from one stop to the next. Legs between given attitudes at rest are planned
+//! independently. If a stop leaves a quantity free on which both of its legs depend (a roll, the
+//! rate of a passage, the division of the total duration), the legs are planned together
+//! (`together`). The best order of stops is found from the costs of the legs between all pairs
+//! ([`order`]). Every rest-to-rest leg has a rigorous lower bound ([`leg_bound`]). The legs of a
+//! spacecraft can be tabulated ([`table`]).
 
 mod arrivals;
 mod carried;
@@ -47,17 +48,17 @@ use std::time::Instant;
 use thiserror::Error;
 use windows::Missed;
 
-/// Where a stop is.
+/// The attitude or pointing direction that a stop requires.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
-    /// An attitude, body → reference.
+    /// An attitude, from body to reference axes.
     Attitude(Matrix3),
-    /// A boresight points at a target that stands still.
+    /// A boresight points at a target.
     Aim(Aim),
 }
 
 impl Place {
-    /// Returns whether two places are one, up to the round-off of attitudes.
+    /// Returns `true` if the two places are equal, up to round-off of the attitudes.
     fn is(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Attitude(one), Self::Attitude(other)) => (one - other).amax() <= 8.0 * f64::EPSILON,
@@ -70,14 +71,14 @@ impl Place {
 /// A stop of a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stop {
-    /// The name, for people.
+    /// Name of the stop, used in messages and results.
     pub name: String,
-    /// Where it is.
+    /// Attitude or pointing direction at the stop.
     pub place: Place,
-    /// What happens there.
+    /// Settling time, hold and window of the stop.
     pub visit: Visit,
-    /// The bound of the rate \[rad/s\] at which the body passes without stopping, infinite without
-    /// one; `None` where it stops.
+    /// Maximum angular rate \[rad/s\] at which the body passes without stopping; infinite without a
+    /// maximum. `None` if the body stops.
     pub passing: Option<f64>,
 }
 
@@ -87,105 +88,105 @@ impl Stop {
         Self { name: name.into(), place, visit: Visit::PASSED, passing: None }
     }
 
-    /// This stop with a hold \[s\].
+    /// Sets the duration of the hold \[s\].
     pub fn held(mut self, hold: f64) -> Self {
         self.visit.hold = hold;
         self
     }
 
-    /// This stop passed at a rate of at most `fastest` \[rad/s\].
+    /// Lets the body pass this stop without stopping, at a rate of at most `fastest` \[rad/s\].
     pub fn passed_at_most_at(self, fastest: f64) -> Self {
         Self { passing: Some(fastest), ..self }
     }
 }
 
-/// Which order the stops have.
+/// The order in which the stops are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ordering {
-    /// The given one.
+    /// The given order.
     Given,
-    /// The best one.
+    /// The best order, which the planner finds.
     Free,
-    /// The best one whose last stop stays last.
+    /// The best order in which the given last stop remains the last one.
     FreeBeforeLast,
 }
 
 /// A spacecraft, its start and its stops.
 ///
-/// The objective of `craft` counts over all legs. Its duration is that of the whole, holds included:
-/// the legs share it. Its start is that of the first leg; its end is not used.
+/// The objective of `craft` applies to the sum over all legs. Its duration is the total duration of
+/// the sequence, including holds. Its start is the start of the first leg; its end is not used.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    /// The maneuver without its ends.
+    /// The spacecraft with its start, objective, limits and constraints.
     pub craft: Problem,
     /// The stops.
     pub stops: Vec<Stop>,
-    /// Which order they have.
+    /// The order in which the stops are visited.
     pub order: Ordering,
 }
 
-/// Why a sequence cannot be planned.
+/// The reason why a sequence cannot be planned.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SequenceError {
-    /// A leg cannot be attempted.
+    /// The planner rejects the maneuver or the settings of a leg.
     #[error("the leg to stop `{stop}`: {error}")]
     Leg {
-        /// The stop at its end.
+        /// Name of the stop at the end of the leg.
         stop: String,
-        /// Why.
+        /// The error of the leg.
         error: PlanError,
     },
-    /// A stop on a target has no state.
+    /// The target of a stop does not determine a state of the body.
     #[error("stop `{stop}`: {error}")]
     Aim {
-        /// The stop.
+        /// Name of the stop.
         stop: String,
-        /// Why.
+        /// The error of the pointing.
         error: AimError,
     },
-    /// A sequence has what no sequence can have yet.
+    /// The sequence has a property that is not supported; the text names it.
     #[error("{0}")]
     Unsupported(&'static str),
-    /// The holds take the whole duration.
+    /// The holds leave no time for the legs.
     #[error("the holds take {holds} s of the total duration of {total} s: give more time")]
     NoTime {
-        /// What holds and settling take \[s\].
+        /// Sum of all holds and settling times \[s\].
         holds: f64,
-        /// The duration \[s\].
+        /// Total duration of the sequence \[s\].
         total: f64,
     },
-    /// The plan lasts longer than targets and cones are known.
+    /// A hold ends after the time until which the targets and cones are known.
     #[error("targets and cones are known until {known} s, and the hold at stop `{stop}` ends at {end} s")]
     Beyond {
-        /// The stop.
+        /// Name of the stop.
         stop: String,
-        /// The end of its hold \[s\].
+        /// End of the hold at this stop \[s\].
         end: f64,
-        /// Until when they are known \[s\].
+        /// Time until which all targets and cones are known \[s\].
         known: f64,
     },
-    /// No plan can keep windows: lower bounds of the legs prove it.
+    /// No plan can keep the windows of these stops, as lower bounds on the legs prove.
     #[error("no plan can keep the window of {stops}: the hold begins at least {late:.3} s late")]
     Windows {
-        /// The stop, or both of which one has to wait for the other.
+        /// Name of the stop, or names of two stops whose windows exclude each other.
         stops: String,
-        /// By how much \[s\].
+        /// Lower bound of the delay by which a hold begins too late \[s\].
         late: f64,
     },
-    /// The caller, or the time limit, stopped the search before any leg was planned for good.
+    /// The caller or the time limit stopped the search before any leg had a final plan.
     #[error("the search was stopped before any leg had a plan")]
     Stopped(Status),
     /// No plan was found for legs that are planned together.
     #[error("no plan was found for the legs to stop `{stop}`")]
     NoPlan {
-        /// The stop at the end, or several.
+        /// Name of the stop at the end of the leg, or names of several stops.
         stop: String,
     },
 }
 
 impl SequenceError {
-    /// Returns the status of a plan that this error stands for; `None` where the sequence is wrong.
+    /// Returns the status to report if planning failed; `None` if the sequence itself is invalid.
     pub fn status(&self) -> Option<Status> {
         match self {
             Self::Windows { .. } => Some(Status::Infeasible),
@@ -200,17 +201,18 @@ impl SequenceError {
     }
 }
 
-/// An observer that stops a plan at the time limit of the whole sequence.
+/// An observer that stops planning at the time limit of the whole sequence.
 struct Limited<'a> {
     observer: &'a mut dyn Observer,
-    /// When planning has to end; `None` without a limit.
+    /// The instant at which planning must end; `None` without a time limit.
     until: Option<Instant>,
-    /// Whether the limit stopped the plan.
+    /// Whether the time limit stopped the planning.
     reached: bool,
 }
 
 impl Limited<'_> {
-    /// Returns the status of a stopped plan.
+    /// Returns the status of a plan that stopped with the status `stopped`: an interruption by the
+    /// time limit is reported as such.
     fn status(&self, stopped: Status) -> Status {
         if self.reached && stopped == Status::Interrupted { Status::LimitReached } else { stopped }
     }
@@ -243,27 +245,27 @@ impl Observer for Part<'_> {
     }
 }
 
-/// A leg of a plan.
+/// A leg of the plan of a sequence.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct PlannedLeg {
-    /// The maneuver, with the ends and the duration that were found.
+    /// The maneuver of the leg, with the end states and the duration that the planner chose.
     pub problem: Problem,
-    /// Its plan.
+    /// The plan of the leg.
     pub plan: Plan,
-    /// The stop at its end, from 0.
+    /// Index of the stop at the end of the leg, in the list of stops of the sequence.
     pub stop: usize,
-    /// When it begins, in the time of the sequence \[s\].
+    /// Start time of the leg in the sequence \[s\].
     pub begins: f64,
-    /// When the hold at its end begins and when it ends \[s\].
+    /// Start and end time in the sequence of the hold after the leg \[s\].
     pub holds: [f64; 2],
-    /// The motion from the arrival to the end of the hold, where the target moves, or where cones
-    /// do; otherwise the body rests.
+    /// The motion from the arrival to the end of the hold, if the target or a cone moves. `None` if
+    /// the body rests.
     pub hold: Option<Hold>,
 }
 
 impl PlannedLeg {
-    /// Returns the status of the leg, or of its hold where the leg is solved.
+    /// Returns the status of the leg; if the leg is solved, the status of its hold.
     fn status(&self) -> Status {
         match (&self.hold, self.plan.status) {
             (Some(hold), Status::Solved) => hold.plan.status,
@@ -278,27 +280,30 @@ impl PlannedLeg {
 pub struct SequencePlan {
     /// The legs in the order in which they are flown.
     pub legs: Vec<PlannedLeg>,
-    /// The order, with what is known of it: of pairs of stops alone.
+    /// The order that was found from the legs between all pairs of stops; `None` if no order was
+    /// searched for.
     pub order: Option<Order>,
-    /// The cost of all legs, in the unit of the objective.
+    /// Sum of the costs of all legs, in the unit of the objective.
     pub cost: f64,
     /// The end of the last hold \[s\].
     pub end: f64,
     /// Sum of the delays past the windows of all stops \[s\].
     pub late: f64,
-    /// Why the legs end before the last stop.
+    /// Status of the search if it stopped before the last stop; `None` if it did not stop early.
     pub cut: Option<Status>,
 }
 
 impl SequencePlan {
-    /// Returns whether every leg is solved and no window is missed, or why not: the status of the
-    /// first leg that is not solved, which is the last one that was planned.
+    /// Returns the status of the plan: solved if every leg is solved and no window is missed.
+    /// Otherwise it gives the reason, such as the status of the leg that is not solved, which is
+    /// the last planned leg.
     pub fn status(&self) -> Status {
         let failed = self.legs.iter().map(PlannedLeg::status).find(|status| *status != Status::Solved);
         failed.or(self.cut).unwrap_or(if self.late > 0.0 { Status::NotConverged } else { Status::Solved })
     }
 
-    /// Returns this plan with another status where it was stopped.
+    /// Replaces each status in this plan (of the search, the legs and the holds) by the value that
+    /// the function `status` returns for it.
     fn with_stopped(mut self, status: impl Fn(Status) -> Status) -> Self {
         self.cut = self.cut.map(&status);
         for leg in &mut self.legs {
@@ -310,7 +315,7 @@ impl SequencePlan {
         self
     }
 
-    /// Returns the motion over all legs and the rests between them.
+    /// Returns the motion over all legs and the holds and rests between them.
     pub fn joined(&self) -> Joined {
         Joined::of(self.legs.iter().map(|leg| Flown {
             path: &leg.plan.solution.trajectory,
@@ -322,18 +327,18 @@ impl SequencePlan {
 }
 
 impl Sequence {
-    /// Plans all legs: the order, what joints leave free, and each leg as [`plan()`] plans it. A
-    /// leg whose plan does not converge is the last one of the plan.
+    /// Plans the sequence: finds the order and the free quantities at the stops, then plans each
+    /// leg with [`plan()`]. If a leg does not converge, it is the last leg of the plan.
     ///
     /// # Errors
-    /// [`SequenceError`] if legs that are planned together have no plan, or if a leg cannot be
-    /// attempted.
+    /// [`SequenceError`] if no plan is found for legs that are planned together, or if the planner
+    /// rejects a leg.
     pub fn plan(
         &self,
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<SequencePlan, SequenceError> {
-        // The limit is of the whole: no leg has one of its own.
+        // The time limit applies to the whole sequence, so the legs have no time limit.
         let until = settings.time_limit.and_then(|limit| Instant::now().checked_add(limit));
         let settings = &Settings { time_limit: None, ..settings.clone() };
         let mut limited = Limited { observer, until, reached: false };
@@ -367,11 +372,12 @@ impl Sequence {
         Ok(SequencePlan { legs: planned, order, cost, end: time, late, cut })
     }
 
-    /// Finds the best order of the stops, by plans of all pairs ([`order`]); stops count from 1. Of effort
-    /// and fuel its end is the sum of the weights of its legs.
+    /// Finds the best order of the stops from plans of the legs between all pairs ([`order`]). In
+    /// the result the stops are numbered from 1. For minimum effort and fuel its `end` is the sum
+    /// of the weights of its legs.
     ///
     /// # Errors
-    /// [`SequenceError`] if a leg cannot be attempted.
+    /// [`SequenceError`] if the planner rejects a leg.
     pub fn best_order(
         &self,
         settings: &Settings,
@@ -381,10 +387,10 @@ impl Sequence {
         pairs::ordered(self, settings, observer)
     }
 
-    /// Checks what a sequence can have.
+    /// Checks that the sequence has only supported properties.
     ///
     /// # Errors
-    /// [`SequenceError::Unsupported`] names what cannot be planned.
+    /// [`SequenceError::Unsupported`] names a property that is not supported.
     pub fn check(&self) -> Result<(), SequenceError> {
         let craft = &self.craft;
         if !craft.is_free_turn() {
@@ -419,7 +425,7 @@ impl Sequence {
         Ok(())
     }
 
-    /// Checks what depends on when holds begin, for effort and fuel.
+    /// Checks the properties that depend on the start times of holds, for minimum effort and fuel.
     fn check_timed(&self) -> Result<(), SequenceError> {
         let begins = |stop: &Stop| stop.visit.pinned;
         let all_begin = self.stops.iter().all(begins);
@@ -459,7 +465,7 @@ impl Sequence {
         targets.fold(self.craft.known_until(), f64::min)
     }
 
-    /// Returns a stop as an end of two legs.
+    /// Returns the state at a stop, with its free parameters, that the adjacent legs share.
     fn joint(&self, stop: &Stop) -> Result<Joint, SequenceError> {
         let ends = |aim: &Aim| -> Result<Ends, SequenceError> {
             let aim = Aim { rate: AimRate::Zero, ..aim.clone() };
@@ -479,15 +485,15 @@ impl Sequence {
         })
     }
 
-    /// Returns whether the body stays where it is from one stop to the next: both are one place, at
-    /// rest.
+    /// Returns `true` if the body stays at rest from one stop to the next: the two stops require
+    /// the same attitude or pointing, and the body stops at both.
     fn stays(&self, stop: usize, next: usize) -> bool {
         let rests = |stop: &Stop| stop.passing.is_none() && !tracked::moves(stop);
         let [stop, next] = [&self.stops[stop], &self.stops[next]];
         rests(stop) && rests(next) && stop.place.is(&next.place)
     }
 
-    /// Returns whether a stop at rest has the attitude of a state at rest.
+    /// Returns `true` if the stop and the state are at rest and have the same attitude.
     fn is_at(&self, stop: usize, state: &State) -> bool {
         let stop = &self.stops[stop];
         let here = Place::Attitude(state.attitude).is(&stop.place);
@@ -499,23 +505,25 @@ impl Sequence {
         stops.iter().map(|stop| self.stops[*stop].name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
-    /// Returns the maneuver of a leg, on steps that stay.
+    /// Returns the maneuver from which the legs are made, with a fixed number of steps.
     fn leg(&self) -> Problem {
         let mut leg = self.craft.clone();
         leg.chooses_steps = false;
-        // The end of the craft is that of no leg.
+        // No leg uses the end condition of the craft.
         leg.end_condition = EndCondition::State;
         leg
     }
 
-    /// Returns what the legs share of the duration of the whole \[s\]; `None` where each finds its own.
+    /// Returns the time \[s\] that the legs share: the total duration minus the holds and settling
+    /// times. Returns `None` if the planner finds the duration of each leg independently.
     fn shared(&self) -> Result<Option<f64>, SequenceError> {
         let Some(total) = self.craft.duration.known() else { return Ok(None) };
         let holds = self.stops.iter().map(|stop| stop.visit.rest()).sum();
         if total > holds { Ok(Some(total - holds)) } else { Err(SequenceError::NoTime { holds, total }) }
     }
 
-    /// Returns the power of the momentum of a leg that its cost is about proportional to.
+    /// Returns the exponent p of the approximate cost of a leg, `|J φ|ᵖ` with the rotation vector φ
+    /// of the turn.
     fn power(&self) -> f64 {
         match self.craft.objective {
             Objective::Time => 0.5,

@@ -380,14 +380,15 @@ fn wheels_carry_their_momentum_from_leg_to_leg() {
     }
 }
 
-/// A body on four wheels that turns with least effort and stores momentum.
+/// Returns a minimum-effort maneuver of 8 s for a body with four wheels that store momentum.
 fn of_effort_on_wheels(steps: usize) -> Problem {
     let craft = on_wheels(steps);
     Problem { objective: Objective::default(), ..craft }.with_duration(8.0)
 }
 
-/// The slopes of a leg on wheels are those of its cost: by differences, at both ends. The wheels take
-/// up what the body leaves of the momentum of the whole.
+/// For a leg with wheels the coded gradient of the cost agrees with finite differences at both
+/// ends. The total angular momentum is given; the wheels store the part that the body does not
+/// have.
 #[test]
 fn slopes_of_a_leg_on_wheels_are_those_of_its_cost() {
     let craft = of_effort_on_wheels(200);
@@ -423,8 +424,8 @@ fn slopes_of_a_leg_on_wheels_are_those_of_its_cost() {
     assert!((by_time / at.by_duration - 1.0).abs() < 1e-2, "{by_time} {}", at.by_duration);
 }
 
-/// An attitude that the best slew on wheels goes through anyway costs nothing: the passage is made at
-/// the rate and the time of that slew.
+/// If the optimal slew with wheels already passes through an attitude, a stop that requires this
+/// passage costs nothing. The rate and the time of the passage are those of the slew.
 #[test]
 fn wheels_pass_an_attitude_on_their_way() {
     let craft = Problem { end: given([0.5, 0.5, 0.5, 0.5]), ..of_effort_on_wheels(200) };

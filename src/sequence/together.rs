@@ -1,18 +1,19 @@
-//! Legs planned together: Newton on what they share.
+//! Legs that are planned together: a quasi-Newton method for the quantities that they share.
 //!
-//! The cost of the whole is a sum of the costs of the legs, and each depends on few of the
-//! unknowns: the numbers that are free at its two ends, and when they are, where a total is split.
-//! The slopes come from the costates ([`super::leg`]). The curvature of each leg begins with
-//! differences of its slopes and is corrected by what every step shows of it (SR1; partially
-//! separable functions: Griewank and Toint 1982). A step minimises the quadratic model within the
-//! bounds of the joints and of the windows, and is halved until the cost falls.
+//! The total cost is the sum of the costs of the legs. The cost of a leg depends on few of the
+//! unknowns: the free parameters of the joints at its two ends and, if the total duration is
+//! divided among the legs, the times of these ends. The costates give the gradients
+//! ([`super::leg`]). The Hessian of each leg is first computed by finite differences of its
+//! gradient, and then updated after every step (SR1; partially separable functions: Griewank and
+//! Toint 1982). A step minimises the quadratic model within the bounds of the joints and of the
+//! windows. It is halved until the cost decreases.
 //!
-//! Cones that move are where they are when a leg begins; that the start of a leg depends on the
-//! legs before it changes the cost, but not the slopes.
+//! A leg uses the positions of moving cones at its start. The start time of a leg depends on the
+//! legs before it; this changes the cost, but the gradient ignores it.
 //!
-//! Legs are planned one by one, so that all of what one leg may have (limits, cones, wheels, least
-//! time) goes with stops too. That the unknowns end to first order right makes the cost right to
-//! second order.
+//! Each leg is planned by the planner for single maneuvers. Everything that a single maneuver may
+//! have (limits, cones, wheels, minimum time) is therefore possible in sequences too. First-order
+//! errors of the unknowns cause only second-order errors of the cost.
 
 use super::arrivals::{Bounds, is_given};
 use super::carried::carry;
@@ -25,23 +26,26 @@ use crate::maneuver::settings::{Method, Settings};
 use crate::optimize::search::Observer;
 use nalgebra::{DMatrix, DVector};
 
-/// Settings of the Newton method.
+/// Settings of the quasi-Newton method.
 #[derive(Clone, Debug)]
 pub struct Tuning {
-    /// Largest number of Newton steps. A solve that needs more has met legs that change their kind.
+    /// Maximum number of Newton steps. More steps are needed only if the type of a leg's solution
+    /// changes during the iteration.
     pub steps: usize,
-    /// Halvings of a step.
+    /// Maximum number of times that a step is halved.
     pub halvings: usize,
-    /// The decrease that a step foresees or brings, relative to the cost, at which nothing is left to
-    /// gain: less of it follows the round-off of plans.
+    /// Relative decrease of the cost, predicted or actual, below which the iteration ends. Smaller
+    /// decreases are dominated by the round-off of the plans.
     pub gain: f64,
-    /// The decrease that counts as none where the interior point plans a leg: the cost of its optimum
-    /// depends on where the switches lie between the nodes, and every plan takes its time.
+    /// Relative decrease of the cost below which the iteration ends if the interior-point method
+    /// plans a leg. The cost of such a leg depends on the positions of the switches between the
+    /// nodes, and each of its plans takes long to compute.
     pub gain_on_grid: f64,
-    /// Differences of the unknowns from which the first curvature comes, as a part of their
-    /// sizes: a smaller one is lost in what plans are known to.
+    /// Step of the finite differences for the first Hessian, relative to the scale of each unknown.
+    /// With a smaller step the errors of the plans dominate the differences.
     pub difference: f64,
-    /// Least curvature of a leg, as a part of its largest: a smaller one makes longer first steps.
+    /// Lower bound on the eigenvalues of a leg's Hessian, relative to its largest eigenvalue. A
+    /// smaller bound allows longer first steps.
     pub flat: f64,
 }
 
@@ -51,43 +55,44 @@ impl Default for Tuning {
     }
 }
 
-/// Legs from a start by way of joints.
+/// Legs that are planned together, from a start state through the joints between them.
 pub struct Together<'a> {
-    /// The maneuver without its ends.
+    /// The spacecraft with its objective, limits and constraints; the end states are not used.
     pub craft: &'a Problem,
     pub start: State,
-    /// When the first leg begins \[s\].
+    /// Start time of the first leg \[s\].
     pub begins: f64,
-    /// What happens at the joints.
+    /// Settling time, hold and window at each joint.
     pub visits: Vec<Visit>,
-    /// The angular momentum of the craft with its wheels, inertial axes [N·m·s].
+    /// Angular momentum of the craft including its wheels, inertial axes [N·m·s].
     pub momentum: Vector3,
     pub joints: &'a [Joint],
-    /// Bounds of the end of each leg \[s\]; `None` where each leg lasts as its own plan finds best.
+    /// Bounds of the end time of each leg \[s\]; `None` if the planner finds the duration of each
+    /// leg independently.
     pub arrivals: Option<&'a [Bounds]>,
     pub settings: &'a Settings,
     pub tuning: Tuning,
 }
 
-/// Unknowns: the free numbers of all joints, one after the other, then the ends of the legs that are
-/// not given.
+/// Values of the unknowns with the plans of all legs. The unknowns are the free parameters of all
+/// joints, in their order, followed by the end times of the legs that are not given.
 #[derive(Clone, Debug)]
 pub struct Whole {
     pub unknowns: DVector<f64>,
     pub legs: Vec<Leg>,
-    /// When each leg begins \[s\].
+    /// Start time of each leg \[s\].
     pub begins: Vec<f64>,
 }
 
 impl Whole {
-    /// Returns the cost of all legs.
+    /// Returns the sum of the costs of all legs.
     pub fn cost(&self) -> f64 {
         self.legs.iter().map(|leg| leg.cost).sum()
     }
 }
 
 impl Together<'_> {
-    /// Returns the place of the first unknown of a joint.
+    /// Returns the index of the first unknown of a joint.
     fn place(&self, joint: usize) -> usize {
         self.joints[..joint].iter().map(Joint::size).sum()
     }
@@ -96,19 +101,21 @@ impl Together<'_> {
         self.place(self.joints.len()) + self.open_ends().count()
     }
 
-    /// Returns the legs whose ends are unknowns, with their bounds.
+    /// Returns the indices of the legs whose end times are unknowns, with the bounds of these
+    /// times.
     fn open_ends(&self) -> impl Iterator<Item = (usize, Bounds)> {
         let bounds = self.arrivals.unwrap_or_default().iter().copied().enumerate();
         bounds.filter(|(_, bounds)| !is_given(*bounds))
     }
 
-    /// Returns the unknown that is the end of a leg.
+    /// Returns the index of the unknown that is the end time of a leg; `None` if this time is
+    /// given.
     fn end(&self, leg: usize) -> Option<usize> {
         let index = self.open_ends().position(|(open, _)| open == leg)?;
         Some(self.place(self.joints.len()) + index)
     }
 
-    /// Returns the unknowns from the states at the joints and the ends of the legs.
+    /// Returns the unknowns for given states at the joints and end times of the legs \[s\].
     pub fn unknowns(&self, states: &[State], ends: &[f64]) -> DVector<f64> {
         let numbers = self.joints.iter().zip(states).flat_map(|(joint, state)| joint.numbers(state));
         let ends = self.open_ends().filter_map(|(leg, _)| ends.get(leg).copied());
@@ -120,7 +127,7 @@ impl Together<'_> {
         &unknowns.as_slice()[first..first + self.joints[joint].size()]
     }
 
-    /// Returns the state at the start of a leg.
+    /// Returns the state at the start of a leg for given values of the unknowns.
     fn begun(&self, unknowns: &DVector<f64>, leg: usize) -> State {
         match leg.checked_sub(1) {
             None => self.start,
@@ -128,7 +135,7 @@ impl Together<'_> {
         }
     }
 
-    /// Returns the duration of a leg, where it is not its own to find.
+    /// Returns the duration of a leg \[s\]; `None` if the planner of the leg finds the duration.
     fn lasting(&self, unknowns: &DVector<f64>, leg: usize) -> Option<f64> {
         let bounds = self.arrivals?;
         let at = |leg: usize| self.end(leg).map_or(bounds[leg][1], |end| unknowns[end]);
@@ -136,7 +143,8 @@ impl Together<'_> {
         Some(at(leg) - begins)
     }
 
-    /// Returns the unknowns that a leg depends on: what is free at its ends, and when they are.
+    /// Returns the indices of the unknowns on which a leg depends: the free parameters at its two
+    /// ends, and the times of these ends.
     fn own(&self, leg: usize) -> Vec<usize> {
         let of_joint = |joint: usize| self.place(joint)..self.place(joint + 1);
         let before = leg.checked_sub(1);
@@ -144,7 +152,7 @@ impl Together<'_> {
         numbers.chain(before.and_then(|before| self.end(before))).chain(self.end(leg)).collect()
     }
 
-    /// Plans a leg for unknowns.
+    /// Plans a leg for given values of the unknowns.
     fn leg(
         &self,
         unknowns: &DVector<f64>,
@@ -164,7 +172,8 @@ impl Together<'_> {
         Leg::of(problem, self.settings, near, observer)
     }
 
-    /// Plans all legs for unknowns, from the neighbours of some; `None` if one has no plan.
+    /// Plans all legs for given values of the unknowns. If `near` is given, its plans are the
+    /// initial guesses. Returns `None` if no plan is found for a leg.
     pub fn planned(
         &self,
         unknowns: DVector<f64>,
@@ -175,7 +184,7 @@ impl Together<'_> {
         let (mut begins, mut time) = (Vec::with_capacity(self.joints.len()), self.begins);
         for leg in 0..self.joints.len() {
             let known = near.map(|near| &near.legs[leg]);
-            // What a leg does not depend on leaves it as it is.
+            // A leg is not planned again if the unknowns on which it depends have not changed.
             let same = near.is_some_and(|near| {
                 (!self.craft.is_timed() || near.begins[leg] == time)
                     && self.own(leg).iter().all(|own| near.unknowns[*own] == unknowns[*own])
@@ -192,7 +201,7 @@ impl Together<'_> {
         Ok(Some(Whole { unknowns, legs, begins }))
     }
 
-    /// Returns the slope of the cost of a leg by the unknowns that it depends on.
+    /// Returns the gradient of the cost of a leg with respect to the unknowns on which it depends.
     fn slope(&self, unknowns: &DVector<f64>, leg: usize, plan: &Leg) -> DVector<f64> {
         let before = leg
             .checked_sub(1)
@@ -203,7 +212,7 @@ impl Together<'_> {
         DVector::from_vec(before.into_iter().flatten().chain(after).chain(began).chain(ended).collect())
     }
 
-    /// Returns the curvature of a leg by differences of its slopes.
+    /// Computes the Hessian of the cost of a leg by finite differences of its gradient.
     fn curvature(
         &self,
         at: &Whole,
@@ -215,7 +224,7 @@ impl Together<'_> {
         let mut curvature = DMatrix::zeros(own.len(), own.len());
         let ends = [leg.checked_sub(1).and_then(|before| self.end(before)), self.end(leg)];
         for (column, unknown) in own.iter().enumerate() {
-            // To begin later is to end earlier.
+            // A later start has the same effect as an earlier end.
             if column > 0 && ends == [own.get(column - 1).copied(), Some(*unknown)] {
                 let earlier = -curvature.column(column - 1);
                 curvature.set_column(column, &earlier);
@@ -232,8 +241,8 @@ impl Together<'_> {
         Ok(0.5 * (&curvature + curvature.transpose()))
     }
 
-    /// Returns the size of an unknown: a radian, a radian in the duration of a leg, or the mean
-    /// duration.
+    /// Returns the scale of an unknown: 1 rad for a roll, 1 rad per duration of a leg for a rate,
+    /// and the mean duration of the legs for a time.
     fn size(&self, at: &Whole, unknown: usize) -> f64 {
         if unknown >= self.place(self.joints.len()) {
             return at.legs.iter().map(Leg::lasting).sum::<f64>() / at.legs.len() as f64;
@@ -244,7 +253,7 @@ impl Together<'_> {
         if is_roll { 1.0 } else { 1.0 / at.legs[joint].lasting() }
     }
 
-    /// Moves unknowns to where the joints may have them, and ends into their bounds.
+    /// Moves the parameters of the joints and the end times of the legs into their bounds.
     fn hold(&self, unknowns: &mut DVector<f64>) {
         for (joint, of) in self.joints.iter().enumerate() {
             let first = self.place(joint);
@@ -256,10 +265,11 @@ impl Together<'_> {
         }
     }
 
-    /// Improves a whole until nothing is left to gain, or a step leads nowhere.
+    /// Minimises the total cost from the values `at`, until the decrease is below the tolerance or
+    /// a step fails.
     ///
     /// # Errors
-    /// [`LegError`] if a leg cannot be attempted, or the search was stopped.
+    /// [`LegError`] if the planner rejects a leg, or if the search was stopped.
     pub fn improved(&self, mut at: Whole, observer: &mut dyn Observer) -> Result<Whole, LegError> {
         if self.count() == 0 {
             return Ok(at);
@@ -307,7 +317,8 @@ impl Together<'_> {
         Ok(at)
     }
 
-    /// Returns the quadratic model of the whole: each leg with a curvature that is positive.
+    /// Returns the quadratic model of the total cost. The Hessian of each leg is made positive
+    /// definite.
     fn model(&self, at: &Whole, slopes: &[DVector<f64>], curvatures: &[DMatrix<f64>]) -> Model {
         let count = self.count();
         let sizes = DVector::from_fn(count, |unknown, _| self.size(at, unknown));
@@ -315,7 +326,8 @@ impl Together<'_> {
             Model { slope: DVector::zeros(count), curvature: DMatrix::zeros(count, count), sizes };
         for (leg, (slope, curvature)) in slopes.iter().zip(curvatures).enumerate() {
             let own = self.own(leg);
-            // A leg between given ends has no unknown, and a matrix of none no eigenvalues.
+            // A leg between given ends depends on no unknowns, and an empty matrix has no
+            // eigenvalues.
             if own.is_empty() {
                 continue;
             }
@@ -336,7 +348,8 @@ impl Together<'_> {
     }
 }
 
-/// Corrects a curvature by the change of the slope along a step (SR1).
+/// Updates a Hessian by the SR1 formula: `moved` is the step, and `change` the change of the
+/// gradient along the step.
 fn correct(curvature: &mut DMatrix<f64>, moved: &DVector<f64>, change: &DVector<f64>) {
     let lacks = change - &*curvature * moved;
     let along = lacks.dot(moved);
@@ -345,7 +358,7 @@ fn correct(curvature: &mut DMatrix<f64>, moved: &DVector<f64>, change: &DVector<
     }
 }
 
-/// A quadratic model in unknowns that are measured by their sizes.
+/// A quadratic model of the total cost in scaled unknowns.
 struct Model {
     slope: DVector<f64>,
     curvature: DMatrix<f64>,
@@ -353,14 +366,15 @@ struct Model {
 }
 
 impl Model {
-    /// Returns the decrease along a step.
+    /// Returns the decrease of the model along a step.
     fn decrease(&self, step: &DVector<f64>) -> f64 {
         let step = step.component_div(&self.sizes);
         -(self.slope.dot(&step) + 0.5 * step.dot(&(&self.curvature * &step)))
     }
 
-    /// Returns the step to the minimum within bounds, to which `hold` moves unknowns: by projected
-    /// gradients with momentum (Nesterov 1983), begun anew where they climb.
+    /// Returns the step to the minimum of the model within the bounds, onto which `hold` projects
+    /// the unknowns. The method is the projected gradient method with momentum (Nesterov 1983),
+    /// restarted if the model increases.
     fn step(&self, from: &DVector<f64>, hold: &dyn Fn(&mut DVector<f64>)) -> DVector<f64> {
         let steepest = self.curvature.symmetric_eigenvalues().max();
         if steepest.is_nan() || steepest <= 0.0 {
@@ -394,5 +408,5 @@ impl Model {
     }
 }
 
-/// Largest number of projected gradients of a step: many, since each takes microseconds.
+/// Maximum number of projected-gradient iterations for one step; an iteration takes microseconds.
 const MOST_GRADIENTS: usize = 20_000;

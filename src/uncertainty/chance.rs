@@ -211,7 +211,7 @@ impl Worst {
     }
 }
 
-/// Returns the chance that a normal error of deviation `sigma` exceeds `room`.
+/// Returns the chance that a normal error of standard deviation `sigma` exceeds `room`.
 fn beyond(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) }
 }
@@ -229,8 +229,8 @@ fn deviation(covariance: &Matrix3, gradient: &Vector3) -> f64 {
     gradient.dot(&(covariance * gradient)).max(0.0).sqrt()
 }
 
-/// Returns the distance from the cone without its margin, and its deviation, for the pair of
-/// boresight and direction with the largest chance.
+/// Returns the distance from the cone without its margin, and the standard deviation of this
+/// distance, for the pair of boresight and direction with the largest chance.
 fn beside_cone(
     cone: &Pointing,
     attitude: &Matrix3,

@@ -40,7 +40,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         map
     }
 
-    /// Returns a matrix with one column of the state for each parameter.
+    /// Returns a matrix with one column for each parameter: the result of `of` as a vector of the
+    /// whole state.
     fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
         let parameters = &self.uncertainty.parameters;
         let mut columns = Columns::<N>::zeros(parameters.len());
@@ -115,8 +116,9 @@ impl<'a, const N: usize> Flow<'a, N> {
         Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
     }
 
-    /// Returns `δJ Ω*` of each parameter at a node: the momentum error of the true body if its rate
-    /// is known.
+    /// Returns one column `[0; δJ Ω*]` for each parameter at a node: the change of the momentum at
+    /// the planned rate `Ω*`, per unit of the parameter. It is zero unless the parameter is an
+    /// inertia.
     fn of_known_rate(&self, node: usize) -> Columns<N> {
         let rate = *self.plan.node(node).1;
         self.columns(|parameter| match parameter {
@@ -314,14 +316,15 @@ struct Tick<const N: usize> {
     gain: SMatrix<f64, 3, N>,
     /// Covariance of the state at the start of the tick, without the parameters.
     p: Square<N>,
-    /// The sensitivities `C` of the measurement to the parameters, and the sum `S + C` of the
-    /// sensitivities of state and measurement, at the start of the tick.
+    /// The sensitivities `C` of the measurement to the parameters at the start of the tick.
     measured: Columns<N>,
+    /// The sum `S + C` of the sensitivities of state and measurement at the start of the tick.
     seen: Columns<N>,
-    /// The matrices `Φ` and `Ψ`, and the covariance due to torque noise since the start of the
-    /// tick.
+    /// The matrix `Φ` from the state at the start of the tick to the present state.
     state: Square<N>,
+    /// The matrix `Ψ`, the negative response of the present state to the error of the measurement.
     sensors: Square<N>,
+    /// The covariance of the present state due to torque noise since the start of the tick.
     noise: Square<N>,
 }
 

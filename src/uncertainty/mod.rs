@@ -81,8 +81,8 @@ pub struct Covariance {
     pub torque: Vec<Matrix3>,
     /// Standard deviation of the correction of each input in each step, SI; empty in open loop.
     pub inputs: Vec<Vec<f64>>,
-    /// Standard deviation of the change of each input's correction from a step to the next, SI.
-    /// There is one entry less than steps; the list is empty in open loop.
+    /// Standard deviation of the change of each input's correction from a step to the next, SI. The
+    /// list has one entry fewer than the plan has steps; it is empty in open loop.
     pub input_changes: Vec<Vec<f64>>,
 }
 

@@ -77,8 +77,8 @@ fn radius(sigma: [f64; 2], level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The cases are one dimension and a circle (`r² = −2 ln(1 − p)`). The reference files have
-    /// ellipses between these cases, by Monte Carlo.
+    /// Tests an error in one dimension, and a circular error, for which `r² = −2 ln(1 − p)`. The
+    /// reference files have ellipses between these cases, by Monte Carlo.
     #[test]
     fn radii_of_a_line_and_of_a_circle_are_those_of_closed_form() {
         let line = radius([2.0, 0.0], Radius::LEVEL);

@@ -23,7 +23,8 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Factor on the estimated number of steps, because the order is measured to some percent only.
+    /// Factor on the estimated number of steps, because the order is measured only to a few per
+    /// cent.
     const RESERVE: f64 = 1.15;
 
     /// Computes the terminal attitude error of a verified plan, and estimates the number of steps

@@ -28,15 +28,16 @@ use nalgebra::SVector;
 /// Tolerance per unit of scaled time, relative to the speed of each change.
 const TOLERANCE: f64 = 1e-14;
 
-/// Largest number of internal steps or series within one step of the plan. A step that turns the
-/// body by a fraction of a turn needs one. No step of a plan turns it by half a turn, so this
+/// Maximum number of internal steps of Verner's pair within one step of the plan. A step that turns
+/// the body by a fraction of a turn needs one. No step of a plan turns it by half a turn, so this
 /// number suffices.
 const MAX_STEPS: usize = 4096;
+/// Maximum number of Taylor series within one step of the plan.
 const MOST_PARTS: u32 = 4096;
 
-/// Dimensions of the integrated vectors: `[δq (4), δΠ (3)]`, plus `[δx (3), δγ (3)]` if the body
-/// translates.
+/// Dimension of the integrated vector `[δq (4), δΠ (3)]` of a body that only rotates.
 const ATTITUDE: usize = 7;
+/// Dimension of the integrated vector `[δq (4), δΠ (3), δx (3), δγ (3)]` of a body that translates.
 const RIGID_BODY: usize = 13;
 
 type Verner98<const D: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; D], 9, 16, 21>;
@@ -126,8 +127,9 @@ fn verner98<const D: usize>() -> Verner98<D> {
 struct Base<'a> {
     plant: &'a Plant<'a>,
     scale: Scale,
-    /// Factors that convert a moment in N·m and a force in N to scaled units.
+    /// Factor that converts a moment in N·m to scaled units.
     moment_unit: f64,
+    /// Factor that converts a force in N to scaled units.
     force_unit: f64,
     j: Matrix3,
     j_inverse: Matrix3,

@@ -35,8 +35,9 @@ pub(crate) struct Discrete<'a> {
     scheme: Scheme,
     step: f64,
     per_mass: f64,
-    /// Time since which the step length is unchanged, and number of steps since then.
+    /// Time since which the step length is unchanged \[s\].
     began: f64,
+    /// Number of steps made since that time.
     steps: u64,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,
@@ -47,8 +48,9 @@ pub(crate) struct Discrete<'a> {
     stored: Option<Compensated<3, 1>>,
     /// The rotation of the last step; `None` before the first.
     arc: Option<Arc>,
-    /// Pose in the reference frame and field wrench at the present node.
+    /// Pose at the present node, in the reference frame.
     pose: Pose,
+    /// Wrench of the force field at the present node.
     field: Wrench,
 }
 

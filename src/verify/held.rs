@@ -30,10 +30,11 @@ pub(super) struct Held {
 
 /// The results of the witnesses that run over windows of the plan.
 pub(super) struct OnWindows {
-    /// Number of steps of the plan in the windows, and number of windows.
+    /// Total number of steps of the plan in the windows.
     pub steps: usize,
+    /// Number of windows.
     pub windows: usize,
-    /// The result of the symplectic witness, or the reason why it cannot judge.
+    /// The result of the symplectic witness, or the reason why it cannot check the plan.
     pub symplectic: Result<Symplectic, &'static str>,
     pub order: order::Comparison,
 }

@@ -32,8 +32,9 @@ pub struct Margin {
     pub name: String,
     /// Smallest distance of the plan from the limit, in `unit`; negative if the limit is violated.
     pub margin: f64,
-    /// Smallest distance of the continuous motion under the held torque, in `unit`, for rates and
-    /// cones. It differs from `margin` by the discretisation error.
+    /// For a rate limit or a cone, the smallest distance of the continuous motion under the held
+    /// torque from the limit, in `unit`. It differs from `margin` by the discretisation error.
+    /// `None` for other limits, or if the distance could not be computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_margin: Option<f64>,
     /// Unit of the margins: "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N" or "N/s".

@@ -83,7 +83,7 @@ use watch::Watch;
 /// - `inputs off or at a limit` and `shortest pulse`, if the maneuver has a minimum pulse width;
 ///   the second check has the fraction by which the shortest pulse falls short of this width
 /// - `order`, or `round-off` if the witnesses agree to round-off
-/// - `symplectic witness`, if this witness can judge the plan
+/// - `symplectic witness`, if this witness can check the plan
 /// - `continuous terminal`
 /// - `continuous state`, for a landed plan: terminal rate, position and velocity, scaled
 /// - `continuous constraints`, if a continuous tolerance is given and the maneuver has rate limits

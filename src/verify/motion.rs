@@ -85,7 +85,7 @@ impl Scale {
         }
     }
 
-    /// Returns the units of torque [N·m] and force \[N\].
+    /// Returns the scale factors of torque [N·m] and force \[N\] in the nondimensional problem.
     pub(crate) fn loads(&self) -> (f64, f64) {
         let per_time = 1.0 / self.time;
         (self.inertia * per_time * per_time, self.mass * self.length * per_time * per_time)

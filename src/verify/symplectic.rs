@@ -24,9 +24,9 @@ use std::sync::Arc;
 /// Largest turn in a step [rad]. Steps of the plan are divided until this bound holds.
 const LARGEST_TURN: f64 = 0.2;
 
-/// Largest number of parts of a step of the plan, and largest total number of steps, which takes a
-/// few seconds.
+/// Maximum number of parts of one step of the plan.
 const MOST_PARTS: f64 = 1e4;
+/// Maximum total number of steps, which take a few seconds.
 const MOST_STEPS: f64 = 4e6;
 
 /// Each polynomial degree with the largest turn of a step for which the error over a radian is
@@ -39,13 +39,16 @@ fn degree(turn: f64) -> usize {
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)
 }
 
-/// Reasons why this witness cannot judge a plan.
+/// The reason for not checking a plan with reaction wheels.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
+/// The reason for not checking a plan that would need too many steps.
 const TOO_LONG: &str = "would need too many steps";
+/// The reason for not checking a plan on which the implicit iteration does not converge.
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
-/// The state of the witness at the end of each window, and its order; or the reason why it cannot
-/// judge: wheels, too many steps, or a field so stiff that its iteration does not converge.
+/// The state of the symplectic witness at the end of each window, and the order of its method. If
+/// it cannot check the plan, the reason: wheels, too many steps, or a field so stiff that its
+/// iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
 /// Factors by which the witness shortens its steps if it disagrees with the continuous witness. The

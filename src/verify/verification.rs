@@ -40,7 +40,7 @@ pub struct Verification {
     pub continuous_velocity_m_s: Option<f64>,
     /// Symplectic witness, torque held over each step: terminal attitude error \[rad\]. It starts
     /// from the state of the continuous witness at the start of the last window. `None` if it
-    /// cannot judge the plan; [`Verification::witnesses`] states the reason.
+    /// cannot check the plan; [`Verification::witnesses`] states the reason.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_attitude_rad: Option<f64>,
     /// Symplectic witness: terminal rate error [rad/s].
@@ -85,7 +85,7 @@ pub struct Testimony {
     /// Name of the witness: "discrete", "continuous, held torque", "continuous, linear torque",
     /// "order" or "symplectic".
     pub witness: String,
-    /// The method of the witness, or the reason why it cannot judge the plan.
+    /// The method of the witness, or the reason why it cannot check the plan.
     pub method: String,
     /// Number of steps of the plan over which the witness ran: all steps, or the steps in the
     /// windows.

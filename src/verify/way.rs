@@ -41,8 +41,8 @@ pub(super) fn goes_as_asked(
     Ok(sense(plant, problem, trajectory, watch)?.map(|sense| (sense == Sense::Short) == is_short))
 }
 
-/// Returns the homotopy class of the path; `None` if both are equally long, or if the trajectory is
-/// empty.
+/// Returns the homotopy class of the path; `None` if both classes are equally long, or if the
+/// trajectory is empty.
 pub(super) fn sense(
     plant: &Plant,
     problem: &Problem,

@@ -16,9 +16,10 @@ use std::ops::Range;
 /// Number of windows. The first and the last step of the plan each lie in a window.
 const WINDOWS: usize = 8;
 
-/// The number of steps of a window is the number of steps of the plan divided by `ONE_OF`, rounded
-/// up, and at least `SHORTEST`.
+/// The number of steps of the plan divided by this number, rounded up, is the number of steps of a
+/// window, unless `SHORTEST` is larger.
 const ONE_OF: usize = 256;
+/// Smallest number of steps of a window.
 const SHORTEST: usize = 2;
 
 /// A window of a plan, with the state of the continuous witness at its ends.

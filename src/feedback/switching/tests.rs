@@ -86,8 +86,8 @@ fn end_of(problem: &Problem, plan: &Trajectory) -> State {
     Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap()
 }
 
-/// Returns the slope of the terminal miss for corrected starts between 1e-2 and 1e-3, in rad and in
-/// rad per duration.
+/// Returns the order with which the terminal miss of corrected starts falls with the deviation of
+/// the start, measured between deviations of 1e-3 and 1e-4 (rad, and rad per duration of the plan).
 fn slope(problem: &Problem, plan: &Trajectory, gains: &SwitchingGains, direction: &Vector6) -> f64 {
     let (end, duration) = (end_of(problem, plan), *plan.time.last().unwrap());
     let at = |size: f64| {

@@ -131,8 +131,9 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Returns the slopes of the terminal error for neighbouring gains, for these gains with the wrong
-/// sign, and for the regulator, each held over `every` steps.
+/// Returns the orders with which the terminal error falls with the initial deviation: for
+/// neighbouring gains, for these gains with the wrong sign, and for the regulator. Each correction
+/// is held over `every` steps.
 fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();

@@ -144,8 +144,8 @@ impl Arc {
         }
     }
 
-    /// Returns the fraction of the arc at which the closed form has its extremum; `None` if the
-    /// extremum is not on the arc.
+    /// Returns the fraction of the arc at which the angle from `boresight` to the fixed direction
+    /// `direction` has its extremum, in closed form; `None` if the extremum is not on the arc.
     fn turning_point(&self, boresight: &Vector3, direction: &Vector3, which: Extreme) -> Option<f64> {
         let angle = self.turn.norm();
         if angle == 0.0 {

@@ -3,8 +3,9 @@
 //! The outside of a cone of half angle β about w is the inside of a cone of half angle 180° − β
 //! about −w. Let two boresights have the angle γ, and two cones the half angles α₁, α₂ and the
 //! angle δ between their axes. An attitude with each boresight inside of its cone exists if and
-//! only if `|γ − δ| ≤ α₁ + α₂`. If one of the directions turns with the reference frame, δ
-//! changes; its extremes over a whole maneuver are those of one rotation ([`Arc`]).
+//! only if `|γ − δ| ≤ α₁ + α₂`. If one of the directions turns with the reference frame, δ changes;
+//! its extremes over a whole maneuver have the closed form of a rotation about a fixed axis
+//! ([`Arc`]).
 
 use super::{
     Arc, BOUNDARY_ROUNDING, Constraint, Direction, Extreme, Pointing, Rule, Side, Target, angle_between,

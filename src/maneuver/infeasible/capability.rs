@@ -19,12 +19,14 @@ pub(crate) fn strongest(channel: &ActuatorSet) -> f64 {
     together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))
 }
 
-/// Returns the largest norm of a sum of vectors along the axes of a set, each within its limit.
+/// Returns the largest norm of a weighted sum of the axes of a set, with each weight within its
+/// limit; infinity if `limits` is `None`.
 fn together(channel: &ActuatorSet, limits: Option<&Vec<f64>>) -> f64 {
     limits.map_or(f64::INFINITY, |limits| Outputs::new(channel.axes(), limits.iter().copied()).largest())
 }
 
-/// Returns the bounds on torque, rate and stored momentum of a problem, with the slack of a plan.
+/// Returns the bounds on torque, rate and stored momentum of a problem, each increased by the
+/// relative excess `SLACK` that a plan may have.
 pub(super) fn means(problem: &Problem) -> Means {
     let torque = &problem.actuation.torque;
     // A torque fixed to a frame that turns changes in space without changing its inputs.

@@ -60,7 +60,7 @@ fn upright(direction: &Vector3) -> Vector3 {
 }
 
 fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
-    // A thruster through the mass center produces no torque.
+    // A thruster through the mass centre produces no torque.
     let axes = channel.axes().iter().filter(|axis| axis.amax() > 0.0);
     axes.map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }

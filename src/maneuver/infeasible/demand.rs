@@ -1,6 +1,7 @@
 //! The rotations that the ends require, and whether torque, rate and time suffice.
 //!
-//! The [envelope](super::envelope) bounds every arc k. A maneuver of the steps h therefore has
+//! The [envelope](super::envelope) bounds every arc k. A maneuver with steps of length h therefore
+//! has
 //!
 //! ```text
 //! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
@@ -110,7 +111,8 @@ impl<'a> Case<'a> {
         missed.reduce(|worst, other| if ratio(&other) > ratio(&worst) * (1.0 + 1e-6) { other } else { worst })
     }
 
-    /// Returns the largest angle \[rad\] that an arc can contribute to a demand.
+    /// Returns the largest angle \[rad\] that the body or body axis of a demand can move along
+    /// `arc`, in a step of length `step` \[s\].
     fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
         let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
         if let Some(Lever { by_momentum, by_speed, .. }) = demand.axis {
@@ -290,8 +292,9 @@ const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
 ];
 
-/// Returns in words the largest half angle that the cone in the way of a demand may have; `None` if
-/// no cone is in the way, or if no half angle suffices.
+/// Returns in words the largest half angle of the demand's keep-out cone with which the path of the
+/// body axis is at most `allowed` \[rad\] long. Returns `None` if the demand has no cone, or if no
+/// half angle suffices.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     let detour = demand.cone.as_ref()?;
     let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;

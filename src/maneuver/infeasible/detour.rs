@@ -43,8 +43,8 @@ impl Detour {
         }
     }
 
-    /// Returns the length of the shortest path around a cone of this half angle about the same axis
-    /// \[rad\].
+    /// Returns the length \[rad\] of the shortest path from start to end around a cone with the
+    /// half angle `half_angle` \[rad\] and the axis of this detour.
     pub(super) fn length(&self, half_angle: f64) -> f64 {
         if half_angle >= FRAC_PI_2 {
             // The outside of the cone is a convex cap, which contains the great circle.

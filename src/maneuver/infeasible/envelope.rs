@@ -46,7 +46,7 @@ pub(super) struct Means {
     pub slope: f64,
     /// Largest angular velocity [rad/s].
     pub rate: f64,
-    /// Factor on all limits of the angular velocity.
+    /// Factor by which all limits of the angular velocity are multiplied.
     pub rate_growth: f64,
     /// Largest momentum in the wheels at a node [N·m·s].
     pub storage: f64,
@@ -157,8 +157,8 @@ impl Motion {
     /// Limits the momenta by the rate of change of the torque.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
-        // A concave function nowhere exceeds this factor times its largest value at the midpoints
-        // of the steps.
+        // The largest value of a concave function is at most this factor times its largest value at
+        // the midpoints of the steps.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
         // Every pass starts from valid bounds and produces valid bounds.
         for _ in 0..8 {
@@ -181,8 +181,9 @@ impl Motion {
         0.5 * (1.0 / self.moments[0] - 1.0 / self.moments[1])
     }
 
-    /// Returns the bound g on the rate of change of Π in body axes during a drift without wheels
-    /// [N·m].
+    /// Returns the bound g [N·m] on the rate of change of Π, the body-frame momentum, during one
+    /// drift of length `step` \[s\]. The body has no wheels, and `momentum` is a bound on |Π|
+    /// [N·m·s].
     fn gyroscopic(&self, step: f64, momentum: f64) -> f64 {
         let angle = sine_angle(step * momentum / self.moments[0]);
         product(2.0 * self.kappa() / (1.0 + angle.cos()), momentum * momentum)
@@ -205,7 +206,8 @@ impl Motion {
         }
     }
 
-    /// Returns a bound on the speed after a drift with wheels.
+    /// Returns a bound on the speed `v = √(Π·J⁻¹Π)` after a drift with wheels, for the bound
+    /// `speed` before the drift.
     fn after_drift(&self, step: f64, speed: f64, arc: &Arc) -> f64 {
         let (angle, share) = self.turn(step, &Arc { speed, ..*arc });
         let [smallest, largest] = self.moments;

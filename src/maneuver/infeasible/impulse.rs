@@ -21,8 +21,9 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     angular(problem).or_else(|| linear(problem))
 }
 
-/// Builds the proof that no plan is shorter than the duration `needed` with all other values
-/// unchanged, if `needed` is finite.
+/// Builds the proof that a maneuver with a limit of `limit` is infeasible, in units of `unit`. The
+/// same duration would need a limit `factor` times as large. If `needed` \[s\] is given, no shorter
+/// plan exists with all other values unchanged. `what` states the missing impulse or distance.
 fn missed(
     problem: &Problem,
     limit: f64,

@@ -10,7 +10,7 @@
 //!   suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
 //!   one: a claim is made if both are impossible;
 //! - `full_wheels`: an angle or a path, as for `demand`, for which full wheels turn the body too
-//!   slowly. It holds for the continuous motion alone, so it is used only for plans that land.
+//!   slowly. It holds only for the continuous motion, so it is used only for plans that land.
 //!
 //! Some infeasible maneuvers have no such proof.
 //!

@@ -41,10 +41,11 @@ const POINTS: usize = 200;
 /// the error is of the order of the inverse square.
 const PARTS: usize = 1000;
 
-/// The factor from one tried rate or acceleration to the next, and the numbers of tried rates and
-/// accelerations.
+/// The factor from one tried rate to the next, and from one tried acceleration to the next.
 const FINER: f64 = 0.96;
+/// Number of rates that are tried.
 const RATES: i32 = 120;
+/// Number of accelerations that are tried for each rate.
 const ACCELERATIONS: i32 = 60;
 
 /// The largest acceleration that is tried if torques have no limit, as a multiple of the squared
@@ -79,8 +80,8 @@ pub fn fixed_axis_duration(problem: &Problem) -> Option<f64> {
     durations.reduce(f64::min)
 }
 
-/// Returns the turns about a fixed axis that the chosen homotopy class allows; none for a maneuver
-/// that they do not describe.
+/// Returns the turns about a fixed axis that the chosen homotopy class allows. No turn is returned
+/// unless the maneuver is a rest-to-rest turn of a free body under torques along body axes.
 fn turns(problem: &Problem) -> impl Iterator<Item = Turn<'_>> {
     let torque = &problem.actuation.torque;
     let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
@@ -225,8 +226,8 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns the duration \[s\] with its margin; `None` if no rate leaves an acceleration, or if
-    /// a constraint is in the way.
+    /// Returns the duration \[s\] with its margin; `None` if the limits allow no acceleration at
+    /// any tried rate, or if a constraint forbids the turn.
     fn duration(&self) -> Option<f64> {
         let best = self.quickest()?;
         let stretch = STRETCH + PER_STEP / self.problem.steps as f64;
@@ -238,11 +239,12 @@ impl<'a> Turn<'a> {
         self.is_clear(&stretched).then(|| stretched.duration(self.angle))
     }
 
-    /// Returns the course of the shortest duration; `None` if no rate leaves an acceleration.
+    /// Returns the course of the shortest duration; `None` if the limits allow no acceleration at
+    /// any tried rate.
     fn quickest(&self) -> Option<Course> {
         let at_rest = self.acceleration(0.0);
-        // The turn is no faster than with the acceleration at rest, and its rate of change at rest,
-        // all along.
+        // No turn is faster than a turn with the acceleration, and the rate of change of the
+        // acceleration, that are possible at rest.
         let quickest = self
             .fastest
             .min((self.angle * at_rest).sqrt())
@@ -299,7 +301,8 @@ impl<'a> Turn<'a> {
         if most.is_finite() { most } else { 0.0 }
     }
 
-    /// Returns the largest acceleration that the limits of the inputs leave at a rate.
+    /// Returns the largest acceleration [rad/s²] that the input limits allow while the body turns
+    /// at `rate` [rad/s].
     fn acceleration(&self, rate: f64) -> f64 {
         let limits = self.problem.actuation.torque.limits();
         let mut most = f64::INFINITY;
@@ -316,8 +319,8 @@ impl<'a> Turn<'a> {
         most
     }
 
-    /// Returns the largest rate of change of the acceleration that the limits of torque rates
-    /// leave.
+    /// Returns the largest rate of change of the acceleration [rad/s³] that the limits on torque
+    /// rates allow at this rate and acceleration.
     fn slope(&self, rate: f64, acceleration: f64) -> f64 {
         let limits = self.problem.actuation.torque.limits().rate.iter().flatten().enumerate();
         limits.fold(f64::INFINITY, |least, (input, limit)| {
@@ -326,7 +329,8 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Returns courses that reach a rate, or a lower rate if the angle is too small for this rate.
+    /// Returns courses that reach `rate` [rad/s], or a lower rate if the angle of the turn is too
+    /// small for it.
     fn courses(&self, rate: f64) -> impl Iterator<Item = Course> {
         let most = self.acceleration(rate).min(BRISK * rate * rate / self.angle);
         let count = if self.slope(0.0, 0.0).is_finite() { ACCELERATIONS } else { 1 };

@@ -2,7 +2,7 @@
 //!
 //! If only its inputs act on a body, and they turn it about one principal axis `n` alone, the
 //! rotations about `n` are an invariant set of the dynamics: `J n = λ n` makes `Π × Ω = 0`, and
-//! `R n` is constant. If thrusters also push the body normal to `n`, the mass center stays in the
+//! `R n` is constant. If thrusters also push the body normal to `n`, the mass centre stays in the
 //! plane normal to `n`. A maneuver whose ends lie in this set needs inputs only in both directions
 //! of a subspace, not of the whole space.
 

@@ -15,7 +15,7 @@ pub enum Unsuited {
     /// A minimum-time maneuver has a bound on its duration.
     #[error("the duration is the objective and has a bound: remove the bound")]
     LongestDuration,
-    /// A minimum-effort maneuver of free duration uses another scheme than Lie–Verlet.
+    /// A minimum-effort maneuver of free duration uses a scheme other than Lie–Verlet.
     #[error("a free duration needs Lie–Verlet")]
     SchemeOfSoughtDuration,
     /// Minimum effort is requested for one-sided thrusters.
@@ -46,7 +46,7 @@ pub enum Unsuited {
     /// direction.
     #[error("minimum time and fuel need thrusters that together push and turn in every direction")]
     ThrusterDirections,
-    /// Minimum time or fuel is requested with another scheme than Lie–Verlet.
+    /// Minimum time or fuel is requested with a scheme other than Lie–Verlet.
     #[error("minimum time and fuel need Lie–Verlet")]
     SchemeOfSwitching,
     /// A homotopy class is requested for a free end attitude.
@@ -95,7 +95,8 @@ pub enum Unsuited {
         them"
     )]
     PulsesOnEqualSteps,
-    /// Thrusters that produce both force and torque have other limits than one for each thruster.
+    /// Thrusters that produce both force and torque have limits other than one limit for each
+    /// thruster.
     #[error("thrusters that push and turn have a limit each and push to one side only: remove other limits")]
     ThrusterLimits,
     /// Thrusters that push the body are given for a maneuver of the attitude alone.

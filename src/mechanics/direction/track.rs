@@ -31,8 +31,9 @@ pub struct LineOfSight {
 pub struct Track {
     /// Coefficients of the pieces, which are of equal length; copies of the track share them.
     pieces: Arc<[Vec<Vector3>]>,
-    /// Start time, and length of a piece \[s\].
+    /// Start time of the track \[s\].
     from: f64,
+    /// Length of a piece \[s\].
     piece: f64,
 }
 
@@ -228,7 +229,8 @@ fn chebyshev(coefficients: &[Vector3], x: f64) -> [Vector3; 4] {
     value
 }
 
-/// Returns the coefficients of the derivative, multiplied by `factor`.
+/// Returns the Chebyshev coefficients of the derivative of a sum of Chebyshev polynomials in x,
+/// multiplied by `factor`.
 fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
     let count = coefficients.len();
     let mut found = vec![Vector3::zeros(); count.max(2)];

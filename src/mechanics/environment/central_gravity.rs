@@ -28,16 +28,16 @@ use crate::mechanics::number::{finite, finite_vector, positive};
 /// A point of a body in a central field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMass {
-    /// `k = μ m` of this point: gravitational parameter of the center times the mass of the point
+    /// `k = μ m` of this point: gravitational parameter of the centre times the mass of the point
     /// [N·m²].
     pub parameter: f64,
-    /// Position `ρ` from the mass center of the body, body axes \[m\].
+    /// Position `ρ` from the mass centre of the body, body axes \[m\].
     pub position: Vector3,
 }
 
 /// Exact gravity of a point at the origin on a rigid cloud of point masses.
 ///
-/// The position of the pose is the position of the mass center. Values are not finite if a point is
+/// The position of the pose is the position of the mass centre. Values are not finite if a point is
 /// at the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralGravity {
@@ -46,7 +46,7 @@ pub struct CentralGravity {
 }
 
 impl CentralGravity {
-    /// Largest distance of the mass center from the origin of the body axes, relative to the
+    /// Largest distance of the mass centre from the origin of the body axes, relative to the
     /// farthest point, that counts as round-off of the input.
     pub const OFF_CENTER: f64 = 1e-6;
 
@@ -54,7 +54,7 @@ impl CentralGravity {
     ///
     /// # Errors
     /// Returns an [`EnvironmentError`] if the list is empty, a position is not finite, a
-    /// parameter is not a positive number, or the mass center is not the origin of the body axes.
+    /// parameter is not a positive number, or the mass centre is not the origin of the body axes.
     pub fn new(points: Vec<PointMass>) -> Result<Self, EnvironmentError> {
         if points.is_empty() {
             return Err(EnvironmentError::NoPoints);
@@ -74,7 +74,7 @@ impl CentralGravity {
     }
 
     /// Builds the field of gravitational parameter μ [m³/s²] on a body of points with these masses
-    /// \[kg\] and positions (body axes, from the mass center \[m\]).
+    /// \[kg\] and positions (body axes, from the mass centre \[m\]).
     ///
     /// # Errors
     /// Returns the errors of [`CentralGravity::new`].

@@ -19,13 +19,13 @@ pub enum EnvironmentError {
     /// A body of point masses has no points.
     #[error("the body has no point masses")]
     NoPoints,
-    /// The mass center of the point masses is not at the origin of the body axes.
+    /// The mass centre of the point masses is not at the origin of the body axes.
     #[error(
         "the mass center of the point masses is at ({}, {}, {}) m in body axes; it must be the origin",
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// The position of the mass center, body axes \[m\].
+        /// The position of the mass centre, body axes \[m\].
         center: [f64; 3],
     },
 }

@@ -20,7 +20,7 @@ use crate::{Matrix3, Vector3};
 /// along the orbit normal, `e₃` radially outward. The frame turns with the rate `n e₂`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GravityGradient {
-    /// Unit vector `o` from the attracting center outward, reference frame.
+    /// Unit vector `o` from the attracting centre outward, reference frame.
     outward: Vector3,
     /// Rate of the reference frame, `n e₂` [rad/s].
     frame_rate: Vector3,
@@ -30,7 +30,7 @@ pub struct GravityGradient {
 }
 
 impl GravityGradient {
-    /// Builds the field on a body of `inertia` about its mass center, on a circular orbit of rate
+    /// Builds the field on a body of `inertia` about its mass centre, on a circular orbit of rate
     /// `n` [rad/s]. The attitude is relative to LVLH.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use crate::{Matrix3, Vector3};
 
-/// The attraction on a point at the position `s` relative to the attracting center.
+/// The attraction on a point at the position `s` relative to the attracting centre.
 pub(super) struct InverseSquare {
     k: f64,
     /// Distance `|s|`.

@@ -21,7 +21,7 @@ use crate::lie::Rotation;
 use crate::{Matrix3, Vector3};
 use std::fmt::Debug;
 
-/// The position of the mass center and the attitude of the body.
+/// The position of the mass centre and the attitude of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Position `x`, reference frame \[m\]; zero if only the attitude moves.
@@ -114,21 +114,21 @@ pub enum Description {
         gravity: f64,
         /// The direction of gravity, reference frame, any length.
         direction: Vector3,
-        /// The vector from the pivot to the mass center, body axes \[m\].
+        /// The vector from the pivot to the mass centre, body axes \[m\].
         pivot_to_mass_center: Vector3,
     },
     /// A field built by [`GravityGradient::new`].
     GravityGradient {
         /// Orbital rate [rad/s].
         orbital_rate: f64,
-        /// Inertia about the mass center [kg·m²], body axes.
+        /// Inertia about the mass centre [kg·m²], body axes.
         inertia: Matrix3,
     },
     /// A field built by [`CentralGravity::of_masses`].
     CentralGravity {
         /// Gravitational parameter μ [m³/s²].
         gravitational_parameter: f64,
-        /// Mass \[kg\] and position of each point, body axes from the mass center \[m\].
+        /// Mass \[kg\] and position of each point, body axes from the mass centre \[m\].
         points: Vec<(f64, Vector3)>,
     },
     /// A field built by [`SecondOrderGravity::new`].
@@ -137,7 +137,7 @@ pub enum Description {
         gravitational_parameter: f64,
         /// Mass \[kg\].
         mass: f64,
-        /// Inertia about the mass center [kg·m²], body axes.
+        /// Inertia about the mass centre [kg·m²], body axes.
         inertia: Matrix3,
     },
     /// Any other field, such as a user-defined one, for which a spec has no notation.

@@ -1,11 +1,11 @@
 //! MacCullagh's second-order gravity on a body of mass `m` and inertia `J`, with the attracting
-//! center at the origin.
+//! centre at the origin.
 //!
 //! ```text
 //! U = −μm/|x| + u(y),   y = Rᵀx = r e,   u(y) = −(μ/2r³) (tr J − 3 e·Je)
 //! ```
-//! The first term moves the mass center alone. The second term depends on the position `y` of the
-//! mass center in body axes. With `δy = Rᵀδx + S(y) ζ`, the chain rule therefore gives all
+//! The first term moves the mass centre alone. The second term depends on the position `y` of the
+//! mass centre in body axes. With `δy = Rᵀδx + S(y) ζ`, the chain rule therefore gives all
 //! quantities from the derivatives `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
 //! ```text
 //! f = −R a         M = y × a
@@ -50,7 +50,7 @@ pub struct SecondOrderGravity {
 
 impl SecondOrderGravity {
     /// Builds the field of gravitational parameter μ [m³/s²] on a body of `mass` \[kg\] and
-    /// `inertia` about its mass center.
+    /// `inertia` about its mass centre.
     ///
     /// # Errors
     /// Returns an [`EnvironmentError`] if the parameter or the mass is not a positive number, or if
@@ -73,7 +73,7 @@ impl SecondOrderGravity {
     }
 }
 
-/// Quantities of the attracting center in body axes. `J` is replaced by `(3/2) μ J` in all of them.
+/// Quantities of the attracting centre in body axes. `J` is replaced by `(3/2) μ J` in all of them.
 struct Center<'a> {
     jj: &'a Matrix3,
     tau: f64,

@@ -11,12 +11,12 @@ use crate::{Matrix3, Vector3};
 pub enum Attractor {
     /// Point masses. The gravity between two clouds is exact: all pairs of points are summed.
     Cloud(PointCloud),
-    /// Mass and inertia alone, by MacCullagh's formula. All pairs with such a body are of second
+    /// Only mass and inertia, by MacCullagh's formula. All pairs with such a body are of second
     /// order in size over distance.
     SecondOrder {
         /// Mass \[kg\].
         mass: f64,
-        /// Inertia about the mass center, body axes.
+        /// Inertia about the mass centre, body axes.
         inertia: Inertia,
     },
     /// A homogeneous polyhedron. Its gravity on points and clouds is exact. Between two polyhedra
@@ -42,7 +42,7 @@ impl Attractor {
         }
     }
 
-    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. It is singular if all
+    /// Returns the inertia about the mass centre [kg·m²], 3×3, body axes. It is singular if all
     /// points are on a line.
     pub fn inertia(&self) -> Matrix3 {
         match self {

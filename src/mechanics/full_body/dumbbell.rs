@@ -21,7 +21,7 @@ use crate::{Matrix3, Vector3};
 pub struct Dumbbell {
     /// Total mass of both spheres \[kg\].
     pub mass: f64,
-    /// Distance `l` between the centers of the spheres \[m\].
+    /// Distance `l` between the centres of the spheres \[m\].
     pub length: f64,
     /// Radius of a sphere \[m\]. It affects only the inertia.
     pub sphere_radius: f64,

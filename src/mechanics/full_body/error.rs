@@ -23,13 +23,13 @@ pub enum FullBodyError {
     /// A body has no mass. It would not translate, and would neither attract nor be attracted.
     #[error("a body has no mass: each of several bodies needs one")]
     NoMass,
-    /// The mass center is not the origin of the body axes.
+    /// The mass centre is not the origin of the body axes.
     #[error(
         "the mass center is at ({}, {}, {}) m in body axes; it must be the origin: shift the body by its negative",
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// The position of the mass center, body axes \[m\].
+        /// The position of the mass centre, body axes \[m\].
         center: [f64; 3],
     },
 }
@@ -40,11 +40,11 @@ pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<u
     if (1..=limit).contains(&count) { Ok(count) } else { Err(FullBodyError::Count { name, count, limit }) }
 }
 
-/// Largest distance of a mass center from the origin, relative to the farthest point of the body,
+/// Largest distance of a mass centre from the origin, relative to the farthest point of the body,
 /// that counts as round-off of the input.
 pub(super) const OFF_CENTER: f64 = 1e-6;
 
-/// Checks that the mass center is the origin, on the scale of the farthest point.
+/// Checks that the mass centre is the origin, on the scale of the farthest point.
 pub(super) fn centered(center: &Vector3, farthest: f64) -> Checked<()> {
     if center.norm() <= OFF_CENTER * farthest {
         Ok(())

@@ -16,7 +16,7 @@ use crate::mechanics::environment::Pose;
 pub struct Momentum {
     /// Linear momentum `γ = m ẋ`, reference frame [kg·m/s].
     pub linear: Vector3,
-    /// Angular momentum `Π = JΩ` about the mass center, body axes [kg·m²/s].
+    /// Angular momentum `Π = JΩ` about the mass centre, body axes [kg·m²/s].
     pub angular: Vector3,
 }
 
@@ -48,7 +48,7 @@ pub fn angular_momentum(poses: &[Pose], momenta: &[Momentum]) -> Vector3 {
     poses.iter().zip(momenta).map(of).sum()
 }
 
-/// Returns the mass center `Σ m x / Σ m`, reference frame \[m\]. A body without mass does not
+/// Returns the mass centre `Σ m x / Σ m`, reference frame \[m\]. A body without mass does not
 /// contribute.
 pub fn mass_center(bodies: &[Body], poses: &[Pose]) -> Vector3 {
     let mass = |body: &Body| body.mass.unwrap_or(0.0);

@@ -15,7 +15,7 @@ use std::sync::Mutex;
 /// Newtonian constant of gravitation, CODATA 2018 and 2022 [m³/(kg·s²)].
 pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
-/// How an evaluation uses threads. The choice does not change a bit of the result.
+/// The use of threads in an evaluation. The choice does not change a bit of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Threads {
     /// Uses threads if an evaluation is long enough. Default.
@@ -50,7 +50,7 @@ impl MutualGravity {
     /// The largest number of point-to-point interactions in one evaluation, which take about half a
     /// minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
-    /// The smallest number of interactions for which threads save time.
+    /// The smallest number of point-to-point interactions for which threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
     /// Builds the mutual gravity of `bodies`, with the gravitational constant `G` [m³/(kg·s²)].

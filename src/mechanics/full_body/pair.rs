@@ -37,9 +37,9 @@ pub(super) struct Task {
 pub(super) const TASK: usize = 1 << 14;
 /// The cost of a face that acts on a point, in point-to-point interactions.
 const FACE: usize = 8;
-/// The costs, in point-to-point interactions, of the rotation of a probe into the axes of the
-/// field, and of a pair of second order.
+/// The cost of the rotation of a probe into the axes of the field, in point-to-point interactions.
 const TURN: usize = 4;
+/// The cost of a pair of second order, in point-to-point interactions.
 const SECOND_ORDER: usize = 8;
 
 /// Returns the points of a body on which the field of another body acts; empty for a body of second

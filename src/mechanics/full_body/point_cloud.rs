@@ -19,7 +19,7 @@ use crate::{Matrix3, Vector3};
 pub struct MassPoint {
     /// Mass \[kg\].
     pub mass: f64,
-    /// Position `ρ` from the mass center of the body, body axes \[m\].
+    /// Position `ρ` from the mass centre of the body, body axes \[m\].
     pub position: Vector3,
 }
 
@@ -43,11 +43,11 @@ impl PointCloud {
     /// The largest number of points of a cloud.
     pub const POINTS: usize = 10_000_000;
 
-    /// Builds a cloud of these points, whose mass center must be the origin.
+    /// Builds a cloud of these points, whose mass centre must be the origin.
     ///
     /// # Errors
     /// Returns a [`FullBodyError`] if the list is empty or has more than [`Self::POINTS`] points, a
-    /// mass is not a positive number, a position is not finite, or the mass center is not the
+    /// mass is not a positive number, a position is not finite, or the mass centre is not the
     /// origin.
     pub fn new(points: Vec<MassPoint>) -> Checked<Self> {
         check(&points)?;
@@ -58,10 +58,10 @@ impl PointCloud {
     }
 
     /// Builds a cloud of points that are given in any axes. It moves the origin to their mass
-    /// center, and also returns the position of the mass center in the given axes \[m\].
+    /// centre, and also returns the position of the mass centre in the given axes \[m\].
     ///
     /// # Errors
-    /// Returns the errors of [`PointCloud::new`], except the error for the mass center.
+    /// Returns the errors of [`PointCloud::new`], except the error for the mass centre.
     pub fn centered(mut points: Vec<MassPoint>) -> Checked<(Self, Vector3)> {
         check(&points)?;
         let (mass, center) = mass_center(&points);
@@ -89,7 +89,7 @@ impl PointCloud {
         self.mass
     }
 
-    /// Returns the distance of the farthest point from the mass center \[m\].
+    /// Returns the distance of the farthest point from the mass centre \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }

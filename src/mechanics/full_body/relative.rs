@@ -9,8 +9,8 @@
 //!                             Π̇₂ = Π₂ × Ω₂ − M − X × f
 //! ```
 //! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) These equations have nine momenta and six
-//! coordinates instead of twelve and twelve. The other unknowns are the mass center, which moves
-//! uniformly, and the attitude of body 2, `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass center
+//! coordinates instead of twelve and twelve. The other unknowns are the mass centre, which moves
+//! uniformly, and the attitude of body 2, `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass centre
 //! ```text
 //! E = |Γ|²/2m + ½ Ω·Π + ½ Ω₂·Π₂ + U(X, R)         R₂ (X × Γ + Π + Π₂) = L
 //! ```
@@ -35,15 +35,15 @@ pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
 /// The relative state of two bodies, in the axes of the second body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// The position `X` of the mass center of body 1 relative to the mass center of body 2 \[m\].
+    /// The position `X` of the mass centre of body 1 relative to the mass centre of body 2 \[m\].
     pub position: Vector3,
     /// Attitude `R`, axes of body 1 → axes of body 2.
     pub attitude: Matrix3,
     /// Reduced mass times relative velocity, `Γ` [kg·m/s].
     pub momentum: Vector3,
-    /// Angular momentum `Π = RΠ₁` of body 1 about its mass center [kg·m²/s].
+    /// Angular momentum `Π = RΠ₁` of body 1 about its mass centre [kg·m²/s].
     pub first: Vector3,
-    /// Angular momentum `Π₂` of body 2 about its mass center [kg·m²/s].
+    /// Angular momentum `Π₂` of body 2 about its mass centre [kg·m²/s].
     pub second: Vector3,
 }
 
@@ -52,7 +52,7 @@ pub struct Relative {
 pub struct Anchor {
     /// Attitude `R₂` of body 2, body → reference.
     pub attitude: Matrix3,
-    /// The common mass center of both bodies, reference frame \[m\].
+    /// The common mass centre of both bodies, reference frame \[m\].
     pub mass_center: Vector3,
     /// The total linear momentum of both bodies, reference frame [kg·m/s].
     pub momentum: Vector3,
@@ -173,7 +173,7 @@ impl<P: Potential> TwoBodies<P> {
         }
     }
 
-    /// Returns the energy in the frame of the mass center \[J\].
+    /// Returns the energy in the frame of the mass centre \[J\].
     pub fn energy(&self, state: &Relative) -> f64 {
         let [omega, axes] = self.angular_velocities(state);
         let kinetic = state.momentum.norm_squared() / self.reduced_mass()
@@ -182,7 +182,7 @@ impl<P: Potential> TwoBodies<P> {
         0.5 * kinetic + self.potential(&state.position, &state.attitude)
     }
 
-    /// Returns the total angular momentum about the mass center, in the axes of body 2 [kg·m²/s].
+    /// Returns the total angular momentum about the mass centre, in the axes of body 2 [kg·m²/s].
     /// Its direction is constant only in the reference frame; its length is constant in both.
     pub fn angular_momentum(&self, state: &Relative) -> Vector3 {
         state.position.cross(&state.momentum) + state.first + state.second

@@ -38,7 +38,7 @@ impl Exchange {
 pub(super) struct Moments {
     /// Mass \[kg\].
     pub mass: f64,
-    /// Inertia about the mass center [kg·m²], body axes.
+    /// Inertia about the mass centre [kg·m²], body axes.
     pub inertia: Matrix3,
 }
 

@@ -14,9 +14,9 @@ use crate::mechanics::body::Body;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// Number of components per body: attitude and angular momentum, and also position and linear
-/// momentum if the body translates.
+/// Number of components of a body that only rotates: attitude and angular momentum.
 const TURNING: usize = 12;
+/// Number of components of a body that translates, including position and linear momentum.
 const MOVING: usize = 18;
 
 /// Largest norm of the difference between two rotations: √8 if they are 180° apart.
@@ -191,7 +191,7 @@ impl Ambient {
     }
 }
 
-/// Returns the largest `|error|` relative to its scale; a NaN stays.
+/// Returns the largest `|error|` relative to its scale; NaN if an error is NaN.
 pub(super) fn largest(errors: impl Iterator<Item = f64>, scales: &[f64]) -> f64 {
     let mut worst = 0.0;
     for (error, scale) in errors.zip(scales) {

@@ -15,8 +15,9 @@ use crate::mechanics::drift_equation::solve_from;
 pub(super) struct Rotor {
     equation: AttitudeEquation,
     step: f64,
-    /// Cayley vectors of the last two steps; NaN before these steps exist.
+    /// Cayley vector of the last step; NaN before the first step.
     last: Vector3,
+    /// Cayley vector of the step before the last one; NaN if that step does not exist.
     before: Vector3,
 }
 

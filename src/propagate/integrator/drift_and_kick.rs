@@ -30,12 +30,13 @@ use crate::mechanics::environment::Wrench;
 pub(super) struct DriftAndKick {
     course: Course,
     rotors: Vec<Rotor>,
-    /// The kick weights `a` (before the drift) and `b` (after it) \[s\].
+    /// Weight `a` of the kick before the drift \[s\].
     before: f64,
+    /// Weight `b` of the kick after the drift \[s\].
     after: f64,
-    /// The wrenches of the potential at the present node, and the wrenches that include the inputs
-    /// at one end of a step.
+    /// The wrenches of the potential on the bodies at the present node.
     field: Vec<Wrench>,
+    /// The wrenches of potential and inputs on the bodies at one end of a step.
     wrenches: Vec<Wrench>,
     /// Cayley vector of each body's rotation in the step.
     turns: Vec<Vector3>,

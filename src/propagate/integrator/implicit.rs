@@ -5,8 +5,8 @@
 //! exponential  F = exp S(f)   A Jf + B f×(Jf) = g                     A = sin t/t, B = (1 − cos t)/t²   (2.3)
 //! Cayley       F = cay(c)     g + g×c + (g·c) c − 2Jc = 0             g = hΠ, t = |f|                   (2.6)
 //! ```
-//! The integrators use [`AttitudeEquation::solve`]. The other two methods are from the survey, for
-//! comparison.
+//! The integrators use [`AttitudeEquation::solve`]. The other two methods are from the survey by
+//! Leok, for comparison.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
@@ -56,16 +56,18 @@ impl AttitudeEquation {
         solve_counting(&self.j, &self.j_inverse, &(self.scale * momentum))
     }
 
-    /// Returns the Cayley vector by plain Newton iterations from `½J⁻¹hΠ`, the survey's Cayley form
-    /// (2.6), and the number of iterations.
+    /// Solves the Cayley form (2.6) of the equation by Newton's method from `½J⁻¹hΠ`. Returns the
+    /// Cayley vector and the number of iterations; `None` if the iteration does not converge to a
+    /// rotation below 90°.
     #[inline]
     pub fn newton(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         newton(&self.j, &g, 0.5 * (self.j_inverse * g))
     }
 
-    /// Returns the rotation vector `f` of `F = exp S(f)` by Newton's method from `J⁻¹hΠ`, the
-    /// survey's exponential form (2.3, 2.4), and the number of iterations.
+    /// Solves the exponential form (2.3, 2.4) of the equation by Newton's method from `J⁻¹hΠ`.
+    /// Returns the rotation vector `f` of `F = exp S(f)` and the number of iterations; `None` if
+    /// the iteration does not converge to a rotation below 90°.
     pub fn exponential(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         let mut f = self.j_inverse * g;

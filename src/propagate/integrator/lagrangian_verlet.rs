@@ -32,8 +32,9 @@ pub(super) struct LagrangianVerlet {
     last: Vec<Last>,
     /// The wrenches of the potential at the present node.
     field: Vec<Wrench>,
-    /// The wrenches including the inputs, on the side of the last step and of the next one.
+    /// The wrenches at the present node, including the inputs at the end of the last step.
     before: Vec<Wrench>,
+    /// The wrenches at the present node, including the inputs at the start of the next step.
     after: Vec<Wrench>,
     turns: Vec<Vector3>,
 }

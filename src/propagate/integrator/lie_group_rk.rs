@@ -63,8 +63,8 @@ impl LieGroupRk {
         }
     }
 
-    /// Returns the change of a body for these stage weights: `F − I`, σ, and the weighted sums of
-    /// the rates.
+    /// Returns the change of a body that the stages give with `weights`: `F − I`, the rotation
+    /// vector σ, and the weighted sums of the rates.
     fn change(&self, body: usize, weights: &[f64]) -> (Matrix3, Vector3, Rates) {
         let h = self.course.loads.step;
         let (mut turn, mut sigma) = (Matrix3::zeros(), Vector3::zeros());

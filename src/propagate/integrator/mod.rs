@@ -105,7 +105,7 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// The properties of Lie–Verlet; the other methods lack some of them.
+    /// The properties of Lie–Verlet. Other methods replace those fields in which they differ.
     pub(crate) const VARIATIONAL: Self = Self {
         order: 2,
         explicit: true,

@@ -26,8 +26,9 @@ pub(super) struct RungeKutta {
     /// Length of the part to try next \[s\].
     part: f64,
     stages: Vec<Vec<f64>>,
-    /// The change since the start of the step, at the start of the part and at a stage.
+    /// The change from the start of the step to the start of the part.
     base: Vec<f64>,
+    /// The change from the start of the step to a stage.
     y: Vec<f64>,
     scales: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! The motion over a whole sequence against the plan that it is made of.
+//! Tests of the motion over a whole sequence against the plans of its legs and holds.
 
 use super::super::{Ordering, Place, Sequence, SequencePlan, Stop};
 use super::WholeMotion;
@@ -9,7 +9,8 @@ use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::search::Silent;
 use crate::{Matrix3, Vector3, lie};
 
-/// Two stops at rest, the first one held, for a body within limits of its torques.
+/// Returns a sequence of two stops at rest, with a hold at the first one and limits on the torques,
+/// and its plan.
 fn planned() -> (Sequence, SequencePlan) {
     let inertia = Matrix3::from_diagonal(&Vector3::new(2.2, 1.6, 1.1));
     let body = Body { inertia: Inertia::new(inertia).unwrap(), mass: None };
@@ -26,8 +27,8 @@ fn planned() -> (Sequence, SequencePlan) {
     (sequence, plan)
 }
 
-/// The whole has one time, a row of inputs for each step, and nodes where the hold begins and ends;
-/// the body stands there as the stop asks.
+/// The whole motion has increasing times, a row of inputs for each step, and nodes at the start and
+/// the end of the hold, at which the body has the attitude that the stop requires.
 #[test]
 fn legs_and_holds_are_one_motion() {
     let (sequence, plan) = planned();
@@ -47,7 +48,7 @@ fn legs_and_holds_are_one_motion() {
         let found = lie::rotation_from_quaternion(&path.quaternion[instant.node]);
         assert!(lie::minus(&found, wanted).norm() < 1e-6);
     }
-    // At rest the steps are no longer than those of the leg.
+    // The steps of the rest are not longer than the steps of the leg.
     let longest = path.time.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
     assert!(longest <= whole.shortest / 10.0);
 }

@@ -53,7 +53,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
 }
 
-/// Returns the direction between row `k` and the next one, in the axes of the reference frame.
+/// Returns the target direction for the interval from row `k` to row `k + 1`, reference axes.
 pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);

@@ -25,7 +25,9 @@ struct Missed {
     beyond: f64,
 }
 
-/// Returns the difference over the interval between rows `from` and `to`, whose turn is `turn`.
+/// Returns the difference between turn and mean rate over the interval between rows `from` and
+/// `to`, beyond the error of the printed digits. The body turns by the rotation vector `turn`
+/// \[rad\].
 fn missed(motion: &Motion<'_>, from: usize, to: usize, turn: &Vector3) -> Missed {
     let (rows, open) = (motion.rows, motion.rows.rounding);
     let h = rows.time[to] - rows.time[from];

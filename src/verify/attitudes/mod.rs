@@ -34,10 +34,11 @@ pub struct AttitudeRows<'a> {
     /// Angular velocity relative to the reference frame, body axes [rad/s], one for each time.
     /// Empty if the file has no rates.
     pub rate: &'a [Vector3],
-    /// Indices of rows that must not be interpolated with the row before.
+    /// Indices of the rows before which the motion must not be interpolated.
     pub breaks: &'a [usize],
-    /// Whether the file states each row; a polynomial gives the other rows. Empty if all rows are
-    /// stated. Between stated rows a motion may enter a cone by up to the tolerance.
+    /// For each row, whether the file contains it; the other rows come from a polynomial. Empty if
+    /// the file contains all rows. Between rows of the file a motion may enter a cone by up to the
+    /// tolerance.
     pub told: &'a [bool],
     /// Rounding errors of the printed digits.
     pub rounding: Rounding,
@@ -66,8 +67,8 @@ pub struct AttitudeReport {
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
-    /// Largest mean torque between two rows that the recorded rates require \[N·m\]. `None` without
-    /// rates, and unless the body is free and has no wheels.
+    /// Largest mean torque between two rows that the recorded rates require \[N·m\]. `None` if the
+    /// file has no rates, if the body is not free, or if it has wheels.
     pub peak_torque_n_m: Option<f64>,
     /// Largest torque that the recorded attitudes require, from the mean rates between rows
     /// \[N·m\].

@@ -74,7 +74,7 @@ impl Problem {
     }
 
     /// Checks the requirements of minimum time and fuel: torques along body axes that together
-    /// reach every direction, or every direction of the plane of the maneuver, and a limit of every
+    /// reach every direction, or every direction of the plane of the maneuver, and a limit on every
     /// input.
     pub(super) fn check_switching(&self) -> Result<(), ProblemError> {
         let torque = &self.actuation.torque;
@@ -100,7 +100,9 @@ impl Problem {
         ])
     }
 
-    /// Checks the requirements of pulses: minimum fuel, and limits of each input only.
+    /// Checks the requirements of a minimum pulse width: an attitude maneuver of a free body
+    /// without wheels, minimum fuel as the objective, and a limit on each input as the only kind of
+    /// limit.
     pub(super) fn check_pulses(&self) -> Result<(), ProblemError> {
         let limits = self.actuation.torque.limits();
         let of_forces = self.actuation.force.as_ref().and_then(|force| force.limits().shortest_pulse);

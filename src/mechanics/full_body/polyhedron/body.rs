@@ -6,7 +6,7 @@ use crate::mechanics::full_body::{MassPoint, PointCloud};
 use crate::mechanics::number::{finite, positive};
 use crate::{Matrix3, Vector3};
 
-/// A polyhedron of constant density whose mass center is the origin of the body axes.
+/// A polyhedron of constant density whose mass centre is the origin of the body axes.
 ///
 /// Its gravity on points and clouds is exact. Between two polyhedra, the exact field of the
 /// polyhedron with the larger radius acts on the Gauss points of the other
@@ -27,7 +27,7 @@ impl HomogeneousPolyhedron {
     ///
     /// # Errors
     /// Returns a [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is
-    /// not a positive number, the mass center is not the origin ([`Polyhedron::centered`] moves it
+    /// not a positive number, the mass centre is not the origin ([`Polyhedron::centered`] moves it
     /// to the origin), or the order is not from 1 to [`Polyhedron::ORDER`] or gives more than
     /// [`PointCloud::POINTS`] points.
     pub fn new(shape: Polyhedron, density: f64, order: usize) -> Checked<Self> {
@@ -67,7 +67,7 @@ impl HomogeneousPolyhedron {
         self.mass
     }
 
-    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes.
+    /// Returns the inertia about the mass centre [kg·m²], 3×3, body axes.
     pub fn inertia(&self) -> Matrix3 {
         self.density * self.shape.unit_inertia()
     }

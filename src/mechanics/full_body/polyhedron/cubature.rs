@@ -1,4 +1,4 @@
-//! Gauss points of a polyhedron: conical product rules on the tetrahedra from the mass center to
+//! Gauss points of a polyhedron: conical product rules on the tetrahedra from the mass centre to
 //! the faces.
 //!
 //! A tetrahedron with apex 0 and base a, b, c is the image of the cube,
@@ -6,9 +6,9 @@
 //! weights `u²`, `v` and 1, n of each, integrate every polynomial of degree 2n − 1 exactly (Stroud
 //! 1971). For a field that is smooth over the solid, points and solid therefore differ by
 //! O((l/d)^{2n}), with l the size of a tetrahedron and d its distance from the attracting body. For
-//! n ≥ 2 mass, mass center and inertia equal the values of the solid.
+//! n ≥ 2 mass, mass centre and inertia equal the values of the solid.
 //!
-//! A face whose outer side points towards the mass center has a tetrahedron of negative volume,
+//! A face whose outer side points towards the mass centre has a tetrahedron of negative volume,
 //! which subtracts the excess of other tetrahedra. The sum is still exact for polynomials, but has
 //! points outside of the solid.
 

@@ -263,7 +263,7 @@ fn arc_tangent(y: Lanes, x: Lanes) -> Lanes {
     Lanes::from_fn(|lane| angle.0[lane].copysign(y.0[lane]))
 }
 
-/// Returns four points as lanes, one for each coordinate axis.
+/// Returns the coordinates of four points: for each coordinate axis, lanes with one point each.
 pub(in crate::mechanics::full_body) fn side_by_side(points: &[Vector3; LANES]) -> [Lanes; 3] {
     [0, 1, 2].map(|axis| Lanes::from_fn(|lane| points[lane][axis]))
 }

@@ -8,8 +8,8 @@ use crate::mechanics::number::positive;
 
 impl HomogeneousPolyhedron {
     /// Returns a cloud of equal masses with the total mass of the solid. The masses are at the
-    /// centers, inside of the solid, of the cubes of edge `spacing` \[m\]; the cloud is shifted so
-    /// that its mass center is the origin.
+    /// centres, inside of the solid, of the cubes of edge `spacing` \[m\]; the cloud is shifted so
+    /// that its mass centre is the origin.
     ///
     /// All masses are positive for any shape, but the errors of inertia and field fall at best as
     /// the square of the spacing. [`Polyhedron::cubature`] is much more accurate unless the other
@@ -17,7 +17,7 @@ impl HomogeneousPolyhedron {
     ///
     /// # Errors
     /// Returns a [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the spacing is
-    /// not a positive number, or if no center or more than [`PointCloud::POINTS`] centers are
+    /// not a positive number, or if no centre or more than [`PointCloud::POINTS`] centres are
     /// inside.
     pub fn lattice(&self, spacing: f64) -> Checked<PointCloud> {
         positive("spacing of the lattice", spacing)?;
@@ -36,7 +36,7 @@ impl HomogeneousPolyhedron {
 }
 
 impl Polyhedron {
-    /// Returns the centers of the cubes that are inside of the solid, for a lattice centered at the
+    /// Returns the centres of the cubes that are inside of the solid, for a lattice centred at the
     /// origin. Columns along z are filled between crossings of the surface.
     fn lattice_points(&self, spacing: f64) -> Vec<Vector3> {
         let at = |index: i64| (index as f64 + 0.5) * spacing;

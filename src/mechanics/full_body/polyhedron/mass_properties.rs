@@ -1,4 +1,4 @@
-//! Volume, mass center and second moments of a solid bounded by triangles, in closed form.
+//! Volume, mass centre and second moments of a solid bounded by triangles, in closed form.
 //!
 //! The divergence theorem turns the integrals of 1, x and x xᵀ over the solid into sums of
 //! polynomials over its faces (Mirtich 1996, Eberly 2002). The terms are the integrals over
@@ -14,9 +14,9 @@ use crate::{Matrix3, Vector3};
 pub(super) struct MassProperties {
     /// Volume `V` \[m³\].
     pub volume: f64,
-    /// Mass center `x̄` at constant density \[m\].
+    /// Mass centre `x̄` at constant density \[m\].
     pub center: Vector3,
-    /// Second moments `∫ ρ ρᵀ dV` about the mass center \[m⁵\].
+    /// Second moments `∫ ρ ρᵀ dV` about the mass centre \[m⁵\].
     pub second: Matrix3,
 }
 

@@ -67,7 +67,7 @@ impl Polyhedron {
         Self::new((0..6).map(corner).collect(), octants.collect())
     }
 
-    /// Builds the cuboid with the edge lengths `edges` \[m\] along the axes, and its center at the
+    /// Builds the cuboid with the edge lengths `edges` \[m\] along the axes, and its centre at the
     /// origin.
     ///
     /// # Errors
@@ -95,12 +95,12 @@ impl Polyhedron {
         self.properties.volume
     }
 
-    /// Returns the mass center at constant density \[m\].
+    /// Returns the mass centre at constant density \[m\].
     pub fn center(&self) -> &Vector3 {
         &self.properties.center
     }
 
-    /// Returns the inertia about the mass center at constant density 1 kg/m³,
+    /// Returns the inertia about the mass centre at constant density 1 kg/m³,
     /// `∫ (|ρ|² I − ρ ρᵀ) dV` \[m⁵\], 3×3.
     pub fn unit_inertia(&self) -> Matrix3 {
         let second = self.properties.second;
@@ -112,14 +112,14 @@ impl Polyhedron {
         self.vertices.iter().map(|vertex| vertex.norm()).fold(0.0, f64::max)
     }
 
-    /// Returns whether every point of the surface is visible from the mass center. The weights of
+    /// Returns whether every point of the surface is visible from the mass centre. The weights of
     /// [`cubature`](Self::cubature) are then all positive.
     pub fn is_star_shaped(&self) -> bool {
         let center = self.center();
         self.triangles().all(|[a, b, c]| (a - center).dot(&(b - a).cross(&(c - a))) >= 0.0)
     }
 
-    /// Returns the solid moved so that its mass center is the origin.
+    /// Returns the solid moved so that its mass centre is the origin.
     #[must_use]
     pub fn centered(&self) -> Self {
         let center = *self.center();
@@ -128,7 +128,7 @@ impl Polyhedron {
         Self { vertices, faces: self.faces.clone(), properties }
     }
 
-    /// Returns the solid centered and rotated to its principal axes, with the smallest moment
+    /// Returns the solid centred and rotated to its principal axes, with the smallest moment
     /// first, and the rotation matrix from the new axes to the old ones.
     ///
     /// If two moments agree to round-off, their axes are arbitrary.

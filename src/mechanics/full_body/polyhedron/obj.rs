@@ -1,6 +1,6 @@
 //! Wavefront OBJ files: vertices and faces of one solid.
 //!
-//! The reader uses the elements `v x y z` (a weight or a color after the coordinates is ignored)
+//! The reader uses the elements `v x y z` (a weight or a colour after the coordinates is ignored)
 //! and `f a b c …` with corners `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count from the
 //! end. Polygons become fans of triangles. A line that ends in `\` continues on the next line.
 //! Normals, textures, materials, curves, free-form surfaces and all other elements without faces

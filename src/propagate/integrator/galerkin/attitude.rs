@@ -38,9 +38,11 @@ struct Hessian {
     vv: Matrix3,
     v_xi: Matrix3,
     xi_xi: Matrix3,
-    /// The negative derivative of `J_r(ξ_s) exp S(ξ) M` by ξ, which enters the last row only.
+    /// The negative derivative of `J_r(ξ_s) exp S(ξ) M` with respect to ξ, which enters only the
+    /// last row.
     carried: Matrix3,
-    /// Derivatives by the slope and by the value of a column, for the current row of the Jacobian.
+    /// For the current row of the Jacobian, derivatives with respect to the slope and to the value
+    /// of the curve at the quadrature point.
     of_row: [Matrix3; 2],
 }
 

@@ -26,11 +26,13 @@ pub(crate) struct Scheme {
     pub degree: usize,
     /// Control times `d_1 … d_s` as fractions of the step; the last one is 1.
     pub times: Vec<f64>,
-    /// Quadrature points and weights on [0, 1].
+    /// Quadrature points `c_i` on [0, 1].
     pub points: Vec<f64>,
+    /// Quadrature weights `b_i` on [0, 1].
     pub weights: Vec<f64>,
-    /// Values `l_ν(c_i)` and slopes `l'_ν(c_i)` of the basis, one row per quadrature point.
+    /// Values `l_ν(c_i)` of the basis, one row per quadrature point.
     pub values: Vec<Vec<f64>>,
+    /// Slopes `l'_ν(c_i)` of the basis, one row per quadrature point.
     pub slopes: Vec<Vec<f64>>,
     /// Values `l_μ(1 + d_ν)`, which extrapolate a curve to the next step.
     pub ahead: Vec<Vec<f64>>,

@@ -3,7 +3,7 @@
 use super::*;
 use crate::mechanics::environment::{Blocks, CentralGravity, Environment, GravityGradient, PointMass, Pose};
 
-/// A central field in a frame that rotates about its center, in which the field is unchanged.
+/// A central field in a frame that rotates about its centre, in which the field is unchanged.
 #[derive(Debug)]
 struct Turning(CentralGravity, Vector3);
 
