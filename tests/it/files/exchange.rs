@@ -533,7 +533,7 @@ fn wrong_files_are_told_with_their_line() {
     let xml: &[(&str, &str, usize, &str)] = &[
         ("version=\"2.0\"", "", 2, "does not state its version"),
         ("<aem id", "<oem id", 2, "an orbit ephemeris message (OEM)"),
-        ("</metadata>", "</meta>", 10, "</meta> stands where <metadata>"),
+        ("</metadata>", "</meta>", 10, "</meta> is found where </metadata>"),
         ("</aem>\n", "", 15, "an element is not closed"),
         ("</aem>", "</aem", 16, "an element is not closed"),
         ("<?xml version=\"1.0\"?>", "<!DOCTYPE x [<!ENTITY a \"b\">]>", 1, "document type"),

@@ -752,7 +752,7 @@ fn an_ephemeris_behind_other_messages_is_read() {
         (format!("{head}<acm version=\"2.0\"/>"), "an attitude comprehensive message (ACM)"),
         (format!("<!DOCTYPE x>{aem}"), "document type declarations are not supported"),
         (aem.replace("</aem>", ""), "is not closed"),
-        (aem.replace("<data>", "<datum>"), "</data> stands where <datum> is to be closed"),
+        (aem.replace("<data>", "<datum>"), "</data> is found where </datum> is expected"),
         ("CCSDS_ACM_VERS = 2.0\n".into(), "an attitude comprehensive message (ACM)"),
         ("CCSDS_OPM_VERS = 2.0\n".into(), "an orbit parameter message (OPM)"),
         ("CCSDS_APM_VERS = 2.0\n".into(), "it has one moment"),

@@ -214,7 +214,7 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     }
     let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(covariance);
     if let Some(negative) = eigenvalues.iter().find(|value| **value < -ROUNDING * size) {
-        return refuse(format!("the covariance has the eigenvalue {}", short(*negative)));
+        return refuse(format!("the covariance has the negative eigenvalue {}", short(*negative)));
     }
     let deviations = eigenvalues.map(|variance| variance.max(0.0).sqrt());
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))

@@ -36,7 +36,7 @@ impl Surroundings<'_> {
         if moves && self.motion == Motion::Attitude {
             let reason = "central_gravity acts on position and attitude, but no position is given";
             let remedy = format!(
-                "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
+                "add `position_m` and `velocity_m_s` to {}; or use kind = \"gravity_gradient\"",
                 self.place
             );
             return section.refuse("E0085", "kind", reason, remedy);

@@ -343,7 +343,7 @@ impl Block {
             ));
         }
         if let Attitude::Spin(_) = self.layout.attitude {
-            rows.note("rates of the file: SPIN tells the one about its axis, which moves itself".into());
+            rows.note("rates of the file: SPIN gives only the rate about an axis that itself moves".into());
         }
         rows.named_at.get_or_insert(self.named_at);
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));

@@ -155,7 +155,7 @@ pub fn read_attitudes_at(
     };
     let no_epoch = || {
         told(
-            "the file says when, and the spec does not".into(),
+            "the attitudes of the file are dated, but the spec has no epoch".into(),
             "add epoch = \"2026-11-21T07:00:00 UTC\" at the top",
         )
     };
@@ -274,7 +274,7 @@ const OTHERS: [(&str, &str, &str); 8] = [
         "an attitude parameter message (APM): it has one moment, and a motion is needed",
         "give an AEM; or take it as [start] attitude = { file = \"…\" }",
     ),
-    ("ACM", "an attitude comprehensive message (ACM), which is not read", "write the attitudes as an AEM"),
+    ("ACM", "an attitude comprehensive message (ACM): it is not supported", "write the attitudes as an AEM"),
     ("OPM", "an orbit parameter message (OPM): it has no attitudes", "give an AEM"),
     (
         "OEM",
@@ -286,7 +286,7 @@ const OTHERS: [(&str, &str, &str); 8] = [
         "an orbit mean-elements message (OMM): it has no attitudes",
         "give an AEM; an OMM is [orbit] omm = \"…\"",
     ),
-    ("OCM", "an orbit comprehensive message (OCM), which is not read", "give an AEM"),
+    ("OCM", "an orbit comprehensive message (OCM): it is not supported", "give an AEM"),
     ("CDM", "a conjunction data message (CDM): it has no attitudes", "give an AEM"),
     ("TDM", "a tracking data message (TDM): it has no attitudes", "give an AEM"),
 ];

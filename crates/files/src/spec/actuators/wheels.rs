@@ -37,7 +37,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         good = false;
     }
     if motion == Motion::RigidBody {
-        let reason = "reaction wheels need a maneuver of the attitude alone, but positions are given";
+        let reason = "reaction wheels need a maneuver without translation, but positions are given";
         let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
         return section.refuse("E0064", "wheel", reason, remedy);
     }
