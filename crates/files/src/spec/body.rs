@@ -78,7 +78,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
         InertiaError::NotPositive { smallest } => (
             "E0041",
             format!("the smallest principal moment of inertia is {}: it must be positive", short(*smallest)),
-            "check the diagonal, and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
+            "check the diagonal, and the signs of the off-diagonal elements, Jxy = −∫xy dm",
         ),
         InertiaError::Triangle { principal: [a, b, c] } => {
             let [largest, sum] = told_apart([*c, a + b], 6, rounded);
@@ -88,7 +88,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
                 rounded(*b, 6),
             );
             let remedy =
-                "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm";
+                "check the moments and the signs of the off-diagonal elements, Jxy = −∫xy dm";
             ("E0042", reason, remedy)
         }
         InertiaError::IllConditioned { ratio } => (
