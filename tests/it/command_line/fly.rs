@@ -161,7 +161,7 @@ fn flights_go_on_where_they_were_left() {
     fs::write(folder.path("fewer.jsonl"), "{\"slew_flights\":9}\n").unwrap();
     refused("60", &[], "flights of format 9", "E0112");
     fs::write(folder.path("fewer.jsonl"), FLIES).unwrap();
-    refused("60", &[], "holds no flights", "E0112");
+    refused("60", &[], "is not a file of flights", "E0112");
     fly("60", &["--keep", "fewer.csv"]).ends(2).tells("E0105");
     fly("60", &["--keep", "cases.csv.jsonl", "--threads", "0"]).ends(2).tells("E0115");
     folder.slew(&["fly", "plan.json", "--case", "3", "--keep", "x.jsonl"]).ends(2);

@@ -636,7 +636,7 @@ fn attitude_files_of_stk_are_read() {
     for (text, reason) in [
         (
             stk("AttitudeTimeYPRAngles", "ICRF", "", plain, &times(2)),
-            "rows of AttitudeTimeYPRAngles are not read",
+            "rows of AttitudeTimeYPRAngles are not supported",
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "", with_rate, &times(2)),
@@ -644,7 +644,7 @@ fn attitude_files_of_stk_are_read() {
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "TimeFormat EpMin\n", plain, &times(2)),
-            "times in the format EpMin are not read",
+            "times in the format EpMin are not supported",
         ),
         (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
         (wrong.replace("END Attitude", ""), "END Attitude is missing"),

@@ -30,7 +30,7 @@ pub struct Judgement {
 /// Text for the properties that the witnesses cannot verify, because they do not follow from the
 /// motion.
 const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: \
-    only `slew plan` determines this";
+    only `slew plan` can determine this";
 /// Text for the property that is not verified if the inputs are smoothed.
 const SMOOTHED: &str =
     "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
@@ -153,7 +153,7 @@ impl PlanFile<'_> {
             Ok(Judgement { verification, .. }) => {
                 let failed = verification.checks.iter().find(|check| !check.passed);
                 let why = match failed {
-                    None => "a witness refuses it".to_string(),
+                    None => "a witness rejects it".to_string(),
                     Some(check) if check.name == CHECKSUM => {
                         "its checksum shows that it was changed after it was written".to_string()
                     }

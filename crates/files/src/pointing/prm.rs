@@ -370,7 +370,7 @@ fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result
         "cartesian" => (None, None, 3),
         "spherical" | "raDec" => (words.first(), words.get(1), 2),
         other => {
-            let reason = format!("coordinates of the kind {} are not read", cut(other, 20));
+            let reason = format!("coordinates of the kind {} are not supported", cut(other, 20));
             return coord.wrong(reason, "give cartesian, spherical or raDec");
         }
     };

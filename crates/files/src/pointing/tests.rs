@@ -451,7 +451,7 @@ fn what_a_prm_may_not_hold_is_refused() {
         ("</STOP_TIME>", "</STOP_TIME><END_TIME>2032-12-26T11:25:31</END_TIME>", 6, "STOP_TIME and END_TIME"),
         ("11:25:31.000</STOP", "11:20:31.000</STOP", 33, "not within START_TIME and STOP_TIME"),
         ("<frame baseFrame=\"none\" name=\"EME2000\" />", "", 9, "only two frames"),
-        ("name=\"SC\" />", "name=\"SC\" /><frame baseFrame=\"SC\" name=\"MGA\" />", 9, "the frame MGA"),
+        ("name=\"SC\" />", "name=\"SC\" /><frame baseFrame=\"SC\" name=\"MGA\" />", 9, "frame MGA"),
         (
             "<block name=\"inertial\">",
             "<dirVector name=\"a\"/><block name=\"inertial\">",

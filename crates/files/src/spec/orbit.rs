@@ -199,9 +199,9 @@ fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     if days > OLD {
         let [least, most] = OFF_A_DAY.map(|off| short((off * days).round()));
         let reason = format!(
-            "the elements are {rounded} days {than}: the satellite may be {least} to {most} km elsewhere"
+            "the elements are {rounded} days {than}: the error of the position may be {least} to {most} km"
         );
-        section.warn("W0076", key, reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
+        section.warn("W0076", key, reason, "use newer elements: from a station 600 km away, 1 km is 0.1 deg");
     }
     Some(orbit)
 }

@@ -81,7 +81,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
                 .key
                 .wrong("the message has no quaternion and no Euler angles", "give a QUAT_START … QUAT_STOP");
         };
-        return angle.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
+        return angle.key.wrong("Euler angles of version 1.0 are not supported", "give a quaternion");
     }
     // A message may also state the orientation of two spacecraft frames relative to each other. It
     // is not an attitude of the spacecraft.

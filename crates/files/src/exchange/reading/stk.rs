@@ -59,7 +59,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             count = Some((whole(value)?, value));
         } else if key.is("TimeFormat") {
             if !value.is("EpSec") {
-                let reason = format!("times in the format {} are not read", cut(value.text, 20));
+                let reason = format!("times in the format {} are not supported", cut(value.text, 20));
                 return value.wrong(reason, "give seconds from ScenarioEpoch: TimeFormat EpSec");
             }
         } else if key.is("CoordinateAxesEpoch") {
@@ -67,7 +67,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 .wrong("axes of a date are not supported", "give attitudes in CoordinateAxes ICRF or J2000");
         } else if key.text.len() > 12 && key.text[..12].eq_ignore_ascii_case("AttitudeTime") {
             let Some((_, scalar_first, rates)) = FORMATS.iter().find(|(name, ..)| key.is(name)) else {
-                let reason = format!("rows of {} are not read", cut(key.text, 40));
+                let reason = format!("rows of {} are not supported", cut(key.text, 40));
                 return key.wrong(reason, "write AttitudeTimeQuaternions or AttitudeTimeQuatAngVels");
             };
             layout = Some(Layout {
