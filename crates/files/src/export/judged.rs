@@ -30,7 +30,7 @@ pub struct Judgement {
 /// Text for the properties that the witnesses cannot verify, because they do not follow from the
 /// motion.
 const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: \
-    only `slew plan` can determine this";
+    only `slew plan` determines this";
 /// Text for the property that is not verified if the inputs are smoothed.
 const SMOOTHED: &str =
     "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
