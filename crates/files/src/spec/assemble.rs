@@ -513,7 +513,7 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         Unsuited::FuelToMovingTarget | Unsuited::LimitsToMovingTarget => {
             "give `duration_s`, or aim at a fixed target"
         }
-        _ => "remove it, or minimise effort in a given `duration_s`",
+        _ => "remove it, or minimise effort with a given `duration_s`",
     };
     let of_thrusters = matches!(
         cause,

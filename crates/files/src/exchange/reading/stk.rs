@@ -90,7 +90,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             let words = line.words();
             if words.len() != layout.count() + 1 {
                 let reason =
-                    format!("the row has {} numbers, {} are needed", words.len(), layout.count() + 1);
+                    format!("the row has {} numbers, but {} are needed", words.len(), layout.count() + 1);
                 return line.wrong(reason, "give time, quaternion, and rates where the file has them");
             }
             let numbers = words.iter().map(|word| word.number()).collect::<Result<Vec<Number>, _>>()?;
@@ -106,7 +106,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
         && count != rows.found.time.len()
     {
         let reason =
-            format!("NumberOfAttitudePoints is {count}, and the file has {} rows", rows.found.time.len());
+            format!("NumberOfAttitudePoints is {count}, but the file has {} rows", rows.found.time.len());
         return piece.wrong(reason, "correct it, or the rows: the file may be cut off");
     }
     match (epoch, rows.found.time.first()) {

@@ -108,7 +108,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     let (momentum, momentum_limit) = (momentum?, momentum_limit?);
     if momentum.abs() > momentum_limit * (1.0 + BOUNDARY_ROUNDING) {
         let reason = format!(
-            "{} starts with {} N·m·s, and its limit is {} N·m·s",
+            "{} starts with {} N·m·s, but its limit is {} N·m·s",
             called("wheel", section, index),
             show(momentum),
             show(momentum_limit)

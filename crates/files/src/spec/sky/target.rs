@@ -133,7 +133,7 @@ pub(super) fn track(section: &Section) -> Option<Direction> {
     };
     let terms = terms.unwrap_or(all.len());
     if terms == 0 || all.len() % terms != 0 {
-        let reason = format!("{} coefficients do not make pieces of {terms}", all.len());
+        let reason = format!("the number of coefficients, {}, is not a multiple of `terms`, {terms}", all.len());
         return section.refuse("E0026", "coefficients", reason, "give as many for each piece");
     }
     let pieces = all.chunks(terms).map(<[Vector3]>::to_vec).collect();
