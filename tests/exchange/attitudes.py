@@ -393,7 +393,7 @@ def corpus(slew, folder, random):
     for style, text in APM.items():
         file = files.put(text)
         files.begins_with(f"APM, {style}", file, lambda _: TRUTH, [0.0], WITHIN)
-        files.verified(f"APM, {style}", file, 8, "it has one moment")
+        files.verified(f"APM, {style}", file, 8, "it has only one attitude")
     for style, (text, word) in REFUSED_APM.items():
         files.refused(f"APM, {style}", files.put(text), word, motion_too=False)
     # The frame of the star tracker alone, which may be the body's: told, or named by the spec.

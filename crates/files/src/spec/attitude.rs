@@ -140,7 +140,7 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
         [] => return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90"),
         _ => {
             let reason = "both `angle_deg` and `angle_rad` are given";
-            return section.refuse("E0028", "angle_rad", reason, "give one of the two");
+            return section.refuse("E0028", "angle_rad", reason, "give only one of the two");
         }
     };
     let (axis, angle) = (section.vector("axis"), section.number(name));

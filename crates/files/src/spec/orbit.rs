@@ -70,7 +70,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
         [first, second, ..] => {
             if section.path != "orbit" {
                 let reason = format!("both `{first}` and `{second}` are given");
-                section.error("E0028", second, reason, "give one of the two");
+                section.error("E0028", second, reason, "give only one of the two");
             }
             return None;
         }
@@ -190,7 +190,8 @@ fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let than = if orbit.age() < 0.0 { "newer than the epoch" } else { "old" };
     if days > most {
         let reason = format!(
-            "the elements are {rounded} days {than}, but the limit is {}: the satellite may be anywhere on its orbit",
+            "the elements are {rounded} days {than}, but the limit is {}: the satellite may be anywhere on \
+             its orbit",
             short(most)
         );
         let remedy = format!("use elements of that date; oldest_days = {} accepts these", short(days.ceil()));

@@ -125,7 +125,7 @@ fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section])
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
         let reason = "both [gravity] and [environment] are given";
-        let remedy = "[gravity] is for several bodies, [environment] for one body: give one of the two";
+        let remedy = "[gravity] is for several bodies, [environment] for one body: give only one of them";
         environment.error_here("E0028", reason, remedy);
     } else if let Some(environment) = environment.filter(|_| bodies.len() > 1) {
         let reason = format!("[environment] acts on one body, but the spec has {}", bodies.len());

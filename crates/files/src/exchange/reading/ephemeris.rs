@@ -319,7 +319,8 @@ impl Started {
         let (at, first) = (moment, position[0]);
         let moment = date(at, self.scale)?;
         if self.segment.moment.last().is_some_and(|before| moment.since(before) <= 0.0) {
-            return at.wrong("this row is not after the one above", "give times in strictly increasing order");
+            return at
+                .wrong("this row is not after the one above", "give times in strictly increasing order");
         }
         let in_metres = |words: [Piece<'_>; 3]| {
             let [x, y, z] = words.map(|word| word.number());

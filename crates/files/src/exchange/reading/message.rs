@@ -127,8 +127,10 @@ impl<'t> Metadata<'t> {
                 };
             }
         } else if let Some(key) = self.get("ATTITUDE_DIR").or(self.get("QUATERNION_TYPE")) {
-            return key
-                .wrong("this key belongs to version 1.0", "remove it: attitudes lead from A to B, scalar last");
+            return key.wrong(
+                "this key belongs to version 1.0",
+                "remove it: attitudes lead from A to B, scalar last",
+            );
         }
         // The numbers describe the orientation of the frame Y relative to the frame X. Y is B if
         // the attitude leads from A to B, and A otherwise.

@@ -122,7 +122,10 @@ impl Rows {
         if before.iter().zip(quaternion).all(near) {
             return Ok(());
         }
-        at.wrong("the block above ends at the same time in another attitude", "remove the jump: the motion of a body is continuous")
+        at.wrong(
+            "the block above ends at the same time in another attitude",
+            "remove the jump: the motion of a body is continuous",
+        )
     }
 
     /// Adds a note about a statement that is not used, unless the list already has the note.

@@ -39,8 +39,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 let reason = format!("the table has no column `{wanted}`");
                 head.wrong(
                     reason,
-                    "the header names time_s, quaternion_w, quaternion_x, quaternion_y, quaternion_z, and may \
-                        name angular_velocity_x_rad_s …",
+                    "the header must have time_s, quaternion_w, quaternion_x, quaternion_y, \
+                        quaternion_z, and may have angular_velocity_x_rad_s …",
                 )
             },
             Ok,

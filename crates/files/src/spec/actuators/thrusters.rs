@@ -36,7 +36,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let mut good = true;
     for key in others.filter(|key| section.has(key)) {
         let reason = format!("both `thruster` and `{key}` are given: each thruster is an input by itself");
-        section.error("E0028", key, reason, "give one of the two");
+        section.error("E0028", key, reason, "give only one of the two");
         good = false;
     }
     let sections = section.list("thruster");

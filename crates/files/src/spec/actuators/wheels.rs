@@ -31,7 +31,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         let remedy = match key {
             "effort_weight" => "write `effort_weight` in each [[actuators.wheel]]",
             "torque_limit_n_m" => "write `torque_limit_n_m` in each [[actuators.wheel]]",
-            _ => "give one of the two",
+            _ => "give only one of the two",
         };
         section.error("E0028", key, reason, remedy);
         good = false;

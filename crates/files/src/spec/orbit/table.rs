@@ -116,7 +116,8 @@ pub(super) fn check(
     let (apart, part, k) = worst;
     if apart > 0.0 {
         let reason = format!(
-            "rows {} s apart are not enough for this orbit: between this row and the next the polynomial is off by {} km",
+            "rows {} s apart are not enough for this orbit: between this row and the next the \
+                 polynomial is off by {} km",
             significant(time[k + 1] - time[k], 4),
             significant(apart / 1e3, 3)
         );
