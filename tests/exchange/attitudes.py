@@ -91,7 +91,7 @@ STK = {
     "a pattern": (stk(keys="RepeatPattern\n"), one_rate, "`RepeatPattern`, which is not known"),
 }
 REFUSED_STK = {
-    **{f"rows of {kind}": (stk().replace("AttitudeTimeQuaternions", kind), f"rows of {kind} are not read")
+    **{f"rows of {kind}": (stk().replace("AttitudeTimeQuaternions", kind), f"rows of {kind} are not supported")
        for kind in ("AttitudeTimeAngVels", "AttitudeTimeEulerAngles", "AttitudeTimeEulerAngleRates",
                     "AttitudeTimeEulerAnglesAndRates", "AttitudeTimeYPRAngles", "AttitudeTimeYPRAngleRates",
                     "AttitudeTimeYPRAnglesAndRates", "AttitudeTimeDCM", "AttitudeTimeDCMAngVels",
@@ -304,7 +304,7 @@ REFUSED_APM = {
     "a number is missing": (HEAD + QUAT.replace("Q3 =", "COMMENT Q3 ="), "the attitude has no `Q3`"),
     "two messages": (HEAD + QUAT + HEAD.replace("DEMO", "OTHER") + OF_STAR, "2 messages with attitudes: DEMO, OTHER"),
     "old angles": (f"{OLD}EULER_FRAME_A = EME2000\nEULER_FRAME_B = SC_BODY_1\nEULER_DIR = A2B\nEULER_ROT_SEQ = 321\n"
-                   "X_ANGLE = 1\nY_ANGLE = 2\nZ_ANGLE = 3\n", "Euler angles of version 1.0 are not read"),
+                   "X_ANGLE = 1\nY_ANGLE = 2\nZ_ANGLE = 3\n", "Euler angles of version 1.0 are not supported"),
     "another version": (HEAD.replace("2.0", "3.0") + QUAT, "version 3.0 is not known"),
 }
 
@@ -393,7 +393,7 @@ def corpus(slew, folder, random):
     for style, text in APM.items():
         file = files.put(text)
         files.begins_with(f"APM, {style}", file, lambda _: TRUTH, [0.0], WITHIN)
-        files.verified(f"APM, {style}", file, 8, "it has one moment")
+        files.verified(f"APM, {style}", file, 8, "it has only one attitude")
     for style, (text, word) in REFUSED_APM.items():
         files.refused(f"APM, {style}", files.put(text), word, motion_too=False)
     # The frame of the star tracker alone, which may be the body's: told, or named by the spec.

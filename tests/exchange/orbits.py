@@ -567,8 +567,8 @@ READ_OEM = {
     "nothing, five minutes": (300.0, 12, None),
 }
 REFUSED_OEM = {
-    "rows an hour apart": (oem(3600.0, 24, None, -36_000.0), "do not carry this orbit"),
-    "Lagrange, quarter hours": (oem(900.0, 24, ("LAGRANGE", 7), -450.0), "do not carry this orbit"),
+    "rows an hour apart": (oem(3600.0, 24, None, -36_000.0), "are not enough for this orbit"),
+    "Lagrange, quarter hours": (oem(900.0, 24, ("LAGRANGE", 7), -450.0), "are not enough for this orbit"),
     "metres": (oem(60.0, 30, None, -300.0, scale=1e3), "escapes from the Earth"),
     "two orbits": (oem(60.0, 30, None, -300.0) + "META_START" + oem(60.0, 30, None, -300.0,
         scale=1.01).split("META_START")[1],

@@ -74,7 +74,7 @@ pub enum OrbitError {
     Old(f64),
     /// The table of positions does not cover this time \[s\], which is counted from the epoch of
     /// the maneuver.
-    #[error("the table of positions ends before {0:.1} s after the epoch")]
+    #[error("the table of positions does not extend to {0:.1} s after the epoch")]
     Beyond(f64),
 }
 

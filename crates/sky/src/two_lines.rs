@@ -61,7 +61,7 @@ pub enum TwoLinesError {
         found: String,
     },
     /// The elements are for SGP4-XP, which is not supported.
-    #[error("line 1, column 63: elements of type 4 are of SGP4-XP, whose formulas are not public")]
+    #[error("line 1, column 63: ephemeris type 4 (SGP4-XP) is not supported")]
     Extended,
 }
 

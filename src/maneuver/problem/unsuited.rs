@@ -13,41 +13,43 @@ pub enum Unsuited {
     #[error("the duration is free: give a price of time or a bound")]
     SoughtDuration,
     /// A minimum-time maneuver has a bound on its duration.
-    #[error("the duration is the objective and has a bound: remove the bound")]
+    #[error("the duration is the objective, so it cannot have a bound: remove the bound")]
     LongestDuration,
     /// A minimum-effort maneuver of free duration uses a scheme other than Lie–Verlet.
     #[error("a free duration needs Lie–Verlet")]
     SchemeOfSoughtDuration,
     /// Minimum effort is requested for one-sided thrusters.
-    #[error("thrusters push to one side only: they need minimum time or fuel")]
+    #[error("thrusters act in one direction only: they need minimum time or minimum fuel")]
     ThrustersOfEffort,
     /// Thrusters that produce both force and torque have prices of torques.
-    #[error("thrusters that push and turn have prices of torques: give prices of forces")]
+    #[error("thrusters that push and turn need prices of forces, but have prices of torques")]
     TorquePricesOfThrusters,
     /// Several prices are given, although fuel is counted by the norm of the torque.
-    #[error("fuel by the norm of the torque needs a limit of the norm and one price")]
+    #[error("with a norm limit on the torque, `fuel_price` must be one number")]
     TorquePricesUnderNorm,
     /// Several prices are given, although fuel is counted by the norm of the force.
-    #[error("fuel by the norm of the force needs a limit of the norm and one price")]
+    #[error("with a norm limit on the force, `force_fuel_price` must be one number")]
     ForcePricesUnderNorm,
     /// Minimum time or fuel is requested for torques about axes of the reference frame.
-    #[error("minimum time and fuel need torques along body axes")]
+    #[error("minimum time and minimum fuel need torques along body axes")]
     ReferenceTorques,
     /// Minimum time or fuel is requested for torques without limits.
-    #[error("minimum time and fuel need a limit of every torque: without one the best plan is an impulse")]
+    #[error(
+        "minimum time and minimum fuel need a limit on every torque: the optimum is otherwise an impulse"
+    )]
     UnlimitedTorque,
     /// Minimum time or fuel is requested for forces without limits.
-    #[error("minimum time and fuel need a limit of every force: without one the best plan is an impulse")]
+    #[error("minimum time and minimum fuel need a limit on every force: the optimum is otherwise an impulse")]
     UnlimitedForce,
     /// Minimum time or fuel is requested for torques that do not reach every direction.
-    #[error("minimum time and fuel need torques in every direction")]
+    #[error("minimum time and minimum fuel need torques in every direction")]
     TorqueDirections,
     /// Minimum time or fuel is requested for thrusters that do not push and turn in every
     /// direction.
-    #[error("minimum time and fuel need thrusters that together push and turn in every direction")]
+    #[error("minimum time and minimum fuel need thrusters that together push and turn in every direction")]
     ThrusterDirections,
     /// Minimum time or fuel is requested with a scheme other than Lie–Verlet.
-    #[error("minimum time and fuel need Lie–Verlet")]
+    #[error("minimum time and minimum fuel need Lie–Verlet")]
     SchemeOfSwitching,
     /// A homotopy class is requested for a free end attitude.
     #[error("a free end attitude has no homotopy class: remove the choice of the path")]
@@ -61,8 +63,8 @@ pub enum Unsuited {
     /// Minimum effort to a moving target is requested in a free duration, with more limits than
     /// torque limits.
     #[error(
-        "minimum effort to a moving target needs a given duration if limits other than those of the \
-        torques apply"
+        "minimum effort to a moving target needs a given duration if other limits than torque \
+        limits apply"
     )]
     LimitsToMovingTarget,
     /// A minimum pulse width is given, and the end attitude is free.
@@ -97,7 +99,7 @@ pub enum Unsuited {
     PulsesOnEqualSteps,
     /// Thrusters that produce both force and torque have limits other than one limit for each
     /// thruster.
-    #[error("thrusters that push and turn have a limit each and push to one side only: remove other limits")]
+    #[error("thrusters that push and turn support only one limit for each thruster: remove other limits")]
     ThrusterLimits,
     /// Thrusters that push the body are given for a maneuver of the attitude alone.
     #[error("thrusters with a force need a body that translates")]

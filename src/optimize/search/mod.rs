@@ -61,7 +61,7 @@ pub enum PlanError {
     },
     /// SCP was requested, but it supports only minimum effort with a given duration.
     #[error(
-        "SCP supports only minimum effort in a given duration; remove `method` or use method = \
+        "SCP supports only minimum effort with a given duration; remove `method` or use method = \
         \"interior_point\""
     )]
     NotForScp,

@@ -184,9 +184,9 @@ fn merge_refuses_what_is_not_whole_and_names_it() {
     refused(&["a.jsonl", "half.jsonl"], "E0117", "shard 1/2");
     refused(&["a.jsonl", "b.jsonl", "cut.jsonl"], "E0117", "cut.jsonl lacks case 6");
     refused(&["a.jsonl", "b.jsonl", "torn.jsonl"], "E0117", "torn.jsonl lacks case 6");
-    refused(&["a.jsonl", "b.jsonl", "empty.jsonl"], "E0112", "holds no results");
+    refused(&["a.jsonl", "b.jsonl", "empty.jsonl"], "E0112", "is not a file of results");
     refused(&["a.jsonl", "b.jsonl", "none.jsonl"], "E0090", "none.jsonl");
-    refused(&["spec.toml"], "E0112", "holds no results");
+    refused(&["spec.toml"], "E0112", "is not a file of results");
     folder.slew(&["merge", "a.jsonl", "-o", "a.jsonl", "--force"]).ends(8).tells("E0100");
 }
 
@@ -263,9 +263,9 @@ fn results_of_another_batch_are_never_mixed() {
         &grid("maneuver.duration_s=10:21:3"),
         "the spec, a key set on the command line, or a case differs",
     );
-    refused(&grid("maneuver.duration_s=10:20:4"), "they are of 3 cases over maneuver.duration_s, not 4");
+    refused(&grid("maneuver.duration_s=10:20:4"), "they cover 3 cases over maneuver.duration_s, not 4");
     refused(&with(&own, &["--set", "maneuver.steps=90"]), "differs");
-    refused(&with(&own, &["--shard", "1/2"]), "they are of all cases, not of shard 1/2");
+    refused(&with(&own, &["--shard", "1/2"]), "they cover all cases, not shard 1/2");
     refused(&with(&own, &["--times"]), "wall times");
     let spec = folder.read("spec.toml");
     fs::write(folder.path("spec.toml"), spec.replace("2.5]", "2.6]")).unwrap();
@@ -287,7 +287,7 @@ fn results_of_another_batch_are_never_mixed() {
     assert_eq!(folder.read("all.jsonl"), text);
     // A file that holds no results is not changed.
     fs::write(folder.path("all.jsonl"), "my notes\n").unwrap();
-    folder.slew(&own).ends(8).tells("exists and holds no results");
+    folder.slew(&own).ends(8).tells("exists, but is not a file of results");
     assert_eq!(folder.read("all.jsonl"), "my notes\n");
 }
 

@@ -7,11 +7,11 @@ use std::fs;
 const TABLES: [(&str, &str, &str, &str); 17] = [
     ("", "cases.csv:1:1", "E0116", "the file is empty"),
     ("\n\n  \n", "cases.csv:1:1", "E0116", "the file is empty"),
-    ("maneuver.duration_s\n", "cases.csv:1:1", "E0116", "a header and no cases"),
+    ("maneuver.duration_s\n", "cases.csv:1:1", "E0116", "a header but no cases"),
     ("name,maneuver.duration\na,10\n", "cases.csv:1:6", "E0020", "did you mean `maneuver.duration_s`?"),
     ("manoeuvre.duration_s\n10\n", "cases.csv:1:1", "E0020", "unknown key `manoeuvre` in the spec"),
     ("duration_s\n10\n", "cases.csv:1:1", "E0020", "`duration_s` belongs in [maneuver]"),
-    ("maneuver.duration_s,name\n10\n", "cases.csv:2:1", "E0116", "the row has 1 cells, and the header has 2"),
+    ("maneuver.duration_s,name\n10\n", "cases.csv:2:1", "E0116", "the row has 1 cells, but the header has 2"),
     ("body.inertia_kg_m2\n[1, 2, 3]\n", "cases.csv:2:1", "E0116", "needs quotes"),
     ("maneuver.duration_s\n10\n\nten\n", "cases.csv:4:1", "E0024", "`duration_s`"),
     ("name,maneuver.duration_s\na, -3\n", "cases.csv:2:4", "E0032", "a time of -3 s is impossible"),
@@ -69,7 +69,7 @@ fn senseless_arguments_are_refused() {
         ("0/4", "shards count from 1"),
         ("1/0", "the number of shards is 0"),
         ("0/0", "the number of shards is 0"),
-        ("x", "is not a shard"),
+        ("x", "does not have the form i/n"),
         ("1/1000000", "too many"),
     ] {
         batch(&["--shard", shard]).ends(2).tells("error[E0111]").tells(why);

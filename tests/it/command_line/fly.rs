@@ -150,8 +150,8 @@ fn flights_go_on_where_they_were_left() {
         fly(cases, &[&["--keep", "fewer.jsonl"], more].concat()).ends(exit).tells(code).tells(why);
         assert_eq!(folder.read("fewer.jsonl"), before);
     };
-    refused("60", &["--seed", "2"], "of seed 1, not of 2", "E0112");
-    refused("60", &["--loop", "open"], "not of the open loop", "E0112");
+    refused("60", &["--seed", "2"], "their seed is 1, not 2", "E0112");
+    refused("60", &["--loop", "open"], "not the open loop", "E0112");
     refused("60", &["--set", "uncertainty.inertia.relative=0.03"], "differ", "E0112");
     refused("59", &[], "60 cases, more than requested", "E0112");
     fs::write(folder.path("fewer.jsonl"), lines.replacen("{\"case\":8,", "{\"case\":9,", 1)).unwrap();
@@ -159,9 +159,9 @@ fn flights_go_on_where_they_were_left() {
     fs::write(folder.path("fewer.jsonl"), lines.replacen("\"room\":[", "\"room\":[0.5,", 1)).unwrap();
     refused("60", &[], "its numbers contradict the first line", "E0114");
     fs::write(folder.path("fewer.jsonl"), "{\"slew_flights\":9}\n").unwrap();
-    refused("60", &[], "flights of format 9", "E0112");
+    refused("60", &[], "the flights have format 9", "E0112");
     fs::write(folder.path("fewer.jsonl"), FLIES).unwrap();
-    refused("60", &[], "holds no flights", "E0112");
+    refused("60", &[], "is not a file of flights", "E0112");
     fly("60", &["--keep", "fewer.csv"]).ends(2).tells("E0105");
     fly("60", &["--keep", "cases.csv.jsonl", "--threads", "0"]).ends(2).tells("E0115");
     folder.slew(&["fly", "plan.json", "--case", "3", "--keep", "x.jsonl"]).ends(2);

@@ -284,7 +284,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
         (
             entry("key = \"end.attitude.rotation_vector_deg\"\nkind = \"normal\"\nsigma_relative = 0.1"),
             "E0160",
-            "no size",
+            "no magnitude",
         ),
         (
             entry(

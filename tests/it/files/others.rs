@@ -636,7 +636,7 @@ fn attitude_files_of_stk_are_read() {
     for (text, reason) in [
         (
             stk("AttitudeTimeYPRAngles", "ICRF", "", plain, &times(2)),
-            "rows of AttitudeTimeYPRAngles are not read",
+            "rows of AttitudeTimeYPRAngles are not supported",
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "", with_rate, &times(2)),
@@ -644,9 +644,9 @@ fn attitude_files_of_stk_are_read() {
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "TimeFormat EpMin\n", plain, &times(2)),
-            "times in the format EpMin are not read",
+            "times in the format EpMin are not supported",
         ),
-        (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
+        (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, but the file has 31 rows"),
         (wrong.replace("END Attitude", ""), "END Attitude is missing"),
         (wrong.replace("21 Nov", "21 11"), "not a date in a format of STK"),
         (wrong.replace("ScenarioEpoch", "# "), "no ScenarioEpoch"),
@@ -687,7 +687,7 @@ fn cones_are_judged_on_the_motion_that_a_file_declares() {
     let found = of("9");
     assert!(found.passed());
     assert!(
-        found.not_judged.iter().any(|text| text.contains("DEGREE 9 takes 10 rows, and a block has 3")),
+        found.not_judged.iter().any(|text| text.contains("DEGREE 9 needs 10 rows, but a block has 3")),
         "{found:?}"
     );
     let odd =
@@ -752,10 +752,10 @@ fn an_ephemeris_behind_other_messages_is_read() {
         (format!("{head}<acm version=\"2.0\"/>"), "an attitude comprehensive message (ACM)"),
         (format!("<!DOCTYPE x>{aem}"), "document type declarations are not supported"),
         (aem.replace("</aem>", ""), "is not closed"),
-        (aem.replace("<data>", "<datum>"), "</data> stands where <datum> is to be closed"),
+        (aem.replace("<data>", "<datum>"), "</data> is found where </datum> is expected"),
         ("CCSDS_ACM_VERS = 2.0\n".into(), "an attitude comprehensive message (ACM)"),
         ("CCSDS_OPM_VERS = 2.0\n".into(), "an orbit parameter message (OPM)"),
-        ("CCSDS_APM_VERS = 2.0\n".into(), "it has one moment"),
+        ("CCSDS_APM_VERS = 2.0\n".into(), "it has only one attitude"),
     ] {
         let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();
         assert!(said.contains(reason), "{reason}: {said}");

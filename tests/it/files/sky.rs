@@ -210,7 +210,7 @@ fn rows_of_an_ephemeris_that_contradict_one_another_are_told() {
             _ => format!("{line}\n"),
         })
         .collect();
-    assert!(zenith(&still, 300.0).is_err_and(|reason| reason.contains("not those of the positions")));
+    assert!(zenith(&still, 300.0).is_err_and(|reason| reason.contains("do not fit the positions")));
 }
 
 /// Two segments may share a moment; two orbits at one time are refused.

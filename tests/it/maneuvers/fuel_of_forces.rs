@@ -242,7 +242,7 @@ fn forces_need_limits_and_a_price_each() {
     unlimited.actuation.force = Some(ActuatorSet::three_axes(AxisFrame::Reference));
     let error = unlimited.check().expect_err("accepted");
     assert!(matches!(error, ProblemError::Unsuited(_)), "{error}");
-    assert!(error.to_string().contains("a limit of every force"), "{error}");
+    assert!(error.to_string().contains("a limit on every force"), "{error}");
     let two = Fuel { force_prices: Some(vec![1.0; 2]), ..Fuel::default() };
     let error = free.with_objective(Objective::Fuel(two)).check().expect_err("accepted").to_string();
     assert!(error.contains("number of force inputs"), "{error}");

@@ -449,7 +449,7 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
     let given = moving_slowly();
     let unequal = Fuel { prices: Some(vec![1.0, 1.0, 2.0]), ..Fuel::default() };
     let unequal = given.clone().with_actuation(ball(1.0)).with_objective(Objective::Fuel(unequal));
-    assert!(refused(&unequal).contains("one price"));
+    assert!(refused(&unequal).contains("must be one number"));
     // Three thrusters push to one side of a plane.
     let limits = Limits { size: Some(vec![1.0; 3]), one_sided: true, ..Limits::default() };
     let three = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();

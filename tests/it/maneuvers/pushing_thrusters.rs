@@ -140,7 +140,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
     refused(kept(&|index| index != 0 && index != 1), words);
     refused(kept(&|index| index % 4 < 2), words);
     refused(kept(&|index| index < 6), words);
-    refused(problem.clone().with_objective(Objective::default()), "minimum time or fuel");
+    refused(problem.clone().with_objective(Objective::default()), "minimum time or minimum fuel");
     let prices = Fuel { prices: Some(vec![1.0; 12]), ..Fuel::default() };
     let error = problem.clone().with_objective(Objective::Fuel(prices)).check().expect_err("accepted");
     assert!(error.to_string().contains("prices of forces"), "{error}");

@@ -254,7 +254,7 @@ fn what_is_wrong_with_a_file_is_said() {
                 "actuators.torque_rate_limit_n_m_per_s=[1,1,1]",
             ],
             3,
-            "has values for 3 axes, and the maneuver has 4",
+            "has values for 3 axes, but the maneuver has 4",
         ),
     ];
     for (words, code, told) in rows {

@@ -141,7 +141,7 @@ impl Entry for FlightCase {
 
     fn header(path: &Path, line: &[u8]) -> Result<FlightHeader, BatchError> {
         let none = || {
-            let reason = format!("{} exists and holds no flights", shown(path));
+            let reason = format!("{} exists, but is not a file of flights", shown(path));
             BatchError::file("E0112", reason, Self::REMEDY)
         };
         // The version is read first, because another version may have other keys.
@@ -152,7 +152,7 @@ impl Entry for FlightCase {
         let Version { slew_flights } = serde_json::from_slice(line).map_err(|_| none())?;
         if slew_flights != FlightHeader::FORMAT {
             let reason = format!(
-                "{}: flights of format {slew_flights}, this program reads {}",
+                "{}: the flights have format {slew_flights}, and this program reads {}",
                 shown(path),
                 FlightHeader::FORMAT
             );
@@ -180,12 +180,12 @@ impl Entry for FlightCase {
 
     fn another(found: &FlightHeader, wanted: &FlightHeader) -> String {
         if found.generator != wanted.generator {
-            format!("they are of {}, this program is {}", found.generator, wanted.generator)
+            format!("they were written by {}, and this program is {}", found.generator, wanted.generator)
         } else if found.seed != wanted.seed {
-            format!("they are of seed {}, not of {}", found.seed, wanted.seed)
+            format!("their seed is {}, not {}", found.seed, wanted.seed)
         } else if found.loops != wanted.loops {
             let told = |loops: &[String]| shown(loops.join(" and ").as_ref());
-            format!("they are of the {}, not of the {}", told(&found.loops), told(&wanted.loops))
+            format!("they cover the {}, not the {}", told(&found.loops), told(&wanted.loops))
         } else {
             "the plan, its gains or its uncertainty differ".into()
         }

@@ -203,10 +203,10 @@ impl Entry for CaseResult {
         let told =
             |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
         if found.generator != wanted.generator {
-            format!("they are of {}, this program is {}", found.generator, wanted.generator)
+            format!("they were written by {}, and this program is {}", found.generator, wanted.generator)
         } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
             format!(
-                "they are of {} cases over {}, not {} over {}",
+                "they cover {} cases over {}, not {} over {}",
                 found.cases,
                 of(found),
                 wanted.cases,
@@ -215,12 +215,12 @@ impl Entry for CaseResult {
         } else if found.fingerprint != wanted.fingerprint {
             "the spec, a key set on the command line, or a case differs".into()
         } else if found.shard != wanted.shard {
-            format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
+            format!("they cover {}, not {}", told(found.shard), told(wanted.shard))
         } else if found.times != wanted.times {
-            "one has wall times and the other does not".into()
+            "only one of the two batches has wall times".into()
         } else {
             format!(
-                "their spec is called {}, not {}",
+                "the name of their spec is {}, not {}",
                 shown(found.spec.as_ref()),
                 shown(wanted.spec.as_ref())
             )

@@ -150,7 +150,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
             let (one, other) = (shard(file), shard(&files[0]));
             return wrong(
                 format!("{path} is shard {one} and {here} is shard {other}"),
-                "give shards with one number of shards",
+                "give shards of the same total number",
             );
         }
     }
@@ -170,7 +170,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         let more =
             if missing.len() > NAMED { format!(", … {} in all", missing.len()) } else { String::new() };
         let named = missing[..missing.len().min(NAMED)].join(", ");
-        let cases = if of > batch.cases { " (they have no case, but their files are needed)" } else { "" };
+        let cases = if of > batch.cases { " (they have no cases, but their files are needed)" } else { "" };
         return wrong(
             format!("missing: shard {named}{more}{cases}"),
             "run them with --shard, then merge all shards",
@@ -180,7 +180,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
 }
 
 fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
-    let reason = format!("{}: case {found} is in the place of case {wanted}", shown(path));
+    let reason = format!("{}: case {found} was found instead of case {wanted}", shown(path));
     BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 

@@ -48,7 +48,7 @@ impl<R: Read> Lines<R> {
             None => None,
             Some(b'\n') => Some(Line::Whole(bytes)),
             Some(_) if bytes.len() as u64 == LONGEST_LINE => {
-                return Err(damaged(&self.path, self.number, "it has no end"));
+                return Err(damaged(&self.path, self.number, "the line is cut off"));
             }
             Some(_) => Some(Line::Torn(bytes)),
         })
@@ -64,7 +64,7 @@ pub(super) fn read_header(path: &Path, line: &[u8]) -> Result<Header, BatchError
     let Version { slew_results } = serde_json::from_slice(line).map_err(|_| no_results(path))?;
     if slew_results != Header::FORMAT {
         let reason = format!(
-            "{}: results of format {slew_results}, this program reads {}",
+            "{}: the results have format {slew_results}, and this program reads {}",
             shown(path),
             Header::FORMAT
         );
@@ -86,7 +86,7 @@ pub(super) fn read_result<E: DeserializeOwned>(
 }
 
 pub(super) fn no_results(path: &Path) -> BatchError {
-    let reason = format!("{} exists and holds no results", shown(path));
+    let reason = format!("{} exists, but is not a file of results", shown(path));
     BatchError::file("E0112", reason, "give another name; --force replaces the file")
 }
 

@@ -133,7 +133,7 @@ pub fn run(
 }
 
 fn no_thread(error: &io::Error) -> BatchError {
-    let reason = format!("the system grants no thread: {error}");
+    let reason = format!("the system cannot create a thread: {error}");
     BatchError::argument("E0115", reason, "allow more processes (`ulimit -u`), or more memory")
 }
 

@@ -30,7 +30,7 @@ impl Shard {
     /// Returns an error if `index` is 0 or exceeds `of`, or if `of` exceeds [`Shard::MOST`].
     pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
         let wrong = |reason: String| {
-            let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
+            let remedy = format!("write --shard i/n with i from 1 to n, and n at most {}", Self::MOST);
             Err(BatchError::argument("E0111", reason, remedy))
         };
         match (index, of) {
@@ -52,7 +52,7 @@ impl Shard {
         match parts {
             Some((index, of)) => Self::new(index, of),
             None => {
-                let reason = format!("--shard: `{}` is not a shard", escape(text));
+                let reason = format!("--shard: `{}` does not have the form i/n", escape(text));
                 Err(BatchError::argument("E0111", reason, "write --shard i/n, as in --shard 3/40"))
             }
         }

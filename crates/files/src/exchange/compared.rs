@@ -199,8 +199,8 @@ pub(crate) fn of_our_body(
         Some(own) if own.eq_ignore_ascii_case(theirs) => Ok(()),
         Some(own) => Err((
             format!(
-                "the attitudes of the file are of {theirs}, the attitudes of the spec of {own}: the \
-             rotation between the two is unknown"
+                "the body frame of the file is {theirs}, and of the spec {own}: the rotation between \
+             the two is unknown"
             ),
             "convert the attitudes to the body frame of the spec, or name the frame of the file in \
             its [names] body_frame"

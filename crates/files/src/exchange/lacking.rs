@@ -6,16 +6,16 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
     /// The format needs calendar times, but the spec has no epoch.
-    #[error("this format has calendar times, and the spec has no epoch")]
+    #[error("this format needs calendar times, but the spec has no epoch")]
     Epoch,
     /// The reference frame turns with the orbit, but the spec does not name an orbital frame.
     #[error(
-        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 \
-        outward), and the spec names no frame of the orbit"
+        "this format needs a name for the rotating orbit frame (e1 along the velocity, e2 along the orbit \
+        normal, e3 outward), but the spec does not give one"
     )]
     FrameName,
     /// The reference frame turns with the orbit, but the format supports inertial frames only.
-    #[error("the reference frame turns with the orbit, and this format supports only inertial frames")]
+    #[error("the reference frame turns with the orbit, but this format supports only inertial frames")]
     InertialFrame,
     /// STK files do not support the reference frame of the spec.
     #[error(
@@ -24,10 +24,10 @@ pub enum Lacking {
     )]
     StkFrame,
     /// STK does not know the central body of the spec.
-    #[error("the center of the spec is not a central body of STK, which is one word: Earth, Mars")]
+    #[error("STK needs the central body as one word, as in Earth or Mars: the center of the spec is not one")]
     StkCenter,
     /// The format needs the NAIF number of the spacecraft, which the spec does not have.
-    #[error("SPICE kernels identify spacecraft by number, and the spec has no number")]
+    #[error("SPICE kernels need the NAIF ID of the spacecraft, but the spec does not give `spice_id`")]
     SpiceId,
     /// SPICE does not support the reference frame of the spec.
     #[error(
@@ -43,16 +43,16 @@ pub enum Lacking {
     #[error("this program was built without Parquet")]
     Parquet,
     /// The duration of the plan is zero, but the format needs a motion.
-    #[error("the plan has the duration zero, and this format needs a motion")]
+    #[error("this format needs a motion, but the duration of the plan is zero")]
     Duration,
     /// The plan has no inputs, but the format needs the torque of each step.
-    #[error("this format needs the torque of each step, and the plan has no torque")]
+    #[error("this format needs the torque of each step, but the plan has no torque")]
     Inputs,
     /// The reference frame of the spec is not known to be inertial, as a pointing file requires.
-    #[error("a pointing file has inertial targets, and its reference frame is not known to be inertial")]
+    #[error("a pointing file needs an inertial reference frame: this one is not known to be inertial")]
     PointingFrame,
     /// A PTR needs complete attitudes, but an observation has a free roll or points at the Sun.
-    #[error("a PTR has whole attitudes, and an observation has a free roll or points at the Sun")]
+    #[error("a PTR needs complete attitudes, but an observation has a free roll or points at the Sun")]
     Roll,
     /// Observations overlap, leave no time for a slew, or do not define an attitude.
     #[error(

@@ -153,7 +153,7 @@ impl PlanFile<'_> {
             Ok(Judgement { verification, .. }) => {
                 let failed = verification.checks.iter().find(|check| !check.passed);
                 let why = match failed {
-                    None => "a witness refuses it".to_string(),
+                    None => "a witness rejects it".to_string(),
                     Some(check) if check.name == CHECKSUM => {
                         "its checksum shows that it was changed after it was written".to_string()
                     }

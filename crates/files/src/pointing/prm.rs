@@ -107,7 +107,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
         return system.wrong(reason, "give times in UTC, TAI, TT, TDB or GPS");
     };
     if let (Some(stop), Some(_)) = (said[4], said[5]) {
-        return stop.name().wrong("the metadata have both STOP_TIME and END_TIME", "give STOP_TIME alone");
+        return stop.name().wrong("the metadata have both STOP_TIME and END_TIME", "give only STOP_TIME");
     }
     let stop = if said[5].is_some() { 5 } else { 4 };
     let (first, last) = (moment(text(3)?, scale)?, moment(text(stop)?, scale)?);
@@ -148,7 +148,7 @@ fn segment<'t>(part: Part<'t>, file: &mut PointingFile) -> Result<(), Wrong> {
 fn one(kept: &mut Option<String>, said: Piece<'_>, of: &str) -> Result<(), Wrong> {
     match kept {
         Some(kept) if kept != said.text => {
-            said.wrong(format!("{of} is not that of the segment above"), "give each its own message")
+            said.wrong(format!("{of} differs from the segment above"), "write a separate message for each")
         }
         _ => {
             *kept = Some(said.text.into());
@@ -183,19 +183,24 @@ fn definition<'t>(
             ("none", Some(_), _) if again.is_none() => again = Some(name),
             (of, Some(base), None) if of == base.text => body = Some(name),
             _ => {
-                let reason = format!("the frame {} is one too many", cut(name.text, 30));
-                return name.wrong(reason, "define the inertial frame, and that of the spacecraft on it");
+                let frame = cut(name.text, 30);
+                let reason = format!("unexpected frame {frame}: only two frames are supported");
+                let remedy = "define one inertial frame, and the spacecraft frame with it as baseFrame";
+                return name.wrong(reason, remedy);
             }
         }
     }
     let (Some(base), Some(body)) = (base, body) else {
         return part.name().wrong(
             "the definition lacks a frame",
-            "define the inertial frame with baseFrame=\"none\", and that of the spacecraft on it",
+            "define the inertial frame with baseFrame=\"none\", and the spacecraft frame on it",
         );
     };
     if let Some(again) = again.filter(|again| again.text != body.text) {
-        return again.wrong("a second root frame", "only one frame has baseFrame=\"none\"");
+        return again.wrong(
+            "two frames have baseFrame=\"none\"",
+            "give baseFrame=\"none\" only for the inertial frame",
+        );
     }
     if !matches!(meaning(base.text), Meaning::Inertial(_)) {
         let reason = format!("the frame {} is not known to be inertial", cut(base.text, 30));
@@ -222,7 +227,7 @@ fn definition<'t>(
 fn template<'t>(block: Part<'t>, frames: Frames<'t>) -> Result<Template<'t>, Wrong> {
     let name = block.only(&["name"])?.said("name")?;
     if ![INERTIAL, SUN].contains(&name.text) {
-        let reason = format!("the block {} is not read", cut(name.text, 50));
+        let reason = format!("the block {} is not supported", cut(name.text, 50));
         return name.wrong(
             reason,
             format!("supported blocks are {INERTIAL} (template 4.2) and {SUN} (template 4.3)"),
@@ -316,17 +321,17 @@ fn observation<'t>(
             return part.name().wrong(format!("<{name}> is not in the definition of the block"), "define it");
         }
         if value.number()?.value != 0.0 {
-            let reason = format!("<{name}> of {} is not read: only zero is", cut(value.text, 30));
-            return value.wrong(reason, "give the target itself, and a spacecraft that does not turn");
+            let reason = format!("<{name}> of {} is not supported: it must be zero", cut(value.text, 30));
+            return value.wrong(reason, "give the direction of the target itself, and a spacecraft at rest");
         }
     }
     let roll = match (template.phase, phase) {
         (None, None) => Roll::Free,
         (Some(_), None) => {
-            let reason = "the block has no <phaseAngle>, and its definition has one";
+            let reason = "the block has no <phaseAngle>, but its definition has one";
             return block
                 .name()
-                .wrong(reason, "add it, or leave it out of the definition: the roll is then free");
+                .wrong(reason, "add it; or remove it from the definition, which makes the roll free");
         }
         (None, Some(phase)) => {
             return phase.name().wrong("<phaseAngle> is not in the definition of the block", "define it");
@@ -365,7 +370,7 @@ fn direction(part: Part<'_>, frame: Piece<'_>, open: &mut Vec<String>) -> Result
         "cartesian" => (None, None, 3),
         "spherical" | "raDec" => (words.first(), words.get(1), 2),
         other => {
-            let reason = format!("coordinates of the kind {} are not read", cut(other, 20));
+            let reason = format!("coordinates of the kind {} are not supported", cut(other, 20));
             return coord.wrong(reason, "give cartesian, spherical or raDec");
         }
     };

@@ -67,7 +67,7 @@ pub(super) fn read<'t>(root: Node<'t, 't>) -> Result<PointingFile, Wrong> {
                 slew = Some(block);
             }
             other => {
-                let reason = format!("blocks of the kind {} are not read", cut(other, 30));
+                let reason = format!("blocks of the kind {} are not supported", cut(other, 30));
                 return kind.wrong(reason, "resolve the timeline to observations (OBS) and slews (SLEW)");
             }
         }

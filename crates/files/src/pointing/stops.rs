@@ -78,7 +78,7 @@ impl Timeline {
                 Target::Sun => sun_in(&file.reference_frame, observation),
             };
             let Some(target) = target else {
-                let reason = format!("the direction of the Sun in {} is not known", named(index));
+                let reason = format!("the direction to the Sun in {} is not known", named(index));
                 return Err(told("E0155", reason, "give its direction as an inertial target"));
             };
             if observation.roll == Roll::Free {
@@ -87,7 +87,7 @@ impl Timeline {
             }
             let attitude = observation.attitude(&target).ok_or_else(|| {
                 let reason = format!("the axes of {} define no roll: two are parallel", named(index));
-                told("E0155", reason, "refer its phase angle to other axes")
+                told("E0155", reason, "define its phase angle by other axes")
             })?;
             Ok(Place::Attitude(lie::project_to_rotation(&(to_ours * attitude))))
         };
@@ -98,7 +98,11 @@ impl Timeline {
             (None, Some(observation)) => {
                 let Place::Attitude(attitude) = place(0)? else {
                     let reason = format!("the sequence starts in {}, whose roll is free", named(0));
-                    return Err(told("E0155", reason, "give the spec an epoch: [start] is then the start"));
+                    return Err(told(
+                        "E0155",
+                        reason,
+                        "add an epoch to the spec, so that [start] is the start",
+                    ));
                 };
                 craft.start = State::attitude(attitude, Vector3::zeros());
                 (observation.end, 1)
@@ -115,7 +119,7 @@ impl Timeline {
                     _ => (named(index - 1), window[0] - free_from),
                 };
                 let reason = format!(
-                    "the slew from {before} to {} has {} s: it needs time",
+                    "the slew from {before} to {} has only {} s: it needs a positive duration",
                     named(index),
                     short(late)
                 );

@@ -25,8 +25,9 @@ impl<'t> Part<'t> {
             .find(|attribute| attribute.namespace().is_none() && !attributes.contains(&attribute.name()));
         if let Some(other) = other {
             let at = Piece { at: other.range().start, text: other.name() };
-            let reason = format!("the attribute {} of <{}> is not read", cut(at.text, 30), self.name().text);
-            return at.wrong(reason, "remove it: the timeline would mean something else");
+            let (name, of) = (cut(at.text, 30), self.name().text);
+            let reason = format!("the attribute {name} of <{of}> is not supported");
+            return at.wrong(reason, "remove it: ignoring it could change the meaning of the timeline");
         }
         let text = self.0.children().find(|child| child.is_text() && !blank(child.text()));
         match text.filter(|_| self.0.first_element_child().is_some()) {
@@ -47,10 +48,10 @@ impl<'t> Part<'t> {
             let (inner, outer) = (cut(other.name().text, 40), cut(self.name().text, 40));
             let known = names.iter().map(|name| format!("<{name}>")).collect::<Vec<_>>().join(", ");
             let remedy = match names {
-                [] => format!("<{outer}> has no elements here"),
+                [] => format!("<{outer}> must have no child elements here"),
                 _ => format!("the supported elements of <{outer}> are {known}"),
             };
-            return other.name().wrong(format!("<{inner}> in <{outer}> is not read"), remedy);
+            return other.name().wrong(format!("<{inner}> in <{outer}> is not supported"), remedy);
         }
         Ok(parts)
     }
@@ -110,8 +111,8 @@ impl<'t> Part<'t> {
         }
         let (of, found) = (cut(self.name().text, 40), cut(said.text, 40));
         said.wrong(
-            format!("{name}=\"{found}\" of <{of}> is not read"),
-            format!("only {name}=\"{value}\" is read here"),
+            format!("{name}=\"{found}\" of <{of}> is not supported"),
+            format!("only {name}=\"{value}\" is supported here"),
         )
     }
 
@@ -157,7 +158,7 @@ pub(super) fn angle(value: Piece<'_>, unit: Piece<'_>, most: f64) -> Result<f64,
         "deg" => number.to_radians(),
         "rad" => number,
         other => {
-            let reason = format!("the unit {} of an angle is not read", cut(other, 20));
+            let reason = format!("the unit {} of an angle is not supported", cut(other, 20));
             return unit.wrong(reason, "give angles in deg or rad");
         }
     };

@@ -67,7 +67,7 @@ fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Ve
         Limits::Each(prices) if prices.len() == count => Some(prices),
         Limits::Each(prices) => {
             let reason = format!(
-                "`{key}` has values for {} {inputs} inputs, and the maneuver has {count}",
+                "`{key}` has values for {} {inputs} inputs, but the maneuver has {count}",
                 prices.len()
             );
             section.refuse("E0026", key, reason, "give one price for each input, or one for all")
@@ -175,7 +175,7 @@ fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<
         Limits::Each(limits) if limits.len() == count => Some(Some(limits)),
         Limits::Each(limits) => {
             let reason =
-                format!("`{name}` has values for {} axes, and the maneuver has {count}", limits.len());
+                format!("`{name}` has values for {} axes, but the maneuver has {count}", limits.len());
             let remedy = "give one limit for each axis, or one for all";
             section.refuse("E0026", name, reason, remedy)
         }
@@ -198,7 +198,7 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
         let rows = section.square(weight_name)?;
         if rows.len() != count {
             let reason =
-                format!("`{weight_name}` has values for {} axes, and the maneuver has {count}", rows.len());
+                format!("`{weight_name}` has values for {} axes, but the maneuver has {count}", rows.len());
             return section.refuse("E0026", weight_name, reason, "give one weight for each axis");
         }
         Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))

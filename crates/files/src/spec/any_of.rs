@@ -12,7 +12,7 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
         let name = section.word("name").map_or_else(|| format!("any of {}", index + 1), String::from);
         let constraint = constraints.iter().any(|one| one.name == name);
         if constraint || constraint::is_taken(&name) || all.iter().any(|other| other.name == name) {
-            let reason = format!("another item is called \"{}\"", escape(&name));
+            let reason = format!("the name \"{}\" is already used", escape(&name));
             let remedy = "give it another name: reports identify constraints by their names";
             return section.refuse("E0011", "name", reason, remedy);
         }

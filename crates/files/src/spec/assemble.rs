@@ -488,7 +488,7 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         | Unsuited::PulsesOfLimitedRate
         | Unsuited::PulsesUnderConstraints
         | Unsuited::PulsesOnEqualSteps => {
-            let remedy = "remove it, or write minimize = \"fuel\" with limits of the inputs alone";
+            let remedy = "remove it, or write minimize = \"fuel\" and give only limits on the inputs";
             if let Some(section) = root.section("actuators") {
                 section.error("E0029", actuators::SHORTEST_PULSE, reason, remedy);
             }
@@ -513,7 +513,7 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         Unsuited::FuelToMovingTarget | Unsuited::LimitsToMovingTarget => {
             "give `duration_s`, or aim at a fixed target"
         }
-        _ => "remove it, or minimise effort in a given `duration_s`",
+        _ => "remove it, or minimise effort with a given `duration_s`",
     };
     let of_thrusters = matches!(
         cause,

@@ -140,7 +140,7 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
         [] => return section.refuse_here("E0021", "`axis` needs an angle", "add angle_deg = 90"),
         _ => {
             let reason = "both `angle_deg` and `angle_rad` are given";
-            return section.refuse("E0028", "angle_rad", reason, "give one of the two");
+            return section.refuse("E0028", "angle_rad", reason, "give only one of the two");
         }
     };
     let (axis, angle) = (section.vector("axis"), section.number(name));
@@ -169,7 +169,7 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
     let defect = (norm - 1.0).abs();
     if defect > ROTATION {
-        let reason = format!("the norm of the quaternion is {}, and a rotation has norm 1", short(norm));
+        let reason = format!("the norm of the quaternion is {}, but must be 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
         let remedy = format!("divide by the norm, or check the four numbers: {order}");
         return section.refuse("E0051", name, reason, remedy);

@@ -78,7 +78,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
         InertiaError::NotPositive { smallest } => (
             "E0041",
             format!("the smallest principal moment of inertia is {}: it must be positive", short(*smallest)),
-            "check the diagonal, and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
+            "check the diagonal, and the signs of the off-diagonal elements: Jxy = −∫xy dm",
         ),
         InertiaError::Triangle { principal: [a, b, c] } => {
             let [largest, sum] = told_apart([*c, a + b], 6, rounded);
@@ -87,8 +87,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
                 rounded(*a, 6),
                 rounded(*b, 6),
             );
-            let remedy =
-                "check the moments and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm";
+            let remedy = "check the moments and the signs of the off-diagonal elements: Jxy = −∫xy dm";
             ("E0042", reason, remedy)
         }
         InertiaError::IllConditioned { ratio } => (
@@ -110,7 +109,7 @@ pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
     let density = mass / radius.powi(3);
     if density < THINNEST {
         let reason =
-            format!("{} kg with this inertia spread over {} m: very thin", show(mass), short(radius));
+            format!("{} kg with this inertia spread over {} m: a very thin body", show(mass), short(radius));
         body.warn("W0043", "inertia_kg_m2", reason, "is the inertia in g·cm²? 1 g·cm² is 1e-7 kg·m²");
     }
 }

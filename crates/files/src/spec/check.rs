@@ -160,7 +160,7 @@ impl Checker {
                 node.entries().iter().filter(|entry| group.contains(&entry.key.as_str())).collect();
             if let [first, second, ..] = given[..] {
                 let reason = format!("both `{}` and `{}` are given", first.key, second.key);
-                let fault = ("E0028", second.key_span, reason, "give one of the two".into());
+                let fault = ("E0028", second.key_span, reason, "give only one of the two".into());
                 self.error(fault, &join(path, &second.key));
             }
         }

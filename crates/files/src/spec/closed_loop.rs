@@ -88,8 +88,8 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     let chances = chances::chances(root, problem, uncertainty.is_some());
     let has_stops = stops::has_stops(root);
     if has_stops && !chances.is_empty() {
-        let reason = "chances of limits need a single maneuver, and this spec has stops";
-        let remedy = "give margins in place of the chances, or plan each leg by itself";
+        let reason = "chances of limits need a single maneuver, but this spec has stops";
+        let remedy = "give margins instead of the chances, or plan each leg separately";
         root.error("E0172", "stop", reason, remedy);
     }
     chances::hold(root, problem);
@@ -143,18 +143,17 @@ fn every(section: &Section, problem: &Problem) -> Option<f64> {
     let every = section.number("every_s")?;
     let Some(duration) = problem.duration.known().filter(|_| !problem.switches()) else {
         let reason =
-            "the duration is free, so the step is unknown, and a tick cannot be a whole number of steps";
-        return section.refuse("E0176", "every_s", reason, "remove the key: the tick is then the step");
+            "`every_s` must be a whole number of steps, but the duration is free, so the step is unknown";
+        return section.refuse("E0176", "every_s", reason, "remove the key, to measure in every step");
     };
     if let Some(step) = step(problem) {
         if is_whole(every / step) && every <= duration * (1.0 + WHOLE) {
             return Some(every);
         }
-        let reason =
-            format!("a tick of {} s is not a whole number of steps of {} s", show(every), show(step));
+        let reason = format!("{} s is not a whole number of steps of {} s", show(every), show(step));
         return section.refuse("E0176", "every_s", reason, remedy_of(every, duration));
     }
-    let reason = "a tick is a whole number of steps, and the plan chooses the number of steps";
+    let reason = "`every_s` must be a whole number of steps, but the plan chooses the number of steps";
     section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
 }
 
@@ -186,12 +185,12 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
 /// Reads the feedback of a sequence, which is one regulator along all legs and holds.
 fn feedback_of_sequence(section: &Section, problem: &Problem) -> Option<Feedback> {
     if section.has("kind") && section.word("kind")? != "tvlqr" {
-        let reason = "the gains of a sequence are those of a regulator along all legs and holds";
+        let reason = "gains of this kind are not supported for a sequence: it needs a regulator";
         return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\", or remove the key");
     }
     if section.has("every_s") {
-        let reason = "each leg has steps of its own, and a tick cannot be a whole number of all of them";
-        return section.refuse("E0176", "every_s", reason, "remove the key: the tick is then the step");
+        let reason = "`every_s` is not supported for a sequence, because each leg has another step";
+        return section.refuse("E0176", "every_s", reason, "remove the key, to measure in every step");
     }
     let flown = Problem { stepping: Stepping::Recorded, ..problem.clone() };
     Some(Feedback::from(feedback(section, &flown, false)?))
@@ -213,7 +212,7 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
         }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {
             let reason = format!(
-                "`{key}` is a weight of the regulator, and neighbouring gains use the cost of the plan"
+                "`{key}` is a weight of the regulator, but neighbouring gains use the cost of the plan"
             );
             return section.refuse("E0171", key, reason, "write kind = \"tvlqr\", or remove the key");
         }
@@ -233,12 +232,11 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
     if let (Some(key), true) =
         (weights.iter().find(|key| section.has(key)), problem.motion == Motion::RigidBody)
     {
-        let reason =
-            format!("`{key}` does not weigh position and velocity, which the regulator must weigh too");
+        let reason = format!("`{key}` does not weight position and velocity, which the regulator also needs");
         return section.refuse("E0171", key, reason, "remove the key: the regulator has default weights");
     }
     if section.has("freeze") {
-        let reason = "gains of the regulator stay bounded and are not frozen";
+        let reason = "`freeze` has no effect: only neighbouring gains are frozen";
         return section.refuse("E0171", "freeze", reason, "remove the key");
     }
     let of = |weights| if kind == "switching" { Kind::Switching(weights) } else { Kind::Tvlqr(weights) };
@@ -250,8 +248,8 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             Some(of(Some(RegulatorWeights { attitude, rate, end })))
         }
         _ => {
-            let reason = "the weights of attitude and rate are needed together";
-            section.refuse_here("E0171", reason, "give both, or neither")
+            let reason = "only one of `attitude_weight` and `rate_weight` is given";
+            section.refuse_here("E0171", reason, "give both weights, or neither")
         }
     }
 }
@@ -267,7 +265,7 @@ fn plant(section: &Section, step: Option<f64>) -> Plant {
         let remedy = if tick > step {
             "remove it; for a controller with a longer period write [feedback] every_s".into()
         } else {
-            format!("write tick_s = {}, or other steps", short(step / (step / tick).ceil()))
+            format!("write tick_s = {}, or change the steps", short(step / (step / tick).ceil()))
         };
         section.error("E0176", "tick_s", reason, remedy);
     }

@@ -40,9 +40,9 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
             pairs += pointing.boresights.len() * pointing.directions.len();
             if pairs > MAX_PAIRS {
                 let reason = format!(
-                    "with this one the constraints have {pairs} pairs of a boresight and a direction"
+                    "up to this constraint, all constraints have {pairs} pairs of a boresight and a direction"
                 );
-                let remedy = format!("at most {MAX_PAIRS} are possible");
+                let remedy = format!("use fewer: at most {MAX_PAIRS} pairs are possible");
                 return section.refuse_here("E0034", reason, remedy);
             }
         }
@@ -69,7 +69,7 @@ fn names(sections: &[Section]) -> Option<Vec<String>> {
             _ if name.is_empty() => Some("the name is empty".to_string()),
             Some(first) => Some(format!("constraint {} has the name of constraint {}", index + 1, first + 1)),
             None if is_taken(name) => {
-                Some(format!("\"{name}\" is the name of that limit of [actuators] in reports"))
+                Some(format!("\"{name}\" is the name of a limit of [actuators] in reports"))
             }
             None => None,
         };
@@ -117,8 +117,8 @@ fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
     if widest > 0.0 && whole >= 180.0 {
         let seen = short((widest.to_degrees() * 10.0).round() / 10.0);
         let reason = format!(
-            "the Earth is seen {seen} deg from its middle to its limb: the requested angle beyond \
-            that leaves no direction"
+            "the angular radius of the Earth is {seen} deg: the requested angle beyond \
+            its limb leaves no direction"
         );
         return section.refuse("E0070", "beyond_limb_deg", reason, "write a smaller angle");
     }
@@ -174,7 +174,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
             half_angle.half_turn()
         ),
         Side::KeepIn if half - extra <= 0.0 => {
-            format!("a margin of {margin} leaves nothing of a cone of {half_angle}")
+            format!("a margin of {margin} must be smaller than the half angle of the cone, {half_angle}")
         }
         _ => return Some((half_angle.radians(), margin.radians())),
     };
@@ -202,8 +202,7 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
         directions.push(sky.limb(section, used_by)?);
     }
     if section.has("beyond_limb_deg") != section.has("limb_of") {
-        let reason =
-            "`limb_of` and `beyond_limb_deg` are needed together: the angle is measured from the limb";
+        let reason = "`limb_of` and `beyond_limb_deg` must be given together";
         let key = if section.has("limb_of") { "limb_of" } else { "beyond_limb_deg" };
         return section.refuse("E0021", key, reason, "write limb_of = \"earth\", beyond_limb_deg = 20");
     }
@@ -248,7 +247,7 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     } else if actuation.wheels.is_some() {
         "reaction wheels".into()
     } else if limits(&actuation.torque) || actuation.force.as_ref().is_some_and(limits) {
-        "a limit of the rate of inputs".into()
+        "a limit on the rate of the inputs".into()
     } else if let Some(obstacle) = shooting_obstacle(problem) {
         let reason = format!("method = \"shooting\" is not possible here: {obstacle}");
         solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
@@ -256,7 +255,7 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     } else {
         return;
     };
-    let reason = format!("method = \"shooting\" supports limits of the inputs, not {what}");
+    let reason = format!("method = \"shooting\" supports only limits on the inputs, not {what}");
     solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
 }
 
@@ -264,7 +263,7 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
 /// support.
 pub(crate) fn refuse_scp(problem: &Problem, solver: &Section) {
     if problem.objective.switches() || problem.duration.known().is_none() {
-        let reason = "method = \"scp\" supports only minimum effort in a given duration";
+        let reason = "method = \"scp\" supports only minimum effort with a given duration";
         solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
     }
 }

@@ -166,7 +166,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
         let needed = if inertia { "3 (the diagonal) or 6".into() } else { numbers.len().to_string() };
-        let reason = format!("`{name}` has {count} numbers, and `{}` has {needed}", escape(path));
+        let reason = format!("`{name}` has {count} numbers, but `{}` has {needed}", escape(path));
         entry.refuse("E0026", name, reason, "give one number for each")
     };
     let map = match name {
@@ -188,7 +188,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
             };
             if relative && matches!(nominal, Nominal::Attitude(_) | Nominal::Turn(_)) {
                 let reason =
-                    format!("`{name}`: an attitude has no size, so a relative spread has no meaning");
+                    format!("`{name}`: an attitude has no magnitude, so a relative spread has no meaning");
                 let remedy = format!("write {} in the unit of the key", name.trim_end_matches("_relative"));
                 return entry.refuse("E0160", name, reason, remedy);
             }
@@ -214,7 +214,7 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     }
     let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(covariance);
     if let Some(negative) = eigenvalues.iter().find(|value| **value < -ROUNDING * size) {
-        return refuse(format!("the covariance has the eigenvalue {}", short(*negative)));
+        return refuse(format!("the covariance has the negative eigenvalue {}", short(*negative)));
     }
     let deviations = eigenvalues.map(|variance| variance.max(0.0).sqrt());
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
@@ -244,7 +244,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
         && matches!(key.kind, Kind::Steps(_) | Kind::Count(..) | Kind::Format)
     {
         let reason = format!("`{}` is a count: it cannot vary continuously", escape(path));
-        return entry.refuse("E0160", "key", reason, "sweep it: `slew sweep SPEC --over KEY=A,B,C`");
+        return entry.refuse("E0160", "key", reason, "vary it with `slew sweep SPEC --over KEY=A,B,C`");
     }
     let mut node = Some(tree);
     for part in path.split('.') {
@@ -267,7 +267,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
 
 fn absent<T>(entry: &Section, path: &str) -> Option<T> {
     let reason = format!("`{}` varies, but the spec has no value for it", escape(path));
-    entry.refuse("E0160", "key", reason, "write its mean value")
+    entry.refuse("E0160", "key", reason, "add the key with its mean value")
 }
 
 /// Reads a number, a list of numbers, or rows of numbers; `None` for other values.

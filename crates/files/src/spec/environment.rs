@@ -36,7 +36,7 @@ impl Surroundings<'_> {
         if moves && self.motion == Motion::Attitude {
             let reason = "central_gravity acts on position and attitude, but no position is given";
             let remedy = format!(
-                "add `position_m` and `velocity_m_s` to {}; for the attitude alone use kind = \"gravity_gradient\"",
+                "add `position_m` and `velocity_m_s` to {}; or use kind = \"gravity_gradient\"",
                 self.place
             );
             return section.refuse("E0085", "kind", reason, remedy);
@@ -106,10 +106,9 @@ impl Surroundings<'_> {
         let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
         if (sum - mass).abs() > MASS_ROUNDING * mass {
             let (sum, mass) = (short(sum), show(mass));
-            let reason = format!(
-                "the masses of the points have the sum {sum} kg, and the mass of the body is {mass} kg"
-            );
-            return section.refuse("E0087", "points", reason, "make them equal");
+            let reason =
+                format!("the masses of the points sum to {sum} kg, but the mass of the body is {mass} kg");
+            return section.refuse("E0087", "points", reason, "make the sum equal to the mass of the body");
         }
         accept(CentralGravity::of_masses(parameter?, points), section)
     }
@@ -124,7 +123,7 @@ impl Surroundings<'_> {
                     let told = end.section.rate_key().is_some() || end.rests_in_orbit();
                     if !told && !end.section.has("angular_momentum_body_n_m_s") {
                         let reason = format!(
-                            "[{}] needs an angular velocity: under gravity_gradient rest relative to \
+                            "[{}] needs an angular velocity: under gravity_gradient, rest relative to \
                             LVLH and inertial rest differ",
                             end.section.path
                         );
@@ -145,7 +144,7 @@ impl Surroundings<'_> {
                         let reach = if points.is_empty() { 0.0 } else { reach };
                         let [radius, reach] = told_apart([radius, reach], 4, rounded);
                         let reason = format!(
-                            "the distance from the attracting point is {radius} m, and the body has \
+                            "the distance from the attracting point is {radius} m, but the body has \
                             the radius {reach} m: they touch"
                         );
                         let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
@@ -170,7 +169,7 @@ impl Surroundings<'_> {
             if speed > escape {
                 let [speed, escape] = told_apart([speed, escape], 4, rounded);
                 let reason = format!(
-                    "the start is on a hyperbolic orbit: {speed} m/s, the escape velocity there is {escape} m/s"
+                    "the start is on a hyperbolic orbit: speed {speed} m/s, escape velocity {escape} m/s"
                 );
                 let remedy = "no action is needed if this is intended; else check units and the gravitational \
                     parameter";
@@ -186,7 +185,7 @@ fn accept<E: Environment + 'static>(
 ) -> Option<Arc<dyn Environment>> {
     let told = |error: &EnvironmentError| match error {
         EnvironmentError::NoDirection { .. } => {
-            let remedy = "give the direction of falling, for example [0, 0, 1]";
+            let remedy = "give the direction in which bodies fall, for example [0, 0, 1]";
             ("E0054", section.spot("direction"), remedy)
         }
         _ => ("E0086", section.here(), "check the numbers of [environment]"),

@@ -234,11 +234,11 @@ tables! {
         /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in
         /// "2026-11-21T07:00:00 UTC". Files for other programs need it; plans do not depend on it.
         "epoch": Text(100);
-        /// Whether named targets are seen where they were when their light left them: stations,
-        /// Moon and satellites. Default: none.
+        /// Light-time correction. one_way: stations, the Moon and satellites are seen where they
+        /// were when their light left them. Default: none.
         "light_time": Choice(&["none", "one_way"], &[]);
-        /// Whether named targets are seen as from a moving satellite: everything that gives
-        /// light, with stars by ra_deg. Default: none.
+        /// Stellar aberration. satellite: targets that give light, including stars given by ra_deg,
+        /// are seen as from the moving satellite. Default: none.
         "aberration": Choice(&["none", "satellite"], &[]);
         /// The names of the object, its frames and its inputs in files for other programs.
         "names": Table(&NAMES);
@@ -263,9 +263,9 @@ tables! {
         "environment": Table(&ENVIRONMENT);
         /// The required result of the plan; the tests of a collection of problems read it.
         "expect": Table(&EXPECT);
-        /// Pointing constraints and limits of the rate, for the whole maneuver. Default: none.
+        /// Pointing constraints and limits on the rate, for the whole maneuver. Default: none.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
-        /// Sets of cones that alternate: at every time one whole set holds.
+        /// Alternative sets of cones: at every time, all cones of at least one set are satisfied.
         "any_of": List(&ANY_OF, 10);
         /// The orbit, if ends or cones aim at targets that depend on it. The axes of the reference
         /// frame are then the axes of the GCRS (ICRF).
@@ -282,9 +282,9 @@ tables! {
         "uncertainty": Table(&UNCERTAINTY);
         /// The response of the actuators when the plan is flown, for `slew fly`.
         "plant": Table(&PLANT);
-        /// The treatment of the rounded last digits of matrices and unit vectors. remove: they
-        /// become rotations, and of length 1. keep: each number is used to its last bit, as in a
-        /// spec that slew wrote. Default: remove.
+        /// The treatment of the rounded last digits of matrices and unit vectors. remove: matrices
+        /// become exact rotations, and unit vectors get exactly unit length. keep: each number is
+        /// used to its last bit, as in a spec that slew wrote. Default: remove.
         "rounding": Choice(&["remove", "keep"], &[]);
     }
 
@@ -302,7 +302,7 @@ tables! {
         "body_frame": Text(64);
         /// The issuer of the files. Default: UNKNOWN.
         "originator": Text(64);
-        /// Number of the object at NAIF, negative, for SPICE kernels.
+        /// NAIF ID of the spacecraft, negative, for SPICE kernels.
         "spice_id": Number(q::SPICE_ID);
         /// The names of the inputs in headings of tables, one for each. Default: the names of the
         /// wheels, else numbers.
@@ -310,8 +310,8 @@ tables! {
     }
 
     static BODY {
-        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes,
-        /// tensor signs: three rows, or a diagonal of three. It includes the mass of wheels, and
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, with
+        /// Jxy = -∫xy dm: three rows, or a diagonal of three. It includes the mass of wheels, and
         /// excludes their moments about their own axes.
         "inertia_kg_m2": Inertia, needed "inertia_kg_m2 = [2, 3, 4]";
         /// Mass; required with positions, and only then.
@@ -336,52 +336,53 @@ tables! {
         "force_axes_body": Axes;
         /// Weight of the force inputs, like effort_weight. Default: 1 each.
         "force_effort_weight": Weight;
-        /// Limit of the size of each torque input: one number for all, or one for each axis.
+        /// Limit on the size of each torque input: one number for all, or one for each axis.
         /// Default: none.
         "torque_limit_n_m": Limits(q::TORQUE, None);
-        /// The chance that the command of an input, with corrections under [feedback], exceeds
-        /// its limit at the worst instant, for each input: the plan leaves a reserve. For wheels
-        /// it applies to their torque limits. Below 0.5.
+        /// The accepted probability, for each input, that its command with the corrections of
+        /// [feedback] exceeds its limit at the worst instant. The plan keeps the necessary reserve.
+        /// For wheels it applies to their torque limits. Below 0.5.
         "torque_limit_chance": Number(q::CHANCE);
         /// Margin kept below the limit for corrections: one number for all, or one for each input.
         /// If the chance requires a larger margin, that margin applies. Default: 0.
         "torque_limit_reserve_n_m": Spread(q::SPREAD);
-        /// Limit of the norm of the whole torque. Default: none.
+        /// Limit on the norm of the total torque. Default: none.
         "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
-        /// The chance that the norm of the torque exceeds its limit at the worst instant.
+        /// The accepted probability that the norm of the torque exceeds its limit at the worst
+        /// instant.
         "torque_norm_limit_chance": Number(q::CHANCE);
-        /// Margin kept below the limit of the norm. Default: 0.
+        /// Margin kept below the limit on the norm. Default: 0.
         "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
-        /// Limit of the rate of change of each torque input, also of the torques of wheels: one
+        /// Limit on the rate of change of each torque input, also of the torques of wheels: one
         /// number for all, or one for each axis. Default: none.
         "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
-        /// The chance that the change of a held command from one step to the next exceeds the
-        /// limit for a step.
+        /// The accepted probability that the change of a held command from one step to the next
+        /// exceeds the limit for one step.
         "torque_rate_limit_chance": Number(q::CHANCE);
-        /// The reserve of that limit: one number for all, or one for each input. Default: 0.
+        /// Margin kept below the rate limit: one number for all, or one for each input. Default: 0.
         "torque_rate_limit_reserve_n_m_per_s": Spread(q::SPREAD);
-        /// The time to which the chances of limits refer, as for constraints: instant or motion.
-        /// Default: instant.
+        /// The time to which the chances of limits refer, as for constraints: the worst instant, or
+        /// the whole motion. Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]);
-        /// Limit of the size of each force input: one number for all, or one for each axis.
+        /// Limit on the size of each force input: one number for all, or one for each axis.
         /// Default: none.
         "force_limit_n": Limits(q::FORCE, None);
-        /// Limit of the norm of the whole force. Default: none.
+        /// Limit on the norm of the total force. Default: none.
         "force_norm_limit_n": Limit(q::FORCE_NORM);
-        /// Limit of the rate of change of each force input: one number for all, or one for each
+        /// Limit on the rate of change of each force input: one number for all, or one for each
         /// axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
         /// Shortest pulse: each torque input is off or at its limit, and each pulse has at least
-        /// this length. For minimum fuel in a given duration. Default: inputs take any value
+        /// this length. For minimum fuel with a given duration. Default: inputs take any value
         /// within their limits.
         "shortest_pulse_s": Number(q::DURATION);
-        /// The cost per second of a N·m of each torque input, if fuel is the objective: one
-        /// number for all, or one for each axis; with torque_norm_limit_n_m the cost of a N·m of
-        /// the whole torque. Default: 1.
+        /// The cost per second of a N·m of each torque input, if fuel is the objective: one number
+        /// for all, or one for each axis; with torque_norm_limit_n_m the cost of a N·m of the total
+        /// torque. Default: 1.
         "fuel_price": Limits(q::PRICE, None);
         /// The cost per second of a newton of each force input, if fuel is the objective: one
         /// number for all, or one for each axis; with force_norm_limit_n the cost of a newton of
-        /// the whole force. Default: 1.
+        /// the total force. Default: 1.
         "force_fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the
         /// body.
@@ -416,9 +417,9 @@ tables! {
         "name": Text(100);
         /// Spin axis, body axes, of length 1.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// Limit of the size of its torque; for every wheel or for no wheel. Default: none.
+        /// Limit on the size of its torque; for every wheel or for no wheel. Default: none.
         "torque_limit_n_m": Limit(q::TORQUE);
-        /// Limit of the size of its momentum about its axis. Default: none.
+        /// Limit on the size of its momentum about its axis. Default: none.
         "momentum_limit_n_m_s": Limit(q::WHEEL_LIMIT);
         /// Its inertial momentum about its axis at the start: axial moment times (speed in the
         /// body plus axis · angular velocity); free at the end. Default: 0.
@@ -435,7 +436,8 @@ tables! {
     }
 
     static SET {
-        /// Names of cones that hold together; each is in this set only.
+        /// Names of the cones of this set, which are satisfied together. A cone belongs to one set
+        /// only.
         "constraints": Texts(1000), needed "constraints = [\"tracker A off the Sun\"]";
     }
 
@@ -456,7 +458,7 @@ tables! {
         ],
     ] {
         /// The kind of condition: boresights outside or inside of cones, or held on them, or a
-        /// limit of the angular velocity.
+        /// limit on the angular velocity.
         "kind": Choice(&["keep_out", "keep_in", "on_cone", "rate_limit"], &[]), needed "kind = \"keep_out\"";
         /// The name in reports. Default: its kind.
         "name": Text(100);
@@ -470,8 +472,8 @@ tables! {
         "direction_inertial": Directions, only POINTING;
         /// The axis of the cone, fixed in a reference frame that turns: one direction or several.
         "direction_reference": Directions, only POINTING;
-        /// The axis of the cone by name, as it moves: "sun", { at = "ground", latitude_deg =
-        /// 48.1, longitude_deg = 11.6 }; one or several.
+        /// The axis of the cone as a named target, which may move: "sun", { at = "ground",
+        /// latitude_deg = 48.1, longitude_deg = 11.6 }; one or several.
         "direction": Targets, only POINTING;
         /// Instead of a direction: the disc of the Earth as seen; half angles are then measured
         /// from its limb.
@@ -484,34 +486,36 @@ tables! {
         "half_angle_rad": Number(q::ANGLE_RAD), only POINTING;
         /// Margin: it enlarges a keep-out cone and reduces a keep-in cone. Default: 0.
         "margin_deg": Number(q::MARGIN_DEG), only BESIDE_CONE;
-        /// Margin in rad.
+        /// Margin of the cone in rad.
         "margin_rad": Number(q::MARGIN_RAD), only BESIDE_CONE;
         /// The largest deviation of a boresight from its cone at the ends and between the nodes;
         /// it is zero at the nodes. Default: 0.1.
         "within_deg": Number(q::TOLERANCE_DEG), only ON_CONE;
-        /// The largest deviation in rad.
+        /// The largest deviation of a boresight from its cone, in rad.
         "within_rad": Number(q::TOLERANCE_RAD), only ON_CONE;
-        /// The time of activity: while a part of the Sun is visible, while the Earth hides a part
-        /// of it, or while the Earth does not hide the target of the cone. Needs [orbit].
-        /// Default: always.
+        /// When the constraint is active: while a part of the Sun is visible, while the Earth hides
+        /// a part of the Sun, or while the Earth does not hide the target of the cone. Needs
+        /// [orbit]. Default: always.
         "while": Choice(&["always", "sunlit", "eclipse", "target_visible"], &[]), only POINTING;
-        /// The times of activity as intervals from the start on: [[0, 40], [60, 90]].
+        /// The intervals in which the constraint is active, in seconds from the start: [[0, 40],
+        /// [60, 90]].
         "during_s": Intervals, only POINTING;
-        /// The chance of violating it at its worst instant, under [uncertainty], with the gains
-        /// of [feedback]: the plan keeps the necessary margin. Below 0.5.
+        /// The accepted probability of a violation at the worst instant, under [uncertainty], with
+        /// the gains of [feedback]: the plan keeps the necessary margin. Below 0.5.
         "chance": Number(q::CHANCE), only WITH_CHANCE;
-        /// The time to which the chance refers. instant: the worst one, to first order. motion:
-        /// any time, counted in flights with [plant]; at least 1e-4. Default: instant.
+        /// The time to which the chance refers. instant: the worst one, to first order. motion: any
+        /// time of the motion, estimated from simulated flights with [plant]; at least 1e-4.
+        /// Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]), only WITH_CHANCE;
-        /// Limit of the inertial angular velocity: one number for its norm, or three for its
+        /// Limit on the inertial angular velocity: one number for its norm, or three for its
         /// components in body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
-        /// The limit in rad/s.
+        /// Limit on the inertial angular velocity, in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
         /// Margin kept below the limit: one number, or three for a limit on each axis. If `chance`
         /// requires a larger margin, that margin applies. Default: 0.
         "margin_deg_s": Spread(q::SPREAD), only RATE_LIMIT;
-        /// The margin in rad/s.
+        /// Margin kept below the limit, in rad/s.
         "margin_rad_s": Spread(q::SPREAD), only RATE_LIMIT;
     }
 }
@@ -561,10 +565,10 @@ shared_keys! {
     /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its
     /// equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
-    /// Two-line elements, both lines, by SGP4; a line above them is their name.
+    /// Two-line elements, propagated by SGP4: both lines, with or without the name line above them.
     TLE_KEY = "tle": Texts(3);
     /// An orbit mean-elements message of CCSDS (OMM, keywords and values, XML or JSON), relative to
-    /// the folder of the spec, by SGP4.
+    /// the folder of the spec, propagated by SGP4.
     OMM_KEY = "omm": Text(1000);
     /// For tle and omm: the largest age of the elements. Default: 30.
     OLDEST_KEY = "oldest_days": Number(q::DAYS);
@@ -592,15 +596,15 @@ shared_keys! {
     /// The propagation of elements or a state: about a point mass, or about the flattened Earth.
     /// Default: j2.
     MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
-    /// For orbit_vector: along the track, the orbit normal, outward.
+    /// For orbit_vector: the components along the track, along the orbit normal, and outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
     /// For turning: the direction at time zero.
     TURNING_KEY = "turning_vector": Vector(q::COMPONENT);
     /// For turning: the angular velocity of the turning object, reference axes.
     TURNING_RATE_KEY = "turning_rate_deg_s": Vector(q::RATE_DEG);
-    /// For track: its start. Default: 0.
+    /// For track: the time at which it starts. Default: 0.
     FROM_KEY = "from_s": Number(q::ELAPSED);
-    /// For track: the length of a piece.
+    /// For track: the duration of a piece.
     PIECE_KEY = "piece_s": Number(q::DURATION);
     /// For track: the number of coefficients of a piece. Default: all.
     TERMS_KEY = "terms": Count(1, 10_000);
@@ -617,9 +621,9 @@ shared_keys! {
     SECOND_KEY = "second": Table(&SECOND);
     /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
-    /// With point: an additional rate about the axis that points. This spin is kept, with any phase
-    /// if the roll is free. An angular velocity along boresight_body has the same effect if the
-    /// target does not move. Default: 0.
+    /// With point: an additional rate about the boresight. The body keeps this spin; its phase is
+    /// free if the roll is free. An angular velocity along boresight_body has the same effect if
+    /// the target does not move. Default: 0.
     ROLL_RATE_KEY = "roll_rate_deg_s": Number(q::RATE_DEG);
 }
 
@@ -677,9 +681,9 @@ tables! {
     ] {
         TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY;
         ANOMALY_KEY; PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
-        /// UT1 − UTC, from bulletins: at most 120 m on the ground. Default: 0.
+        /// UT1 − UTC, from IERS bulletins; its effect on the ground is at most 120 m. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
-        /// Coordinate x of the pole: at most 15 m on the ground. Default: 0.
+        /// Coordinate x of the pole; its effect on the ground is at most 15 m. Default: 0.
         "polar_motion_x_arcsec": Number(q::COMPONENT);
         /// Coordinate y of the pole. Default: 0.
         "polar_motion_y_arcsec": Number(q::COMPONENT);
@@ -756,8 +760,8 @@ tables! {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
-        /// "gravity_gradient".
+        /// Instead of a numerical angular velocity: at rest relative to the orbit frame, under kind
+        /// = "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -787,8 +791,8 @@ tables! {
         "rotation_from_start_rad": Vector(q::ANGLE_RAD);
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
-        /// "gravity_gradient".
+        /// Instead of a numerical angular velocity: at rest relative to the orbit frame, under kind
+        /// = "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -813,21 +817,22 @@ tables! {
         ATTITUDE_KEY;
         POINT_KEY;
         SECOND_KEY;
-        /// The rest before the hold, until vibrations have decayed. Default: 0.
+        /// The time at rest before the hold, for vibrations to decay. Default: 0.
         "settling_s": Number(q::NOT_NEGATIVE_TIME);
-        /// The time for which the body then rests there. Default: 0.
+        /// The duration of the hold, for which the body stays at the stop. Default: 0.
         "hold_s": Number(q::NOT_NEGATIVE_TIME);
-        /// The hold begins and ends within this interval: from, until. The body waits until it
-        /// opens. Default: any time.
+        /// The interval in which the hold begins and ends: [from, until]. The body waits until the
+        /// window opens. Default: any time.
         "window_s": Interval;
         /// The time at which the hold begins.
         "start_s": Number(q::NOT_NEGATIVE_TIME);
-        /// As window_s, by two dates with their time scales, which count from the epoch of the spec:
-        /// ["2026-11-21T07:05:00 UTC", "2026-11-21T07:15:00 UTC"].
+        /// As window_s, but given as two dates with their time scales: ["2026-11-21T07:05:00 UTC",
+        /// "2026-11-21T07:15:00 UTC"].
         "window": Texts(2);
-        /// As start_s, by a date with its time scale.
+        /// As start_s, but given as a date with its time scale.
         "start": Text(100);
-        /// Whether the body passes without stopping, at the rate of least cost. Default: false.
+        /// Whether the body passes without stopping, at the rate with the lowest cost. Default:
+        /// false.
         "passing": Flag;
         /// Bound on the rate at which the body passes. Default: none.
         "angular_velocity_limit_deg_s": Limit(q::RATE_LIMIT_DEG);
@@ -836,23 +841,22 @@ tables! {
     }
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
-        /// The objective: effort, the integral of ½uᵀWu. With limits of the inputs also time, the
-        /// duration, which is then not given, or fuel, the integral of Σ price·|u|, or
+        /// The objective: effort, the integral of ½uᵀWu. With limits on the inputs also time: the
+        /// duration, which is then not given; or fuel: the integral of Σ price·|u|, or
         /// price·|torque| with torque_norm_limit_n_m. Default: effort.
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
-        /// The duration of a maneuver of least effort or fuel, unless time has a price. With stops:
-        /// of the whole, holds included, which the plan splits among the legs.
+        /// The duration of a minimum-effort or minimum-fuel maneuver, unless time has a price. With
+        /// stops: the total duration, including the holds, which the plan divides among the legs.
         "duration_s": Number(q::DURATION);
-        /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the
-        /// plan finds the best duration up to it.
+        /// The longest allowed duration of a minimum-effort or minimum-fuel maneuver, instead of
+        /// duration_s: the plan finds the best duration up to it.
         "duration_at_most_s": Number(q::DURATION);
         /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
         /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps, with stops of each leg. Default: the smallest from 100 on with at most
-        /// 0.3 rad for each step, the nutation under the momentum of wheels included; more if a
-        /// plan needs them to land, or to cost at most about 0.1 % above its optimum in continuous
-        /// time.
+        /// Number of steps; with stops, of each leg. Default: 100, or as many as keep each step
+        /// within 0.3 rad, including the nutation due to the momentum of wheels; more if a plan
+        /// needs them to land, or to cost at most about 0.1 % above its optimum in continuous time.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
@@ -865,9 +869,9 @@ tables! {
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// The solver: shooting on the costates, an interior point within all limits, or, for least
-        /// effort in a given duration, sequential convex programming (scp). Default: auto, which
-        /// shoots where that is possible and uses the interior point otherwise.
+        /// The solver: shooting on the costates, an interior point within all limits, or, for
+        /// minimum effort with a given duration, sequential convex programming (scp). Default:
+        /// auto, which uses shooting where possible and the interior point otherwise.
         "method": Choice(&["auto", "shooting", "scp", "interior_point"], &[]);
         /// The number of attempts before an answer counts as the best: quick, default, or
         /// thorough with two hundred starts.
@@ -877,9 +881,9 @@ tables! {
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
         "tolerance": Number(q::TOLERANCE);
-        /// The motion that meets the end: the true motion under the torques, held over the steps
-        /// (the plan lands), or the discrete one, as in published plans, with an error of the
-        /// true one. Default: motion.
+        /// The motion that meets the end. motion: the true motion under the torques, which are held
+        /// over each step (the plan lands). discrete: the motion of the discrete equations, as in
+        /// published plans; the true motion then has a terminal error. Default: motion.
         "target": Choice(&["motion", "discrete"], &[]);
         /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target
         /// discrete a quarter of the angle turned, from 5 to 45 degrees.
@@ -939,8 +943,8 @@ tables! {
         "status": Choice(&["solved", "infeasible", "not_converged", "limit_reached", "verification_failed"], &[]);
         /// The cost.
         "cost": Table(&TOLERANCED);
-        /// The published cost, in the unit of ours, and its rounding: the plan must not cost
-        /// more.
+        /// The published cost, in the unit of the plan's cost, and its rounding: the plan must not
+        /// cost more.
         "published": Table(&TOLERANCED);
         /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
         "terminal_error": Number(q::COST);
@@ -953,18 +957,19 @@ tables! {
         "continuous_cost": Table(&TOLERANCED);
         /// Number of switches, where time or fuel is minimised.
         "switches": Count(0, 1000);
-        /// Bound on the cost still to be gained, to first order, where time or fuel is minimised.
+        /// Bound on the possible reduction of the cost, to first order, where time or fuel is
+        /// minimised.
         "gap_at_most": Number(q::COST);
-        /// Rotation sense of the plan.
+        /// Homotopy class of the rotation: the short way or the long way.
         "sense": Choice(&["short", "long"], &[]);
         /// Bound on the smallest margin of all limits and constraints, relative to the limit or in
         /// rad.
         "margin_at_least": Number(q::MARGIN);
-        /// Names of exactly those limits and constraints that act.
+        /// Names of all active limits and constraints.
         "active": Texts(100);
         /// The names of the stops in the order in which they are visited.
         "order": Texts(MAX_STOPS);
-        /// Part of the reason why nothing can meet the terminal conditions.
+        /// Part of the reported reason why no plan can meet the terminal conditions.
         "because": Text(200);
         /// Costs of other extremals that must be found.
         "rivals": List(&TOLERANCED, 100);
@@ -996,16 +1001,16 @@ macro_rules! attitude_keys {
                 "rotation_vector_deg": Vector(q::ANGLE_DEG);
                 /// Rotation matrix, three rows.
                 "matrix": Matrix;
-                /// Of [start] and [end]: a file with attitudes (AEM, APM, STK .a, C-kernel, table),
-                /// relative to the folder of the spec; taken at the epoch, or at the end of a given
-                /// duration.
+                /// For [start] and [end]: a file with attitudes (AEM, APM, STK .a, C-kernel,
+                /// table), relative to the folder of the spec. The attitude is taken at the epoch,
+                /// or at the end of a given duration.
                 "file": Text(1000);
                 /// Unit quaternion, scalar first, Hamilton, body to reference.
                 "quaternion_wxyz": Quaternion;
                 /// Unit quaternion, scalar last, Hamilton, body to reference.
                 "quaternion_xyzw": Quaternion;
-                /// Modified Rodrigues parameters, axis times tan(angle/4); those longer than 1 are
-                /// their shadow, one attitude.
+                /// Modified Rodrigues parameters, axis times tan(angle/4); parameters longer than 1
+                /// denote the same attitude as their shadow set.
                 "mrp": Vector(q::COMPONENT);
                 /// Rodrigues parameters (Gibbs vector), axis times tan(angle/2).
                 "rodrigues": Vector(q::COMPONENT);

@@ -28,12 +28,12 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
     if minimize == Some("time") {
-        let reason = "if time is the objective, it has no price";
+        let reason = "time is the objective, so it cannot have a price";
         let remedy = "remove time_price_per_s; or write minimize = \"effort\" or \"fuel\"";
         if priced {
             return section.refuse("E0029", "time_price_per_s", reason, remedy);
         }
-        let reason = "if the duration is the objective, it has no bound";
+        let reason = "the duration is the objective, so it cannot have a bound";
         let remedy = "remove duration_at_most_s; or write minimize = \"effort\" or \"fuel\"";
         if bounded {
             return section.refuse("E0029", "duration_at_most_s", reason, remedy);
@@ -108,7 +108,7 @@ pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> 
     let steps = default_steps(angle, rate, duration);
     if steps > Problem::MAX_STEPS as f64 {
         let reason = format!(
-            "a maneuver of {} rad with rates of {} rad/s needs {} steps, and the limit is {}",
+            "a maneuver of {} rad with rates of {} rad/s needs {} steps, but the limit is {}",
             short(angle),
             short(rate),
             show(steps),

@@ -21,7 +21,7 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
         identity.inputs = names.texts("inputs").unwrap_or_default();
         if let Some(inputs) = inputs.filter(|count| names.has("inputs") && *count != identity.inputs.len()) {
             let reason =
-                format!("`inputs` has {} names, and the maneuver has {inputs} inputs", identity.inputs.len());
+                format!("`inputs` has {} names, but the maneuver has {inputs} inputs", identity.inputs.len());
             names.error("E0026", "inputs", reason, "name each input once, forces before torques");
         }
     }
@@ -112,10 +112,10 @@ fn spice_id(names: &Section) -> Option<i32> {
     let value = names.number("spice_id")?;
     if value >= 0.0 || value.fract() != 0.0 {
         let reason = format!(
-            "`spice_id`: {} is not the number of a spacecraft, which is a negative whole number",
+            "`spice_id`: {} is not the NAIF ID of a spacecraft, which is a negative whole number",
             show(value)
         );
-        return names.refuse("E0131", "spice_id", reason, "write the NAIF number, as in spice_id = -125544");
+        return names.refuse("E0131", "spice_id", reason, "write the NAIF ID, as in spice_id = -125544");
     }
     Some(value as i32)
 }

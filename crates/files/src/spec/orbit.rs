@@ -70,7 +70,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
         [first, second, ..] => {
             if section.path != "orbit" {
                 let reason = format!("both `{first}` and `{second}` are given");
-                section.error("E0028", second, reason, "give one of the two");
+                section.error("E0028", second, reason, "give only one of the two");
             }
             return None;
         }
@@ -99,7 +99,7 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
             _ => "Keplerian elements",
         };
         let reason = format!("`{key}` is not used: the orbit is given by {kind}");
-        return section.refuse("E0029", key, reason, "leave it out");
+        return section.refuse("E0029", key, reason, "remove the key");
     }
     if lines {
         return two_lines(section, &section.texts("tle")?, around.clock);
@@ -146,7 +146,7 @@ fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit>
         [first, second] => (first, second),
         [name, first, second] if !name.starts_with("1 ") => (first, second),
         _ => {
-            let reason = format!("`tle` has {} lines, two-line elements have two", lines.len());
+            let reason = format!("`tle` has {} lines, but two-line elements have two", lines.len());
             return section.refuse("E0026", "tle", reason, "write [\"1 …\", \"2 …\"]");
         }
     };
@@ -190,18 +190,19 @@ fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let than = if orbit.age() < 0.0 { "newer than the epoch" } else { "old" };
     if days > most {
         let reason = format!(
-            "the elements are {rounded} days {than}, and {} are the most: the satellite may be anywhere on its orbit",
+            "the elements are {rounded} days {than}, but the limit is {}: the satellite may be anywhere on \
+             its orbit",
             short(most)
         );
-        let remedy = format!("take elements of that day; oldest_days = {} takes these", short(days.ceil()));
+        let remedy = format!("use elements of that date; oldest_days = {} accepts these", short(days.ceil()));
         return section.refuse("E0076", key, reason, remedy);
     }
     if days > OLD {
         let [least, most] = OFF_A_DAY.map(|off| short((off * days).round()));
         let reason = format!(
-            "the elements are {rounded} days {than}: the satellite may be {least} to {most} km elsewhere"
+            "the elements are {rounded} days {than}: the error of the position may be {least} to {most} km"
         );
-        section.warn("W0076", key, reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
+        section.warn("W0076", key, reason, "use newer elements: from a station 600 km away, 1 km is 0.1 deg");
     }
     Some(orbit)
 }

@@ -67,7 +67,7 @@ pub(super) fn place(root: &Node, path: &str) -> Result<Place, (&'static str, Str
 }
 
 fn no_element(path: &str, count: usize, index: &str) -> (&'static str, String, String) {
-    let reason = format!("`{path}` has {count} elements, and `{}` is not one of them", cut(index, 60));
+    let reason = format!("`{path}` has {count} elements: `{}` is not one of them", cut(index, 60));
     ("E0025", reason, "elements are counted from 0".into())
 }
 
@@ -93,7 +93,7 @@ fn element(
             }
             let reason = format!("`{}` would be inside `{path}`, which is not a table", cut(index, 60));
             let remedy =
-                if is_list { "elements of a list are counted from 0" } else { "name the key itself" };
+                if is_list { "elements of a list are counted from 0" } else { "give the key itself" };
             Err(("E0025", reason, remedy.into()))
         }
     }

@@ -48,7 +48,7 @@ impl Budget {
             return true;
         }
         let reason = format!(
-            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} \
+            "the shape has {faces} faces and {points} points; all bodies together may have {MAX_FACES} \
             faces and {MAX_POINTS} points, and {} and {} remain",
             self.faces, self.points
         );
@@ -106,7 +106,7 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
     }
     let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
     if !known {
-        let reason = format!("[{}] needs `mass_kg`: the shape alone does not determine the mass", body.path);
+        let reason = format!("[{}] needs `mass_kg`: the shape does not determine the mass", body.path);
         let remedy = if solid {
             "add mass_kg = 1 to it, or density_kg_m3 = 2000 to its shape"
         } else {
@@ -121,7 +121,7 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
             if length < 2.0 * sphere_radius {
                 let reason = format!(
-                    "the spheres overlap: their centers are {} m apart, the sum of their radii is {} \
+                    "the spheres overlap: their centers are {} m apart, but the sum of their radii is {} \
                     m, and the inertia counts the common part twice",
                     short(length),
                     short(2.0 * sphere_radius)

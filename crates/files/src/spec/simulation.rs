@@ -125,15 +125,15 @@ fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section])
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
         let reason = "both [gravity] and [environment] are given";
-        let remedy = "[gravity] is for several bodies, [environment] for one body: give one of the two";
+        let remedy = "[gravity] is for several bodies, [environment] for one body: give only one of them";
         environment.error_here("E0028", reason, remedy);
     } else if let Some(environment) = environment.filter(|_| bodies.len() > 1) {
-        let reason = format!("[environment] acts on one body, and the spec has {}", bodies.len());
-        let remedy = "use [gravity]; the attracting center can be a body";
+        let reason = format!("[environment] acts on one body, but the spec has {}", bodies.len());
+        let remedy = "use [gravity], and add the attracting center as a body";
         environment.error_here("E0085", reason, remedy);
     }
     if let Some(gravity) = gravity.filter(|_| bodies.len() == 1) {
-        let reason = "[gravity] acts between bodies, and the spec has one body";
+        let reason = "[gravity] acts between bodies, but the spec has only one";
         let remedy = "add another body, or use [environment] with kind = \"central_gravity\"";
         gravity.error_here("E0085", reason, remedy);
     }
@@ -151,7 +151,7 @@ fn member<'a>(
     let moving = ["position_m", "velocity_m_s", "linear_momentum_n_s"];
     let moves = attracted || moving.iter().any(|name| section.has(name));
     if moves && !section.has("position_m") {
-        let why = if attracted { "the bodies attract each other" } else { "the body moves" };
+        let why = if attracted { "the bodies attract each other" } else { "the body translates" };
         let reason = format!("[{}] needs `position_m`: {why}", section.path);
         section.error_here("E0021", reason, "add position_m = [0, 0, 0]");
     }
@@ -172,11 +172,11 @@ fn member<'a>(
     if !section.has("shape") {
         match (moves, section.has("mass_kg")) {
             (true, false) => {
-                let reason = format!("[{}] needs `mass_kg`: the body moves", section.path);
+                let reason = format!("[{}] needs `mass_kg`, because the body translates", section.path);
                 section.error_here("E0021", reason, "add mass_kg = 100");
             }
             (false, true) => {
-                let reason = "`mass_kg` is not used: the body only turns";
+                let reason = "`mass_kg` has no effect: the body only rotates";
                 let remedy = "remove it; or give the body a position";
                 section.warn("W0021", "mass_kg", reason, remedy);
             }
@@ -192,7 +192,7 @@ fn member<'a>(
 
 fn inertia_of_shape(section: &Section, inertia: &Matrix3) -> Option<Inertia> {
     if let Err(slewkit::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
-        let reason = "the points lie on a line: the body has no moment of inertia about it";
+        let reason = "the points lie on a line, about which the body has no moment of inertia";
         let remedy = "add `inertia_kg_m2` to the body; or use a dumbbell, whose spheres have a radius";
         return section.refuse("E0041", "shape", reason, remedy);
     }
@@ -297,10 +297,10 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     let of = if faces.is_empty() { String::new() } else { format!(" (faces: {})", faces.join(", ")) };
     let (count, time) = (short(interactions), short((10.0 * interactions / PER_SECOND).round() / 10.0));
     let reason = format!(
-        "each evaluation of the gravity needs {count} interactions of point with point{of}, about \
+        "each evaluation of the gravity needs {count} point-to-point interactions{of}, about \
         {time} s; a step makes one or more"
     );
-    let remedy = "use shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
+    let remedy = "use shapes with fewer faces, a lower gauss_order, points for one shape, or potential = \
      \"second_order\"";
     section.warn_here("W0137", reason, remedy);
 }
@@ -322,7 +322,7 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
         if turn >= LONGEST_TURN {
             let (name, shown) = (cut(&member.name, 40), short(turn));
             let reason = format!(
-                "{name} turns {shown} rad in one step, and the implicit equation needs less than \
+                "{name} turns {shown} rad in one step, but the implicit equation needs less than \
                 {LONGEST_TURN}"
             );
             let steps = (simulation.steps as f64 * turn / 0.3).ceil();
@@ -356,7 +356,7 @@ fn apart(simulation: &Simulation, members: &[Member<'_>]) {
                 warned += 1;
                 let [distance, first, second] = [distance, reach(first), reach(second)].map(short);
                 let reason = format!(
-                    "{a} and {b} are {distance} m apart and have the radii {first} m and {second} m: \
+                    "{a} and {b} are {distance} m apart, and their radii are {first} m and {second} m: \
                     they may touch"
                 );
                 let remedy = "no action is needed if their shapes are apart; gravity is exact for bodies that \
@@ -366,7 +366,7 @@ fn apart(simulation: &Simulation, members: &[Member<'_>]) {
         }
     }
     if !simulation.system.invariants(&simulation.start).energy.is_finite() {
-        let reason = "the energy at the start is not finite: points of two bodies meet";
+        let reason = "the energy at the start is infinite: points of two bodies coincide";
         let remedy = "move the bodies apart";
         members[0].boundary.section.error("E0083", "position_m", reason, remedy);
     }

@@ -157,7 +157,7 @@ impl Reading {
         let word = section.word("at")?;
         if let Some(given) = ["ra_deg", "dec_deg", "vector"].into_iter().find(|name| section.has(name)) {
             let reason = format!("the direction is given twice, by `at` and by `{given}`");
-            return section.refuse("E0028", given, reason, "give one of the two");
+            return section.refuse("E0028", given, reason, "give only one of the two");
         }
         own_keys(section, word)?;
         let target = match word {

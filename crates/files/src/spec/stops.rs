@@ -21,8 +21,8 @@ pub(crate) fn has_stops(root: &Section) -> bool {
 pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> {
     for (key, why) in ALONE {
         if root.has(key) {
-            let reason = format!("{why}, and this spec has stops");
-            root.error("E0029", key, reason, "remove it, or plan each leg by itself");
+            let reason = format!("{why}, but this spec has stops");
+            root.error("E0029", key, reason, "remove it, or plan each leg separately");
         }
     }
     let mut stops: Vec<Stop> = Vec::new();
@@ -31,8 +31,8 @@ pub(crate) fn read(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Stop>> 
         let name = name(section, index);
         let is_end = name == "end" && root.has("end");
         if is_end || stops.iter().any(|other| other.name == name) {
-            let reason = format!("another stop is called \"{}\"", escape(&name));
-            section.error("E0011", "name", reason, "give it another name: reports identify stops by theirs");
+            let reason = format!("the name \"{}\" is already used by another stop", escape(&name));
+            section.error("E0011", "name", reason, "give it another name: reports identify stops by name");
         }
         match stop(section, name, sky) {
             Some(stop) => stops.push(stop),
@@ -155,7 +155,7 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
         }
         let given = section.section("attitude")?;
         if given.has("file") {
-            let reason = "the attitude of a stop is given by numbers, not by a file";
+            let reason = "an attitude file is not supported for a stop";
             return section.refuse("E0190", "attitude", reason, "give a quaternion or another notation");
         }
         Place::Attitude(attitude::rotation(given, Use::Attitude)?.matrix)
@@ -171,7 +171,7 @@ fn stop(section: &Section, name: String, sky: &mut sky::Reading) -> Option<Stop>
         Ok(Some(Opening { key, window: [from, until], pinned })) => {
             if hold - (until - from) > Visit::ROUND_OFF * (from.abs() + hold) {
                 let [length, hold] = [until - from, hold].map(short);
-                let reason = format!("the window is {length} s long, and the hold takes {hold} s");
+                let reason = format!("the window is {length} s long, but the hold takes {hold} s");
                 return section.refuse("E0190", key, reason, "shorten the hold, or widen the window");
             }
             ([from, until], pinned)
@@ -219,7 +219,7 @@ pub(crate) fn order(maneuver: &Section, stops: &mut Vec<Stop>, with_end: bool) -
     }
     let name = maneuver.word("last")?;
     let Some(index) = stops.iter().position(|stop| stop.name == name) else {
-        let reason = format!("no stop is called \"{}\"", escape(name));
+        let reason = format!("no stop has the name \"{}\"", escape(name));
         return maneuver.refuse("E0021", "last", reason, "give the `name` of a [[stop]]");
     };
     let last = stops.remove(index);
@@ -231,7 +231,7 @@ pub(crate) fn order(maneuver: &Section, stops: &mut Vec<Stop>, with_end: bool) -
 pub(crate) fn refuse_order(maneuver: &Section) -> Option<()> {
     for key in ["order", "last"] {
         if maneuver.has(key) {
-            let reason = format!("`{key}` needs stops, and the spec has none");
+            let reason = format!("`{key}` needs stops, but the spec has none");
             return maneuver.refuse("E0021", key, reason, "add [[stop]], or remove the key");
         }
     }
@@ -281,7 +281,7 @@ pub(crate) fn check(root: &Section, sequence: &Sequence) -> bool {
         }
     }
     if let Err(error) = sequence.check() {
-        let remedy = "change the spec accordingly, or plan each leg by itself";
+        let remedy = "change the spec accordingly, or plan each leg separately";
         root.error("E0190", "stop", escape(&error.to_string()), remedy);
         sound = false;
     }

@@ -44,7 +44,7 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
 /// Creates the error that a spec is nested too deeply.
 pub(crate) fn nesting(span: Span) -> Finding {
     let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
-    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
+    Finding::error("E0012", span, reason, "at most four levels are needed: look for an unclosed bracket")
 }
 
 /// Converter of the tree of the crate `toml`. It does not recurse deeper than [`MAX_DEPTH`] levels.

@@ -41,7 +41,7 @@ impl Folder {
         }
         if names.is_empty() {
             let reason = format!("{}: the folder holds no spec", shown(path));
-            return Err(BatchError::file("E0116", reason, "specs end in .toml or .json"));
+            return Err(BatchError::file("E0116", reason, "give a folder of .toml or .json files"));
         }
         if names.len() as u64 > MAX_CASES {
             let reason = format!("{}: {} specs, the limit is {MAX_CASES}", shown(path), names.len());

@@ -46,7 +46,7 @@ impl Rows {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
         if !file.metadata().map_err(unreadable)?.is_file() {
-            let reason = format!("{}: cases are read twice, and this is not a file", shown(path));
+            let reason = format!("{}: cases are read twice, so the input must be a file", shown(path));
             return Err(BatchError::file("E0014", reason, "write the cases to a file first"));
         }
         let name = path.display().to_string();
@@ -92,7 +92,7 @@ impl Rows {
             let here = Row { line: self.line, cells: vec![] };
             if bytes.len() > MAX_BYTES {
                 let reason = "the line is longer than 1 MiB".to_string();
-                return Err(self.refuse(Some(&here), "E0004", reason, "a row is one case"));
+                return Err(self.refuse(Some(&here), "E0004", reason, "write each case in a row of its own"));
             }
             if self.line == 1 && encoding::is_utf16(&bytes) {
                 return Err(self.refuse(None, "E0003", "the table is in UTF-16".into(), "save it as UTF-8"));

@@ -84,7 +84,7 @@ impl Table {
             return Err(Diagnostics(findings).into());
         }
         if count == 0 {
-            let reason = "the table has a header and no cases".into();
+            let reason = "the table has a header but no cases".into();
             return Err(rows.refuse(Some(&head), "E0116", reason, "write a row for each case"));
         }
         (table.count, table.hashes[1]) = (count, rows.fingerprint());
@@ -128,7 +128,7 @@ impl Table {
     fn case(&self, number: u64, row: &Row, rows: &Rows) -> Result<Case, BatchError> {
         let (found, wanted) = (row.cells.len(), self.columns.len());
         if found != wanted {
-            let reason = format!("the row has {found} cells, and the header has {wanted}");
+            let reason = format!("the row has {found} cells, but the header has {wanted}");
             let remedy = "write one cell for each column; a list such as [1, 2, 3] needs quotes";
             return Err(rows.refuse(Some(row), "E0116", reason, remedy));
         }

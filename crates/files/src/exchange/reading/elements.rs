@@ -64,7 +64,7 @@ pub(crate) fn document(text: &str) -> Result<Document<'_>, Wrong> {
         match error {
             Error::UnexpectedCloseTag(wanted, found, _) => {
                 let reason =
-                    format!("</{}> stands where <{}> is to be closed", cut(&found, 30), cut(&wanted, 30));
+                    format!("</{}> is found where </{}> is expected", cut(&found, 30), cut(&wanted, 30));
                 wrong(at, 1, reason, "close elements in the order in which they were opened")
             }
             Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {

@@ -147,7 +147,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
                 let (key, _) = pair(line)?;
                 if !HEADER.into_iter().any(|known| key.is(known)) {
                     let reason = format!("unknown key `{}` in the header of an OEM", cut(key.text, 40));
-                    return key.wrong(reason, "META_START opens the metadata");
+                    return key.wrong(reason, "write META_START before the metadata");
                 }
                 Place::Header
             }
@@ -172,7 +172,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     }
     match place {
         Place::Data(started) => found.push(started.finish(last)?),
-        Place::Header => return last.wrong("the file has no segment", "META_START opens one"),
+        Place::Header => return last.wrong("the file has no segment", "begin a segment with META_START"),
         Place::Metadata(_) => {
             return last.wrong("the metadata do not end", "META_STOP is missing: the file is cut off");
         }
@@ -230,7 +230,7 @@ fn started<'t>(keys: &Keys<'t>, end: Piece<'t>, object: &mut Object<'t>) -> Resu
     let centre = needed("CENTER_NAME")?;
     if !centre.is("EARTH") {
         let reason = format!("the centre is {}, not the Earth", cut(centre.text, 30));
-        return centre.wrong(reason, "give positions against CENTER_NAME = EARTH");
+        return centre.wrong(reason, "give positions relative to the Earth: CENTER_NAME = EARTH");
     }
     let scale = needed("TIME_SYSTEM")?;
     let Some(scale) = Scale::named(scale.text) else {
@@ -319,7 +319,8 @@ impl Started {
         let (at, first) = (moment, position[0]);
         let moment = date(at, self.scale)?;
         if self.segment.moment.last().is_some_and(|before| moment.since(before) <= 0.0) {
-            return at.wrong("this row is not after the one above", "times increase strictly");
+            return at
+                .wrong("this row is not after the one above", "give times in strictly increasing order");
         }
         let in_metres = |words: [Piece<'_>; 3]| {
             let [x, y, z] = words.map(|word| word.number());
@@ -328,7 +329,7 @@ impl Started {
         let (position, velocity) = (in_metres(position)?, in_metres(velocity)?);
         if position.norm() < LEAST {
             let reason = "this position is inside the Earth";
-            return first.wrong(reason, "give positions against the centre of the Earth in km");
+            return first.wrong(reason, "give positions relative to the centre of the Earth in km");
         }
         self.segment.moment.push(moment);
         self.segment.position.push(position);

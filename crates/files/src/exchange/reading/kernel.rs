@@ -81,7 +81,7 @@ struct Summary {
 pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     let cut_off = || Wrong {
         span: (0, 0),
-        reason: "the kernel ends before its numbers do".into(),
+        reason: "the data of the kernel are incomplete".into(),
         remedy: "the file is cut off".into(),
     };
     let little = bytes.get(88..96).is_some_and(|order| order == b"LTL-IEEE");

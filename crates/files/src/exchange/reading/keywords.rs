@@ -49,7 +49,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 let (key, _) = pair(line)?;
                 let Some(known) = HEADER.into_iter().find(|known| key.is(known)) else {
                     let reason = format!("unknown key `{}` in the header of an AEM", cut(key.text, 40));
-                    return key.wrong(reason, "META_START opens the metadata");
+                    return key.wrong(reason, "write META_START before the metadata");
                 };
                 seen.push(known);
                 Place::Header
@@ -67,7 +67,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             (Place::Between(block), "DATA_START") => Place::Data(block),
             (Place::Between(_), _) => {
                 return line
-                    .wrong("DATA_START is needed here", "data stand between DATA_START and DATA_STOP");
+                    .wrong("DATA_START is needed here", "put the data between DATA_START and DATA_STOP");
             }
             (Place::Data(_), "DATA_STOP") => Place::Header,
             (Place::Data(block), _) => {

@@ -180,13 +180,13 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     if let Some(theory) = word("MEAN_ELEMENT_THEORY")
         .filter(|theory| !theory.is("SGP4") && !theory.is("SGP/SGP4") && !theory.is("SGP"))
     {
-        let reason = format!("the theory {} is not read", cut(theory.text, 30));
+        let reason = format!("the theory {} is not supported", cut(theory.text, 30));
         return theory.wrong(reason, "give elements of SGP4, or an OEM of the orbit");
     }
     if let Some(kind) = word("EPHEMERIS_TYPE").filter(|kind| kind.text == "4") {
         return kind.wrong(
-            "elements of type 4 are of SGP4-XP, whose formulas are not public",
-            "give elements of type 0",
+            "ephemeris type 4 (SGP4-XP) is not supported, because its formulas are not public",
+            "give elements of ephemeris type 0 (SGP4)",
         );
     }
     if let Some(centre) = word("CENTER_NAME").filter(|centre| !centre.is("EARTH")) {
@@ -366,7 +366,7 @@ mod tests {
             (NUMBERS, "}", "", "not valid JSON"),
         ] {
             let wrong = text.replacen(from, to, 1);
-            let told = if told == "XML" { "stands where" } else { told };
+            let told = if told == "XML" { "is expected" } else { told };
             let found = read_mean_elements(wrong.as_bytes(), "x").unwrap_err();
             assert!(found.0[0].reason.contains(told), "{to}: {}", found.0[0].reason);
         }

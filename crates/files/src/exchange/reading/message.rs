@@ -127,8 +127,10 @@ impl<'t> Metadata<'t> {
                 };
             }
         } else if let Some(key) = self.get("ATTITUDE_DIR").or(self.get("QUATERNION_TYPE")) {
-            return key
-                .wrong("this key is of version 1.0", "remove it: attitudes lead from A to B, scalar last");
+            return key.wrong(
+                "this key belongs to version 1.0",
+                "remove it: attitudes lead from A to B, scalar last",
+            );
         }
         // The numbers describe the orientation of the frame Y relative to the frame X. Y is B if
         // the attitude leads from A to B, and A otherwise.
@@ -258,7 +260,7 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
         _ => {
             let reason =
                 format!("neither {} nor {} is a frame of the spacecraft", cut(a.text, 30), cut(b.text, 30));
-            b.wrong(reason, "give the attitude of the body against a reference frame")
+            b.wrong(reason, "give the attitude of the body relative to a reference frame")
         }
     }
 }
@@ -343,7 +345,7 @@ impl Block {
             ));
         }
         if let Attitude::Spin(_) = self.layout.attitude {
-            rows.note("rates of the file: SPIN tells the one about its axis, which moves itself".into());
+            rows.note("rates of the file: SPIN gives only the rate about an axis that itself moves".into());
         }
         rows.named_at.get_or_insert(self.named_at);
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));
@@ -386,11 +388,11 @@ impl Block {
     ) -> Result<(), Wrong> {
         if numbers.len() != layout.count() {
             let reason = format!(
-                "the row has {} numbers behind its date, {} are needed",
+                "the row has {} numbers after its date, but {} are needed",
                 numbers.len(),
                 layout.count()
             );
-            return at.wrong(reason, "give what ATTITUDE_TYPE says");
+            return at.wrong(reason, "give the numbers that ATTITUDE_TYPE requires");
         }
         let moment = date(written, self.scale)?;
         let told = layout.read(numbers);

@@ -155,7 +155,7 @@ pub fn read_attitudes_at(
     };
     let no_epoch = || {
         told(
-            "the file says when, and the spec does not".into(),
+            "the attitudes of the file are dated, but the spec has no epoch".into(),
             "add epoch = \"2026-11-21T07:00:00 UTC\" at the top",
         )
     };
@@ -168,7 +168,7 @@ pub fn read_attitudes_at(
         if let Some(one) =
             found.iter().find(|one| one.moment.since(&wanted).abs() > one.open.max(SAME_MOMENT))
         {
-            let reason = format!("the attitude is for {}, and {wanted} is needed", one.moment);
+            let reason = format!("the attitude is for {}, but {wanted} is needed", one.moment);
             return Err(told(reason, "set the epoch of the spec to that time"));
         }
         return found.into_iter().map(|one| one.told().map_err(refused)).collect();
@@ -235,7 +235,7 @@ fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> 
         }
         NoText::At(at) => {
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
-            let remedy = format!("save the file as UTF-8; it is to be {what}");
+            let remedy = format!("save the file as UTF-8; it must be {what}");
             let mut found = refused("E0150", format!("line {line} is not UTF-8 text"), &remedy);
             found.0[0].line = line;
             found
@@ -271,10 +271,10 @@ fn kind(text: &str) -> Option<&str> {
 const OTHERS: [(&str, &str, &str); 8] = [
     (
         "APM",
-        "an attitude parameter message (APM): it has one moment, and a motion is needed",
-        "give an AEM; or take it as [start] attitude = { file = \"…\" }",
+        "an attitude parameter message (APM): it has only one attitude, but a motion is needed",
+        "give an AEM; or use it as [start] attitude = { file = \"…\" }",
     ),
-    ("ACM", "an attitude comprehensive message (ACM), which is not read", "write the attitudes as an AEM"),
+    ("ACM", "an attitude comprehensive message (ACM): it is not supported", "write the attitudes as an AEM"),
     ("OPM", "an orbit parameter message (OPM): it has no attitudes", "give an AEM"),
     (
         "OEM",
@@ -286,7 +286,7 @@ const OTHERS: [(&str, &str, &str); 8] = [
         "an orbit mean-elements message (OMM): it has no attitudes",
         "give an AEM; an OMM is [orbit] omm = \"…\"",
     ),
-    ("OCM", "an orbit comprehensive message (OCM), which is not read", "give an AEM"),
+    ("OCM", "an orbit comprehensive message (OCM): it is not supported", "give an AEM"),
     ("CDM", "a conjunction data message (CDM): it has no attitudes", "give an AEM"),
     ("TDM", "a tracking data message (TDM): it has no attitudes", "give an AEM"),
 ];
@@ -295,7 +295,7 @@ fn read(text: &str) -> Result<Rows, Wrong> {
     let first = text.len() - text.trim_start().len();
     let start = &text[first..];
     if start.is_empty() {
-        return wrong(0, 0, "the file is empty", "give an AEM, or a table with a head");
+        return wrong(0, 0, "the file is empty", "give an AEM, or a table with a header");
     }
     let kind = kind(text);
     let other = OTHERS.iter().find(|(name, ..)| kind.is_some_and(|kind| kind.eq_ignore_ascii_case(name)));

@@ -31,7 +31,7 @@ impl Parameters {
         let defect = (length - 1.0).abs();
         if defect > ROTATION || defect.is_nan() {
             let reason = format!("the quaternion has the length {}", short(length));
-            return wrong(self.at, 2, reason, "attitudes are unit quaternions");
+            return wrong(self.at, 2, reason, "give unit quaternions");
         }
         let normalised = (defect > SILENT).then(|| {
             format!("the length of the quaternion differs from 1 by {}: it is normalised", short(defect))
@@ -81,7 +81,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
                 .key
                 .wrong("the message has no quaternion and no Euler angles", "give a QUAT_START … QUAT_STOP");
         };
-        return angle.key.wrong("Euler angles of version 1.0 are not read", "give a quaternion");
+        return angle.key.wrong("Euler angles of version 1.0 are not supported", "give a quaternion");
     }
     // A message may also state the orientation of two spacecraft frames relative to each other. It
     // is not an attitude of the spacecraft.
@@ -90,8 +90,8 @@ fn parameters(keys: &Keys<'_>) -> Result<Vec<Parameters>, Wrong> {
     }
     if starts.is_empty() {
         return keys[0].key.wrong(
-            "no attitude of the message is of the spacecraft against a reference frame",
-            "give the attitude of the body against a reference frame",
+            "the message has no attitude of the spacecraft relative to a reference frame",
+            "give the attitude of the body relative to a reference frame",
         );
     }
     let open = half_second(written.text);
@@ -121,7 +121,7 @@ fn attitude<'t>(keys: &Keys<'t>, start: &Said<'t>, moment: Epoch, open: f64) -> 
         None => true,
         Some(way) if way.is("A2B") => true,
         Some(way) if way.is("B2A") => false,
-        Some(way) => return way.wrong("a direction is A2B or B2A", "write Q_DIR = A2B"),
+        Some(way) => return way.wrong("the direction must be A2B or B2A", "write Q_DIR = A2B"),
     };
     let (body_is_a, _) = body_is_a(a, b)?;
     let (attitude, numbers) = if start.key.is("Q1") {

@@ -56,7 +56,7 @@ impl Rows {
         let defect = (length - 1.0).abs();
         if defect.is_nan() || defect > ROTATION {
             let reason = format!("the quaternion has the length {}", significant(length, 8));
-            return at.wrong(reason, "attitudes are unit quaternions, of length 1 to three digits");
+            return at.wrong(reason, "give unit quaternions, of length 1 to three digits");
         }
         let Number { value: time, half_unit } = time;
         if time.abs() > LATEST {
@@ -74,7 +74,7 @@ impl Rows {
         if let Some(before) = self.found.time.last().filter(|before| **before >= time) {
             let by = before - time;
             let reason = format!("this row is {by} s before the one above, or at the same time");
-            return at.wrong(reason, "times increase strictly");
+            return at.wrong(reason, "give times in strictly increasing order");
         }
         if !self.found.time.is_empty() && rate.is_some() == self.found.rate.is_empty() {
             return at.wrong("only some rows have rates", "give them in all rows, or in none");
@@ -122,7 +122,10 @@ impl Rows {
         if before.iter().zip(quaternion).all(near) {
             return Ok(());
         }
-        at.wrong("the block above ends at the same time in another attitude", "a body turns without jumps")
+        at.wrong(
+            "the block above ends at the same time in another attitude",
+            "remove the jump: the motion of a body is continuous",
+        )
     }
 
     /// Adds a note about a statement that is not used, unless the list already has the note.
@@ -151,7 +154,7 @@ impl Rows {
     pub fn finish(mut self, source: &Source) -> Result<Attitudes, Wrong> {
         let count = self.found.time.len();
         if count < 2 {
-            let reason = format!("the file has {count} rows of attitudes, two are needed");
+            let reason = format!("the number of attitudes is {count}, but at least two are needed");
             let place = self.places.last().copied().unwrap_or(0);
             return wrong(place, 1, reason, "give the attitude at the start and at the end");
         }
@@ -201,7 +204,7 @@ impl Rows {
                 }
                 Between::Lagrange(degree) | Between::Hermite(degree) if count < block.between.rows() => {
                     format!(
-                        "INTERPOLATION_DEGREE {degree} takes {} rows, and a block has {count}",
+                        "INTERPOLATION_DEGREE {degree} needs {} rows, but a block has {count}",
                         block.between.rows()
                     )
                 }

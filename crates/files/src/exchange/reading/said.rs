@@ -143,7 +143,7 @@ pub(super) fn check(keys: &Keys<'_>, units: &[(&str, &[&str])]) -> Result<(), Wr
             continue;
         };
         if !known.iter().any(|known| unit.is(known)) {
-            let reason = format!("the unit {} of `{}` is not read", cut(unit.text, 20), said.key.text);
+            let reason = format!("the unit {} of `{}` is not supported", cut(unit.text, 20), said.key.text);
             return unit.wrong(reason, format!("give it in {}", known.first().unwrap_or(&"its own")));
         }
     }

@@ -59,7 +59,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             count = Some((whole(value)?, value));
         } else if key.is("TimeFormat") {
             if !value.is("EpSec") {
-                let reason = format!("times in the format {} are not read", cut(value.text, 20));
+                let reason = format!("times in the format {} are not supported", cut(value.text, 20));
                 return value.wrong(reason, "give seconds from ScenarioEpoch: TimeFormat EpSec");
             }
         } else if key.is("CoordinateAxesEpoch") {
@@ -67,7 +67,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 .wrong("axes of a date are not supported", "give attitudes in CoordinateAxes ICRF or J2000");
         } else if key.text.len() > 12 && key.text[..12].eq_ignore_ascii_case("AttitudeTime") {
             let Some((_, scalar_first, rates)) = FORMATS.iter().find(|(name, ..)| key.is(name)) else {
-                let reason = format!("rows of {} are not read", cut(key.text, 40));
+                let reason = format!("rows of {} are not supported", cut(key.text, 40));
                 return key.wrong(reason, "write AttitudeTimeQuaternions or AttitudeTimeQuatAngVels");
             };
             layout = Some(Layout {
@@ -90,7 +90,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
             let words = line.words();
             if words.len() != layout.count() + 1 {
                 let reason =
-                    format!("the row has {} numbers, {} are needed", words.len(), layout.count() + 1);
+                    format!("the row has {} numbers, but {} are needed", words.len(), layout.count() + 1);
                 return line.wrong(reason, "give time, quaternion, and rates where the file has them");
             }
             let numbers = words.iter().map(|word| word.number()).collect::<Result<Vec<Number>, _>>()?;
@@ -106,7 +106,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
         && count != rows.found.time.len()
     {
         let reason =
-            format!("NumberOfAttitudePoints is {count}, and the file has {} rows", rows.found.time.len());
+            format!("NumberOfAttitudePoints is {count}, but the file has {} rows", rows.found.time.len());
         return piece.wrong(reason, "correct it, or the rows: the file may be cut off");
     }
     match (epoch, rows.found.time.first()) {

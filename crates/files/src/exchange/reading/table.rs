@@ -22,7 +22,7 @@ const RATE_DEG: [&str; 3] =
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     let mut lines = lines_of_table(text);
     let Some(head) = lines.next() else {
-        return wrong(0, 1, "the table has no head", "name the columns: time_s,quaternion_w,…");
+        return wrong(0, 1, "the table has no header", "name the columns: time_s,quaternion_w,…");
     };
     let sign = separator(head.text);
     let names = cells(head, sign)?;
@@ -39,8 +39,8 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
                 let reason = format!("the table has no column `{wanted}`");
                 head.wrong(
                     reason,
-                    "the head names time_s, quaternion_w, quaternion_x, quaternion_y, quaternion_z, and may \
-                        name angular_velocity_x_rad_s …",
+                    "the header must have time_s, quaternion_w, quaternion_x, quaternion_y, \
+                        quaternion_z, and may have angular_velocity_x_rad_s …",
                 )
             },
             Ok,
@@ -63,7 +63,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     for line in lines {
         let cells = cells(line, sign)?;
         if cells.len() != names.len() {
-            let reason = format!("the row has {} cells, the head has {}", cells.len(), names.len());
+            let reason = format!("the row has {} cells, but the header has {}", cells.len(), names.len());
             return line.wrong(reason, "give every column in every row; the file may be cut off");
         }
         let numbers =

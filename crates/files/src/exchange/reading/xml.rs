@@ -112,7 +112,10 @@ fn finish(row: &Row<'_>, block: &Block, at: Piece<'_>, rows: &mut Rows) -> Resul
         match (found.next(), found.next()) {
             (Some((_, value)), None) => numbers.push(*value),
             (None, _) => {
-                return at.wrong(format!("the state has no <{name}>"), "give what ATTITUDE_TYPE says");
+                return at.wrong(
+                    format!("the state has no <{name}>"),
+                    "give the numbers that ATTITUDE_TYPE requires",
+                );
             }
             (Some(_), Some(_)) => return at.wrong(format!("the state has <{name}> twice"), "give it once"),
         }

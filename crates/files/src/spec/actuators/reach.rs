@@ -19,7 +19,7 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
         .or_else(|| lacks(force?, "pushes the body along"))
         .or_else(|| {
             force.map(|_| {
-                "each direction alone is possible, but not every combination of force and torque".into()
+                "each single direction is possible, but not every combination of force and torque".into()
             })
         })
 }

@@ -36,7 +36,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let mut good = true;
     for key in others.filter(|key| section.has(key)) {
         let reason = format!("both `thruster` and `{key}` are given: each thruster is an input by itself");
-        section.error("E0028", key, reason, "give one of the two");
+        section.error("E0028", key, reason, "give only one of the two");
         good = false;
     }
     let sections = section.list("thruster");
@@ -54,7 +54,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
             (Motion::Attitude, Some(position)) => turning(section, index, &thruster, position),
             (Motion::RigidBody, None) => {
                 let reason = format!(
-                    "{} has a torque alone, but the body translates: its force is needed too",
+                    "{} has only a torque, but the body translates: its force is needed too",
                     called("thruster", section, index)
                 );
                 let remedy = "give position_m, force_direction_body and force_limit_n; or remove the \

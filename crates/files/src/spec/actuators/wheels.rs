@@ -31,13 +31,13 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         let remedy = match key {
             "effort_weight" => "write `effort_weight` in each [[actuators.wheel]]",
             "torque_limit_n_m" => "write `torque_limit_n_m` in each [[actuators.wheel]]",
-            _ => "give one of the two",
+            _ => "give only one of the two",
         };
         section.error("E0028", key, reason, remedy);
         good = false;
     }
     if motion == Motion::RigidBody {
-        let reason = "reaction wheels need a maneuver of the attitude alone, but positions are given";
+        let reason = "reaction wheels need a maneuver without translation, but positions are given";
         let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
         return section.refuse("E0064", "wheel", reason, remedy);
     }
@@ -108,7 +108,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     let (momentum, momentum_limit) = (momentum?, momentum_limit?);
     if momentum.abs() > momentum_limit * (1.0 + BOUNDARY_ROUNDING) {
         let reason = format!(
-            "{} starts with {} N·m·s, and its limit is {} N·m·s",
+            "{} starts with {} N·m·s, but its limit is {} N·m·s",
             called("wheel", section, index),
             show(momentum),
             show(momentum_limit)

@@ -41,11 +41,11 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
         (
-            "thrusters push to one side only: a thruster that is off cannot correct".into(),
-            "remove the key; plant.authority gives corrections room above the limit",
+            "chances need actuators that act both ways: a thruster that is off cannot correct".into(),
+            "remove the key; plant.authority reserves torque above the limit for corrections",
         )
     } else if !has(problem, kind) {
-        (format!("no {name} exists for this chance"), "give the limit, or remove the chance")
+        (format!("no {name} exists for this chance"), "add the limit, or remove the chance")
     } else {
         return true;
     };
@@ -86,7 +86,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             }
             if root.section("feedback").is_none() {
                 let reason =
-                    "without gains no correction is made, and the torques are the torques of the plan";
+                    "the chance has no effect: without gains, nothing is added to the torques of the plan";
                 section.error("E0172", key, reason, "add [feedback], or remove the key");
             }
             let Some((at_most, of_motion)) = own(section, key, &[name], uncertain) else { continue };
@@ -121,7 +121,7 @@ fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<
     let at_most = if section.has(key) { section.number(key)? } else { return None };
     if !uncertain {
         let name = escape(&names.join(", "));
-        let reason = format!("\"{name}\" has a chance, and the spec has no uncertainty");
+        let reason = format!("\"{name}\" has a chance, but the spec has no [uncertainty]");
         section.error("E0172", key, reason, "add [uncertainty], or give a margin instead");
     }
     if of_motion {
@@ -133,7 +133,7 @@ fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<
 fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     if at_most < Over::LEAST {
         let reason = format!(
-            "the chance over the motion is counted in simulated flights, and a chance of {at_most} needs too \
+            "a chance over the motion is estimated from simulated flights, and {at_most} would need too \
              many"
         );
         let remedy = format!("give {} or more, or use the chance at the worst instant", Over::LEAST);
@@ -158,7 +158,7 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
     if !section.has("chance_of") {
         let limits: Vec<String> = constraints.filter(|name| !has_own(name)).map(String::from).collect();
         if limits.is_empty() {
-            let reason = "every constraint has its own chance: none is left for the joint chance";
+            let reason = "every constraint has its own chance, so the joint chance covers no constraint";
             return section.refuse("E0172", "chance", reason, "name a limit: chance_of = [\"torque limit\"]");
         }
         return Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None });
@@ -176,7 +176,7 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
             } else {
                 format!("the constraints are {known}")
             };
-            ("is neither a constraint nor a limit of the torques", known)
+            ("is neither a constraint nor a torque limit", known)
         } else if limits[..index].contains(name) {
             ("is named twice", "name it once".into())
         } else if has_own(name) {
@@ -187,7 +187,7 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
         return section.refuse("E0172", "chance_of", format!("\"{}\" {reason}", escape(name)), remedy);
     }
     if limits.is_empty() {
-        let reason = "names nothing for the joint chance";
+        let reason = "`chance_of` is empty";
         return section.refuse("E0172", "chance_of", reason, "remove the key to include all constraints");
     }
     Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None })
@@ -232,7 +232,7 @@ fn held(section: &Section, key: &str, unit: f64, name: &str, parts: usize, probl
             values.iter().map(|value| value * unit).collect()
         }
         Some(Limits::Each(values)) => {
-            let reason = format!("has {} numbers, and the limit has {parts}", values.len());
+            let reason = format!("`{key}` has {} numbers, but the limit has {parts}", values.len());
             return section.error("E0026", key, reason, "write one number, or one for each");
         }
     };

@@ -18,7 +18,7 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
         Limits::Each(values) if values.len() == count => values.iter().map(|value| value * unit).collect(),
         Limits::Each(values) => {
             let told = if count == 3 { "three".into() } else { count.to_string() };
-            let reason = format!("has {} numbers, and one for {all} or {told} are needed", values.len());
+            let reason = format!("`{key}` has {} numbers, but needs one for {all}, or {told}", values.len());
             section.error("E0026", key, reason, format!("write one number, or {told}"));
             vec![0.0; count]
         }
@@ -39,7 +39,7 @@ const ROUNDING: f64 = 1e-6;
 fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
     let rows = if section.has(key) { section.square(key)? } else { return None };
     if rows.len() != N {
-        let reason = format!("has {} rows, and this covariance has {N}", rows.len());
+        let reason = format!("`{key}` has {} rows, but needs {N}", rows.len());
         return section.refuse(
             "E0175",
             key,
@@ -54,7 +54,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
             row + 1,
             show(given[(row, row)])
         );
-        return section.refuse("E0175", key, reason, "a variance is the square of a deviation");
+        return section.refuse("E0175", key, reason, "give the square of the standard deviation");
     }
     // The covariance is scaled to unit variances, because radians and rates differ in magnitude.
     let sigma = |row: usize| if given[(row, row)] > 0.0 { given[(row, row)].sqrt() } else { 1.0 };
@@ -63,7 +63,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     let apart = |(row, column): &(usize, usize)| (scaled[(*row, *column)] - scaled[(*column, *row)]).abs();
     if let Some((row, column)) = pairs().find(|pair| apart(pair) > ROUNDING) {
         let reason = format!(
-            "row {}, column {} is {}, and row {}, column {} is {}: a covariance is symmetric",
+            "the covariance is not symmetric: row {}, column {} is {}, and row {}, column {} is {}",
             row + 1,
             column + 1,
             show(given[(row, column)]),
@@ -76,7 +76,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     if let Some((row, column)) = pairs().find(|(row, column)| scaled[(*row, *column)].abs() > 1.0 + ROUNDING)
     {
         let reason = format!(
-            "row {}, column {} is {}: more than the product of both deviations, {}",
+            "row {}, column {} is {}, which exceeds the product of both standard deviations, {}",
             row + 1,
             column + 1,
             show(given[(row, column)]),
@@ -86,7 +86,7 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
             "E0175",
             key,
             reason,
-            "a correlation is between -1 and 1: write a smaller number",
+            "write a smaller number: a correlation is between -1 and 1",
         );
     }
     let symmetric = 0.5 * (&scaled + scaled.transpose());

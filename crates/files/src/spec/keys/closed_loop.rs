@@ -11,17 +11,17 @@ const STATE_COVARIANCES: &[&[&str]] = &[
 tables! {
     /// Gains along the plan.
     pub(crate) static FEEDBACK[selector: Some("kind")] {
-        /// neighbouring: the corrections of least cost that still reach the end. tvlqr: the
-        /// regulator with the weights below, also for switching inputs. switching: for plans of
-        /// arcs, the lengths of the arcs from another start, corrected once, and then that
-        /// regulator. Default: neighbouring; tvlqr if time or fuel is the objective, and for
-        /// wheels.
+        /// neighbouring: the corrections with the lowest cost that still reach the end. tvlqr: a
+        /// time-varying linear-quadratic regulator with the weights below, also for inputs that
+        /// switch. switching: for plans that consist of arcs, one correction of the durations of
+        /// the arcs for the actual start, and then the regulator. Default: neighbouring; tvlqr for
+        /// wheels, and if time or fuel is the objective.
         "kind": Choice(&["neighbouring", "tvlqr", "switching"], &[]);
-        /// Part of the steps at the end over which neighbouring gains are held, at least four
-        /// steps; 0: none. Default: 0.15.
+        /// Fraction of the steps, at the end of the plan, over which neighbouring gains are held
+        /// constant, at least four steps; 0: none. Default: 0.15.
         "freeze": Number(q::PART);
-        /// Time between two measurements, a whole number of steps; a correction is held over it,
-        /// and gains are designed for this. Default: the step.
+        /// Time between two measurements, a whole number of steps. A correction is held over this
+        /// time, and the gains are designed for it. Default: the step.
         "every_s": Number(q::DURATION);
         /// Weight of the attitude error per second, in the unit of the cost per rad². Default: an
         /// error of one radian costs as much as the torque that turns the body by one radian in
@@ -47,8 +47,8 @@ tables! {
         "actuators": Table(&UNCERTAIN_ACTUATORS);
         /// Errors of the measurements.
         "sensor": Table(&UNCERTAIN_SENSOR);
-        /// The joint chance that any of several limits is exceeded at any time of the motion,
-        /// counted in flights; at least 1e-4.
+        /// The accepted probability that any of several limits is exceeded at any time of the
+        /// motion, estimated from simulated flights; at least 1e-4.
         "chance": Number(q::CHANCE);
         /// The limits of the joint chance: names of constraints, and of limits as in reports,
         /// "torque limit". Default: all constraints that have no chance of their own.
@@ -60,30 +60,30 @@ tables! {
         "attitude_deg": Spread(q::SPREAD);
         /// Angular velocity.
         "angular_velocity_deg_s": Spread(q::SPREAD);
-        /// Covariance of the attitude instead: three rows of three, deg².
+        /// Instead of attitude_deg: the covariance of the attitude, three rows of three, deg².
         "attitude_covariance_deg2": Square(q::COVARIANCE);
-        /// Covariance of the angular velocity instead, (deg/s)².
+        /// Instead of angular_velocity_deg_s: the covariance of the angular velocity, (deg/s)².
         "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
-        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in
-        /// deg/s.
+        /// Instead of both: their joint covariance, six rows of six, attitude in deg, then angular
+        /// velocity in deg/s.
         "covariance_deg_deg_s": Square(q::COVARIANCE);
     }
 
     static UNCERTAIN_INERTIA[exclusive: &[&["relative", "covariance_kg2_m4"], &["products_kg_m2", "covariance\
         _kg2_m4"]]] {
-        /// Each moment about a body axis, relative to itself.
+        /// Each moment of inertia about a body axis, relative to its value.
         "relative": Spread(q::SPREAD);
         /// Each product of inertia.
         "products_kg_m2": Number(q::SPREAD);
-        /// Covariance of the six numbers instead: rows and columns in the order xx, yy, zz, xy, xz,
-        /// yz.
+        /// Instead of both: the covariance of the six numbers of the inertia, rows and columns in
+        /// the order xx, yy, zz, xy, xz, yz.
         "covariance_kg2_m4": Square(q::COVARIANCE);
     }
 
     static UNCERTAIN_ALIGNMENT {
-        /// All actuators together, about the body axes.
+        /// Misalignment of all actuators together, about the body axes.
         "actuators_deg": Spread(q::SPREAD);
-        /// The attitude sensor, about the body axes.
+        /// Misalignment of the attitude sensor, about the body axes.
         "sensor_deg": Spread(q::SPREAD);
     }
 
@@ -93,10 +93,10 @@ tables! {
         /// A constant external torque, body axes.
         "constant_n_m": Spread(q::SPREAD);
         /// Noise of the torque: the square root of its intensity. Over a step of h seconds it
-        /// changes the momentum by this times √h.
+        /// changes the momentum by this number times √h.
         "noise_n_m_sqrt_s": Spread(q::SPREAD);
         /// Intensity of that noise instead, three rows of three: its covariance over a step of h
-        /// seconds is this over h.
+        /// seconds is this matrix divided by h.
         "noise_intensity_n2_m2_s": Square(q::COVARIANCE);
     }
 
@@ -105,12 +105,12 @@ tables! {
         "attitude_deg": Spread(q::SPREAD);
         /// Noise of the angular velocity, independent at each step.
         "angular_velocity_deg_s": Spread(q::SPREAD);
-        /// Covariance of the attitude instead: three rows of three, deg².
+        /// Instead of attitude_deg: the covariance of the attitude, three rows of three, deg².
         "attitude_covariance_deg2": Square(q::COVARIANCE);
-        /// Covariance of the angular velocity instead, (deg/s)².
+        /// Instead of angular_velocity_deg_s: the covariance of the angular velocity, (deg/s)².
         "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
-        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in
-        /// deg/s.
+        /// Instead of both: their joint covariance, six rows of six, attitude in deg, then angular
+        /// velocity in deg/s.
         "covariance_deg_deg_s": Square(q::COVARIANCE);
         /// Scale of the measured angular velocity about each axis, relative.
         "scale": Number(q::SPREAD);
@@ -120,7 +120,7 @@ tables! {
 
     /// The response of the actuators to commands when a plan is flown. Default: immediate.
     pub(crate) static PLANT {
-        /// Time constant of a lag of first order.
+        /// Time constant of a first-order lag.
         "actuator_lag_s": Number(q::NOT_NEGATIVE_TIME);
         /// Time from a command to its effect.
         "delay_s": Number(q::NOT_NEGATIVE_TIME);
@@ -129,12 +129,12 @@ tables! {
         /// Time between two changes of the torque; the step must be a multiple of it. Default:
         /// the step.
         "tick_s": Number(q::DURATION);
-        /// The capacity of the actuators, as a multiple of the limits that the plan keeps, at
-        /// least 1. The part above 1 is reserved for the gains, which have no other room along
-        /// plans of least time and fuel. Default: 1.
+        /// The capacity of the actuators, as a multiple of the limits that the plan keeps, at least
+        /// 1. The part above 1 is reserved for feedback corrections, which have no other reserve
+        /// along minimum-time and minimum-fuel plans. Default: 1.
         "authority": Number(q::AUTHORITY);
-        /// Whether the commands of the plan compensate lag and delay, which are known. Default:
-        /// yes.
+        /// leads: the commands of the plan compensate the known lag and delay. as_planned: they do
+        /// not. Default: leads.
         "feedforward": Choice(&["leads", "as_planned"], &[]);
     }
 }

@@ -48,10 +48,11 @@ tables! {
         "steps": Steps(StepsOf::Simulation);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
-        /// The number of steps for each row; start and end always have a row. Default: 1.
+        /// Number of steps from one row of the output to the next; start and end always have a row.
+        /// Default: 1.
         "output_stride": Count(1, MAX_STEPS);
-        /// The error that an error control allows for each step, relative to the size of each
-        /// quantity; at least 1e-14, the limit of round-off. Default: 1e-13.
+        /// The error that an integrator with error control accepts in each step, relative to the
+        /// size of each quantity; at least 1e-14, the limit of round-off. Default: 1e-13.
         "tolerance": Number(q::STEP_TOLERANCE);
     }
 }
@@ -67,11 +68,11 @@ tables! {
         "name": Text(100);
         /// Mass; required if the body moves, unless its shape gives it.
         "mass_kg": Number(q::MASS);
-        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor
-        /// signs: three rows, or a diagonal of three. Default: the inertia of the shape.
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, with
+        /// Jxy = -∫xy dm: three rows, or a diagonal of three. Default: the inertia of the shape.
         "inertia_kg_m2": Inertia;
-        /// Shape: it gives the inertia and the gravity of the body. A body without a shape
-        /// attracts to second order in its size.
+        /// Shape: it gives the inertia and the gravity of the body. The attraction of a body
+        /// without a shape is computed to second order in its size.
         "shape": Table(&SHAPE);
         ATTITUDE_KEY;
         RATE_DEG_KEY;
@@ -150,10 +151,10 @@ tables! {
         "energy_j": Table(&TOLERANCED);
         /// Bound on the error of the energy, relative to the energy at the start.
         "energy_error_at_most": Number(q::COST);
-        /// Bound on the change of the total angular momentum, relative to the one at the start.
+        /// Bound on the change of the total angular momentum, relative to its initial value.
         "angular_momentum_error_at_most": Number(q::COST);
-        /// Bound on the change of the total linear momentum, relative to the sum of the sizes of
-        /// all at the start.
+        /// Bound on the change of the total linear momentum, relative to the sum of the magnitudes
+        /// of the momenta of all bodies at the start.
         "linear_momentum_error_at_most": Number(q::COST);
         /// Bound on ‖I − RᵀR‖ of every body.
         "orthogonality_at_most": Number(q::COST);
@@ -183,7 +184,7 @@ tables! {
         BODY_NAME;
         /// Attitude, in one of the notations.
         "attitude": Table(&ATTITUDE);
-        /// Largest accepted angle from it.
+        /// Largest accepted angle from this attitude.
         "attitude_tolerance_rad": Number(q::COST);
         /// Angular velocity, body axes.
         "angular_velocity_rad_s": Vector(q::RATE_RAD);

@@ -64,13 +64,13 @@ pub(super) fn check(
     if intervals.len() * 2 > last - first && intervals.len() > 2 {
         let k = intervals[0];
         let reason = format!(
-            "the velocities are not those of the positions: from this row the next is missed by {} km",
+            "the velocities do not fit the positions: the orbit from this row misses the next by {} km",
             km(k, k + 1)
         );
         return Err((
             line[k],
             reason,
-            "give rows that are nearer to one another, and velocities in km/s against REF_FRAME",
+            "give rows that are closer together, and velocities in km/s against REF_FRAME",
         ));
     }
     let mut told = 0;
@@ -82,7 +82,7 @@ pub(super) fn check(
             (
                 to,
                 format!(
-                    "this row contradicts its neighbours: by their velocities it is {} km elsewhere",
+                    "this row contradicts its neighbours: the orbit through them misses it by {} km",
                     km(from, to)
                 ),
             )
@@ -97,7 +97,7 @@ pub(super) fn check(
         told += 1;
         if told <= MOST_TOLD {
             let reason = format!("{shown}: line {}: {text}", line[row]);
-            section.warn("W0077", "oem", reason, "check the row, or take another file");
+            section.warn("W0077", "oem", reason, "check the row, or use another file");
         }
     }
     if told > 0 {
@@ -116,11 +116,12 @@ pub(super) fn check(
     let (apart, part, k) = worst;
     if apart > 0.0 {
         let reason = format!(
-            "rows {} s apart do not carry this orbit: between this row and the next the polynomial is off by {} km",
+            "rows {} s apart are not enough for this orbit: between this row and the next the \
+                 polynomial is off by {} km",
             significant(time[k + 1] - time[k], 4),
             significant(apart / 1e3, 3)
         );
-        let remedy = "take rows that are nearer to one another";
+        let remedy = "use rows that are closer together";
         if part > ELSEWHERE {
             return Err((line[k], reason, remedy));
         }

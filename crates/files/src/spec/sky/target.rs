@@ -12,7 +12,7 @@ pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
     match (&given[..], section.has(vector)) {
         ([name, ..], true) => {
             let reason = format!("the direction is given twice, by `{name}` and by `vector`");
-            section.refuse("E0028", vector, reason, "give one of the two")
+            section.refuse("E0028", vector, reason, "give only one of the two")
         }
         ([], true) => {
             let vector = section.vector(vector)?;
@@ -133,7 +133,8 @@ pub(super) fn track(section: &Section) -> Option<Direction> {
     };
     let terms = terms.unwrap_or(all.len());
     if terms == 0 || all.len() % terms != 0 {
-        let reason = format!("{} coefficients do not make pieces of {terms}", all.len());
+        let reason =
+            format!("the number of coefficients, {}, is not a multiple of `terms`, {terms}", all.len());
         return section.refuse("E0026", "coefficients", reason, "give as many for each piece");
     }
     let pieces = all.chunks(terms).map(<[Vector3]>::to_vec).collect();

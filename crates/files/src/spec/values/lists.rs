@@ -91,8 +91,8 @@ pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     };
     if count == 6 {
         let reason = "six numbers do not determine the sign convention of the products of inertia";
-        let remedy = "write the whole matrix with tensor signs: \
-                      [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
+        let remedy = "write the whole matrix: \
+                      [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]] with Jxy = −∫xy dm";
         return wrong("E0044", node, reason, remedy);
     }
     let [x, y, z] = numbers(node, quantity, "numbers (a diagonal) or three rows of three")?;

@@ -188,7 +188,7 @@ mod tests {
             ("<Z>0</Z>", "<Z>up</Z>", "up"),
             ("<REF_FRAME>EME2000</REF_FRAME>", "", "no `REF_FRAME`"),
             ("07:01:00</EPOCH><X", "06:01:00</EPOCH><X", "not after the one above"),
-            ("</data>", "", "is to be closed"),
+            ("</data>", "", "is expected"),
             ("</oem></ndm>", "</oem>", "is not closed"),
             ("<?xml version", "<!DOCTYPE ndm><?xml version", "document type declarations are not supported"),
             ("EARTH", "MOON", "not the Earth"),
