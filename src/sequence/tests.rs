@@ -548,3 +548,50 @@ fn what_a_sequence_cannot_have_is_told() {
     let found = Sequence { craft, stops, order: Ordering::Given }.plan(&Settings::discrete(), &mut Silent);
     assert!(matches!(found, Err(SequenceError::Beyond { known: 60.0, .. })));
 }
+
+/// A stop that repeats the place before it adds nothing: neither to the cost of given attitudes and
+/// free rolls, nor to the time of the best order, which visits both one after the other.
+#[test]
+fn a_stop_that_repeats_the_place_before_it_costs_nothing() {
+    let (there, aside) = (to([0.9, 0.1, -0.4, 0.2]), pointing([0.3, -0.8, 0.5]));
+    let home = to([1.0, 0.0, 0.0, 0.0]);
+    let legs = |places: &[&Place]| {
+        let stops = places.iter().enumerate().map(|(index, place)| {
+            stop(&index.to_string(), (*place).clone()).held(if index == 1 { 2.0 } else { 0.0 })
+        });
+        effort(skew_body(), 30.0, stops.collect(), 40)
+    };
+    let once = planned(&legs(&[&aside, &there, &home]));
+    let twice = planned(&legs(&[&aside, &there, &there, &home]));
+    is_near(twice.cost, once.cost, 1e-9);
+    let moved = Sequence { stops: legs(&[&there, &aside, &home]).stops, ..legs(&[]) };
+    let again = legs(&[&there, &aside, &aside, &home]);
+    is_near(planned(&again).cost, planned(&moved).cost, 1e-9);
+    let quick = |stops: Vec<Stop>, order| Sequence { craft: limited(), stops, order };
+    let given = vec![stop("A", there.clone()), stop("B", home.clone()), stop("C", home.clone())];
+    let mixed = vec![given[1].clone(), given[0].clone(), given[2].clone()];
+    let [given, best] =
+        [quick(given, Ordering::Given), quick(mixed, Ordering::Free)].map(|all| planned(&all).end);
+    assert!(best <= given * (1.0 + 1e-9), "{best} {given}");
+}
+
+/// The time limit is of the whole, and a stopped plan says that the limit stopped it.
+#[test]
+fn a_time_limit_is_of_the_whole_sequence() {
+    let stops = (0..40).map(|index| stop(&index.to_string(), to([1.0, 0.1 * f64::from(index), 0.5, -0.2])));
+    let sequence = Sequence { craft: limited(), stops: stops.collect(), order: Ordering::Free };
+    let limit = std::time::Duration::from_millis(50);
+    let settings = Settings { time_limit: Some(limit), ..Settings::discrete() };
+    let began = std::time::Instant::now();
+    let found = sequence.plan(&settings, &mut Silent);
+    assert!(matches!(found, Err(SequenceError::Stopped(Status::LimitReached))), "{found:?}");
+    assert!(began.elapsed().as_secs() < 10);
+}
+
+/// Returns a minimum-time craft with a limit on the torque about each axis.
+fn limited() -> Problem {
+    let limits = crate::Limits { size: Some(vec![0.3; 3]), ..crate::Limits::default() };
+    let torques = crate::ActuatorSet::three_axes(crate::AxisFrame::Body).with_limits(limits).unwrap();
+    let actuation = crate::Actuation::torques(torques);
+    Problem::minimum_time(skew_body(), rest(), rest()).with_actuation(actuation).with_steps(40)
+}

@@ -37,6 +37,10 @@ const PER_STEP: f64 = 3.0;
 /// Number of points of the path at which momenta and cones are checked.
 const POINTS: usize = 200;
 
+/// Number of parts of the angle over which the rate of a turn is integrated. More parts take longer;
+/// the error is of the order of the inverse square.
+const PARTS: usize = 1000;
+
 /// The factor from one tried rate or acceleration to the next, and the numbers of tried rates and
 /// accelerations.
 const FINER: f64 = 0.96;
@@ -63,12 +67,15 @@ pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
 }
 
 /// Returns the duration \[s\] of a turn about a fixed axis from the start to the end of a maneuver:
-/// it accelerates at a constant acceleration, continues at a constant rate, and decelerates, as fast
-/// as the limits of torques, rates and wheels allow. The turn is feasible, so a minimum-time plan is
+/// it accelerates, continues at a constant rate, and decelerates, as fast as the limits on torques,
+/// rates and wheels allow. The turn is feasible, so a minimum-time plan is
 /// not longer. Cones are ignored. Returns `None` if an end is not at rest, in a field, for a body
 /// that translates, for one-sided inputs, and if no input limits the duration.
 pub fn fixed_axis_duration(problem: &Problem) -> Option<f64> {
-    let durations = turns(problem).filter_map(|turn| Some(turn.quickest()?.duration(turn.angle)));
+    let durations = turns(problem).filter_map(|turn| {
+        let steady = turn.quickest()?.duration(turn.angle);
+        Some(turn.swept().map_or(steady, |swept| swept.min(steady)))
+    });
     durations.reduce(f64::min)
 }
 
@@ -111,6 +118,8 @@ struct Turn<'a> {
     angle: f64,
     /// Largest terms of each input, per unit of θ̈, of θ̇ and of θ̇².
     inputs: [Vec<f64>; 3],
+    /// Inputs per unit of θ̈ and of θ̇², with their signs; the second ones are zero with wheels.
+    signed: [Vec<f64>; 2],
     /// Largest terms of the torque, per unit of θ̈, of θ̇ and of θ̇².
     torque: [f64; 3],
     /// The largest rate that rate limits and the momenta of wheels allow \[rad/s\].
@@ -174,17 +183,18 @@ impl<'a> Turn<'a> {
         let stored = problem.actuation.stored_momentum();
         let points = || (0..=POINTS).map(|point| angle * point as f64 / POINTS as f64);
         let held = |at: f64| lie::exp(&(axis * -at)) * stored;
-        let (per_rate, per_square, sideways) = match wheels {
+        let none = || vec![0.0; set.count()];
+        let (per_rate, of_square, sideways) = match wheels {
             Some(_) => {
                 let terms: Option<Vec<_>> = points().map(|at| inverse.of(&axis.cross(&held(at)))).collect();
-                (largest(terms?), vec![0.0; set.count()], [axis.cross(&stored).norm(), 0.0])
+                (largest(terms?), none(), [axis.cross(&stored).norm(), 0.0])
             }
             None => {
                 let bent = axis.cross(&along);
-                let terms = vec![inverse.of(&bent)?];
-                (vec![0.0; set.count()], largest(terms), [0.0, bent.norm()])
+                (none(), Vec::from(inverse.of(&bent)?.as_slice()), [0.0, bent.norm()])
             }
         };
+        let per_square = of_square.iter().map(|input| input.abs()).collect();
         let rules = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
             Rule::RateAxes(limits) => (0..3).map(|i| limits[i] / axis[i].abs()).reduce(f64::min),
             Rule::RateNorm(limit) => Some(*limit),
@@ -208,6 +218,7 @@ impl<'a> Turn<'a> {
             problem,
             axis,
             angle,
+            signed: [Vec::from(per_acceleration.as_slice()), of_square],
             inputs: [largest(vec![per_acceleration]), per_rate, per_square],
             torque: [along.norm(), across, bent],
             fastest: rate,
@@ -242,6 +253,50 @@ impl<'a> Turn<'a> {
         let rates = (0..RATES).map(|power| quickest * FINER.powi(power));
         let time = |course: &Course| course.duration(self.angle);
         rates.flat_map(|rate| self.courses(rate)).min_by(|a, b| time(a).total_cmp(&time(b)))
+    }
+
+    /// Returns the duration \[s\] of the turn whose acceleration is as large as the limits allow at
+    /// each rate; `None` if torque rates are limited.
+    ///
+    /// With `p = θ̇²/2` the limits bound `dp/dθ = θ̈`, from above during acceleration and from below
+    /// during deceleration.
+    fn swept(&self) -> Option<f64> {
+        if self.problem.actuation.torque.limits().rate.is_some() {
+            return None;
+        }
+        let (step, most) = (self.angle / PARTS as f64, 0.5 * self.fastest * self.fastest);
+        let grown = |side: f64| -> Option<Vec<f64>> {
+            let slope = |p: f64| self.largest(p, side).max(0.0);
+            let mut p = vec![0.0];
+            for _ in 0..PARTS {
+                let at = p[p.len() - 1];
+                let middle = at + 0.5 * step * slope(at);
+                p.push((at + step * slope(middle)).min(most));
+            }
+            (p[1] > 0.0).then_some(p)
+        };
+        let (up, down) = (grown(1.0)?, grown(-1.0)?);
+        let rate = |index: usize| (2.0 * up[index].min(down[PARTS - index])).sqrt();
+        Some((0..PARTS).map(|index| 2.0 * step / (rate(index) + rate(index + 1))).sum())
+    }
+
+    /// Returns the largest acceleration (`side = 1`) or deceleration (`side = −1`) that the limits of
+    /// the inputs leave at `p = θ̇²/2`; negative if they leave none.
+    fn largest(&self, p: f64, side: f64) -> f64 {
+        let (square, rate) = (2.0 * p, (2.0 * p).sqrt());
+        let limits = self.problem.actuation.torque.limits();
+        let mut most = f64::INFINITY;
+        for (input, limit) in limits.size.iter().flatten().enumerate() {
+            let [along, bent] = [0, 1].map(|term| self.signed[term][input]);
+            let room = limit - rate * self.inputs[1][input];
+            most = most.min((room - (side * along).signum() * square * bent) / along.abs());
+        }
+        if let Some(norm) = limits.norm {
+            let [along, across, bent] = self.torque;
+            let left = (norm * norm - (square * bent).powi(2)).max(0.0).sqrt() - rate * across;
+            most = most.min(left / along);
+        }
+        if most.is_finite() { most } else { 0.0 }
     }
 
     /// Returns the largest acceleration that the limits of the inputs leave at a rate.

@@ -88,7 +88,7 @@ fn bounds_of_the_reference_legs_are_below_their_times_and_near_them() {
     assert!(least > 0.725 && most < 0.935, "{least} {most}");
 }
 
-/// Turns about fixed axes are feasible, so no plan is slower, and they are at most a fifth longer.
+/// Turns about fixed axes are feasible, so no plan is slower. They are at most a fifth longer.
 /// About the z axis, four wheels give the torque 4·0.6·0.5 N·m.
 #[test]
 fn turns_about_fixed_axes_take_no_less_than_plans() {

@@ -58,6 +58,10 @@ fn plans_cost_what_is_known_from_elsewhere() {
         ("roll_on_the_edge", 41.03, 4e-3),
         // Plans on 200 and on 400 steps, extrapolated: 27.0469 and 27.0456 s give 27.0452 s.
         ("valley_of_wheels", 27.0452, 4e-4),
+        // The turn about the axis, 1.120998 s, without the gain of 1° (5.218e-4) times 0.3.
+        ("dither", 1.120823, 1e-6),
+        // Plans to rates off the axis of 0.01 and 0.001 deg/s: 8.18746 and 8.18745 s.
+        ("turn_to_a_spin", 8.18745, 2e-5),
     ];
     at_once(&known, |(name, cost, within)| {
         let found = planned(name, &[]);

@@ -143,10 +143,13 @@ fn whole(file: &SequenceFile<'_>) -> String {
 fn row(leg: &PlanFile<'_>, stop: &StopRecord) -> String {
     let name = clipped(&escape(&stop.name), NAME - 1);
     let turned = format!("{:.1}°", leg.turned_deg);
-    let lasting = format!("{} s", significant(stop.arrives_s - stop.leg_begins_s, 4));
+    // A leg that does not move takes less than the round-off of the time.
+    let lasting = stop.arrives_s - stop.leg_begins_s;
+    let lasting = if lasting <= f64::EPSILON * stop.arrives_s { 0.0 } else { lasting };
+    let lasting = format!("{} s", significant(lasting, 4));
     let [arrives, holds, until] =
         [stop.arrives_s, stop.hold_begins_s, stop.leaves_s].map(|time| format!("{time:.2}"));
-    format!("{name:<NAME$}{turned:>8}{lasting:>9}{arrives:>10}{holds:>10}{until:>10}")
+    format!("{name:<NAME$}{turned:>8} {lasting:>8} {arrives:>9} {holds:>9} {until:>9}")
 }
 
 /// Returns the smallest clearance to each cone over all legs, in increasing order.

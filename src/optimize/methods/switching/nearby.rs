@@ -56,9 +56,9 @@ pub(super) fn limits(
         let larger = search(&resized(extremal, total), ask).limits;
         return larger.iter().filter_map(|limit| shrunk(extremal, limit, total, work)).collect();
     }
-    let aside = DISPLACED * size(extremal) * (lie::exp(&ASKEW) * Vector3::x());
-    let displaced = [aside, -aside].into_iter().take_while(|_| !work.stopped()).flat_map(|aside| {
-        let end_attitude = extremal.end_attitude * lie::exp(&aside);
+    let aside = size(extremal) * (lie::exp(&ASKEW) * Vector3::x());
+    let displaced = DISPLACED.iter().take_while(|_| !work.stopped()).flat_map(|part| {
+        let end_attitude = extremal.end_attitude * lie::exp(&(*part * aside));
         search(&Extremal { end_attitude, ..extremal.clone() }, ask).limits
     });
     displaced.filter_map(|limit| limit.led(extremal, work)).collect()

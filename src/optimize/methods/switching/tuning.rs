@@ -105,10 +105,10 @@ pub(super) mod paths {
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
     /// Largest factor on the duration in one step of a continuation in the duration.
     pub const STRETCH: f64 = 1.3;
-    /// Displacement of the end that breaks the symmetry of a maneuver, as a fraction of its size.
-    /// After a larger one Newton fails to return to the true end; a smaller one leaves the search
-    /// on the saddle (`--test it -- problems::found::plans_cost`).
-    pub const DISPLACED: f64 = 0.02;
+    /// Displacements of the end that break the symmetry of a maneuver, as fractions of its size.
+    /// More of them find more branches and take longer: of the turn to a spin in the test, a large
+    /// one alone finds a branch that is 1.6e-4 longer (`--test it -- problems::found::plans_cost`).
+    pub const DISPLACED: [f64; 4] = [0.02, -0.02, 1e-3, -1e-3];
 
     /// Given durations from which a minimum-time extremal is continued, as multiples of the
     /// duration of the initial path at the first of `LEVELS`. More values find more extremals and
