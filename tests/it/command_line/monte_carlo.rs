@@ -272,7 +272,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
                 "key = \"body.inertia_kg_m2\"\nkind = \"normal\"\ncovariance = [[1, 2, 0], [2, 1, 0], [0, 0, 1]]",
             ),
             "E0160",
-            "the eigenvalue -1",
+            "the negative eigenvalue -1",
         ),
         (
             entry(

@@ -234,7 +234,7 @@ fn a_guess_is_taken_for_an_end_on_a_target() {
     // Nothing begins from a guess where inputs switch.
     let sought = ["plan", "free.toml", "--guess", "best.json", "--set", "maneuver.minimize=fuel"];
     let limits = "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 5 }";
-    folder.slew(&[&sought[..], &["--set", limits]].concat()).ends(3).tells("takes no guess");
+    folder.slew(&[&sought[..], &["--set", limits]].concat()).ends(3).tells("does not use a guess");
 }
 
 #[test]

@@ -640,7 +640,7 @@ fn attitude_files_of_stk_are_read() {
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "", with_rate, &times(2)),
-            "the row has 8 numbers, 5 are needed",
+            "the row has 8 numbers, but 5 are needed",
         ),
         (
             stk("AttitudeTimeQuaternions", "ICRF", "TimeFormat EpMin\n", plain, &times(2)),
@@ -693,7 +693,7 @@ fn cones_are_judged_on_the_motion_that_a_file_declares() {
     let odd =
         aem(&[("INTERPOLATION_METHOD", "SPLINE"), ("INTERPOLATION_DEGREE", "3")], bow, &[0.0, 30.0, 60.0]);
     let found = judged_by(&loaded, &odd).unwrap();
-    assert!(found.not_judged.iter().any(|text| text.contains("SPLINE, which is not known")), "{found:?}");
+    assert!(found.not_judged.iter().any(|text| text.contains("SPLINE, which is not supported")), "{found:?}");
 }
 
 /// If a file has rates and declares Hermite's polynomial, a cone between two rows is met as the
@@ -768,7 +768,7 @@ fn an_ephemeris_behind_other_messages_is_read() {
         assert!(said.contains("there is no <aem>"), "{said}");
         let deep = format!("<aem version=\"2.0\">{deep}</aem>");
         let said = read_attitudes(deep.as_bytes(), "file").unwrap_err().0[0].reason.clone();
-        assert!(said.contains("more than 100 deep"), "{said}");
+        assert!(said.contains("more than 100 levels deep"), "{said}");
     }
 }
 
@@ -856,7 +856,7 @@ fn an_end_is_taken_from_a_file() {
         assert!((at(file, "2026-11-21T07:00:20") - 25.0).abs() < 1e-8, "{file}");
     }
     for (file, epoch, reason) in [
-        ("told.apm", "2026-11-21T07:00:21", "is that of 2026-11-21T07:00:20.000 UTC"),
+        ("told.apm", "2026-11-21T07:00:21", "is for 2026-11-21T07:00:20.000 UTC"),
         ("told.aem", "2026-11-21T07:01:01", "no attitude 61.000 s after its first row"),
         ("told.acm", "2026-11-21T07:00:20", "an attitude comprehensive message (ACM)"),
         ("none.aem", "2026-11-21T07:00:20", "cannot be read"),

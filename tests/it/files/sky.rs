@@ -171,9 +171,9 @@ fn an_ephemeris_message_is_followed_by_what_it_declares() {
     let lagrange = "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 7\n";
     // Half way between the first two of twelve rows the polynomial of degree 7 is 55 km off.
     let edge = zenith(&of(900.0, 12, lagrange), 450.0);
-    assert!(edge.is_err_and(|reason| reason.contains("rows 900.0 s apart do not carry this orbit")));
+    assert!(edge.is_err_and(|reason| reason.contains("rows 900.0 s apart are not enough for this orbit")));
     let far = zenith(&of(3600.0, 12, ""), 16_200.0);
-    assert!(far.is_err_and(|reason| reason.contains("rows 3600 s apart do not carry this orbit")));
+    assert!(far.is_err_and(|reason| reason.contains("rows 3600 s apart are not enough for this orbit")));
 }
 
 #[test]

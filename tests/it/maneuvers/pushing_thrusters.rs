@@ -158,7 +158,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
     refused(torn, "disagree");
     let mut still = problem.clone();
     (still.motion, still.body.mass) = (slewkit::maneuver::Motion::Attitude, None);
-    refused(still, "a body that moves");
+    refused(still, "a body that translates");
     let short = Actuation::of_thrusters(positions[1..].to_vec(), directions.to_vec(), one_sided(2.0, 12));
     assert_eq!(short, Err(ActuatorSetError::Position { count: 11 }));
     let mut nowhere = positions.clone();

@@ -183,8 +183,8 @@ fn against(problem: &Problem, solution: &Solution) -> String {
         part if !part.is_finite() => String::new(),
         part if part.abs() < SAME => format!("; equal to a fixed-axis turn{limits}"),
         part => {
-            let word = if part > 0.0 { "more" } else { "less" };
-            format!("; {} % {word} than a fixed-axis turn{limits}", significant(100.0 * part.abs(), 2))
+            let word = if part > 0.0 { "above" } else { "below" };
+            format!("; {} % {word} a fixed-axis turn{limits}", significant(100.0 * part.abs(), 2))
         }
     }
 }

@@ -112,14 +112,11 @@ fn order(record: &SequenceRecord) -> String {
         OrderProof::None => format!("{stops} in the best order of those that were tried"),
         OrderProof::Given => format!("{stops} in the given order"),
         OrderProof::AllOrders => {
-            format!("{stops} in the best order: no other order of the legs found is better")
+            format!("{stops} in the best order for the legs that were found")
         }
         OrderProof::LowerBound => {
             let gap = 100.0 * record.order_gap.unwrap_or(f64::NAN);
-            format!(
-                "{stops}; no other order of the legs found is better by more than {} %",
-                significant(gap, 2)
-            )
+            format!("{stops}; another order of these legs saves at most {} %", significant(gap, 2))
         }
     }
 }
