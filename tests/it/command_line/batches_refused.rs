@@ -25,7 +25,12 @@ const TABLES: [(&str, &str, &str, &str); 17] = [
     ),
     ("body.inertia_kg_m2\n\"[1,2]\"\n", "cases.csv:2:2", "E0026", "has 2 entries, and needs 3"),
     ("end.attitude.euler_zyx_deg.3\n1\n", "cases.csv:1:1", "E0025", "has 3 elements: `3` is not one of them"),
-    ("constraint.0.half_angle_deg\n1\n", "cases.csv:1:1", "E0025", "`constraint` has 0 elements: `0` is not one of them"),
+    (
+        "constraint.0.half_angle_deg\n1\n",
+        "cases.csv:1:1",
+        "E0025",
+        "`constraint` has 0 elements: `0` is not one of them",
+    ),
     ("maneuver.steps\n12.5\n", "cases.csv:2:1", "E0035", "12.5 is not a whole number"),
 ];
 
