@@ -24,9 +24,9 @@ pub struct FlightHeader {
     pub seed: u64,
     /// Names of the simulated loops, in the order of the results: "closed loop", "open loop".
     pub loops: Vec<String>,
-    /// Names of the constraints, in the order of [`FlightEnd::room`].
+    /// Names of the constraints, in the order of the clearances of a case.
     pub constraints: Vec<String>,
-    /// Number of torque limits, which is the length of [`FlightEnd::input_room`].
+    /// Number of torque limits, which is the length of the list of input margins of a case.
     #[serde(default)]
     pub input_limits: usize,
     /// Number of instants before the end at which the spacecraft must have reached a stop.
