@@ -84,11 +84,11 @@ STK = {
     "Lagrange 3": (stk(keys=LAGRANGE.format(3)), lambda time: components(time, 3), ""),
     "Lagrange 7": (stk(keys=LAGRANGE.format(7)), lambda time: components(time, 7), ""),
     "Hermite 3": (stk("AttitudeTimeQuatAngVels", HERMITE.format(3)), through_rates, ""),
-    "Hermite without rates": (stk(keys=HERMITE.format(3)), one_rate, "HERMITE takes rates"),
+    "Hermite without rates": (stk(keys=HERMITE.format(3)), one_rate, "HERMITE needs rates"),
     "order 0": (stk(keys=ORDER.format(0)), one_rate, "Lagrange of degree 0"),
     "order 30": (stk(keys=LAGRANGE.format(30)), one_rate, "25 is the highest supported degree"),
-    "splines": (stk(keys="InterpolationMethod Spline\n" + ORDER.format(3)), one_rate, "Spline, which is not known"),
-    "a pattern": (stk(keys="RepeatPattern\n"), one_rate, "`RepeatPattern`, which is not known"),
+    "splines": (stk(keys="InterpolationMethod Spline\n" + ORDER.format(3)), one_rate, "Spline, which is not supported"),
+    "a pattern": (stk(keys="RepeatPattern\n"), one_rate, "`RepeatPattern`, which is not supported"),
 }
 REFUSED_STK = {
     **{f"rows of {kind}": (stk().replace("AttitudeTimeQuaternions", kind), f"rows of {kind} are not supported")

@@ -365,8 +365,8 @@ def words(folder, wanted):
         "behind an APM": (apm_before(xml(BASE | XML, Rotation.identity())), 0, "attitudes agree"),
         "Lagrange": (interpolated("LAGRANGE", 5), 0, "attitudes agree"),
         "a degree above all": (interpolated("LAGRANGE", 40), 0, "25 is the highest supported degree"),
-        "an unknown method": (interpolated("SPLINE", 3), 0, "SPLINE, which is not known"),
-        "Hermite without rates": (interpolated("HERMITE", 3), 0, "HERMITE takes rates"),
+        "an unknown method": (interpolated("SPLINE", 3), 0, "SPLINE, which is not supported"),
+        "Hermite without rates": (interpolated("HERMITE", 3), 0, "HERMITE needs rates"),
         "compressed": (b"\x1f\x8b\x08\x00packed", 3, "compressed by gzip"),
         "a kernel of others": (b"DAF/CK  " + bytes(80) + b"LTL-IEEE" + bytes(2000), 3, "ticks of a clock"),
     }

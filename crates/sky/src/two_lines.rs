@@ -308,7 +308,7 @@ mod tests {
                 "line 2, columns 44 to 51: expected a number, found `270,1000`",
             ),
             ([one.into(), with(two, 53, " 0.00000000")], "line 2, columns 53 to 63: expected a mean motion"),
-            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65: expected a sign"),
+            ([one.replace("  9999", " \u{a0}9999"), two.into()], "line 1, column 65: expected a character"),
         ] {
             let said = read([&lines[0], &lines[1]]).unwrap_err().to_string();
             assert!(said.contains(told), "{told}: {said}");

@@ -88,7 +88,8 @@ fn bounds_of_the_reference_legs_are_below_their_times_and_near_them() {
     assert!(least > 0.725 && most < 0.935, "{least} {most}");
 }
 
-/// Turns about fixed axes are feasible, so no plan is slower. They are at most a fifth longer.
+/// Turns about fixed axes are feasible, so no plan is slower. Over the reference legs, durations from
+/// an integration in Python on 20 000 parts exceed the plans by 2.28 to 24.63 %, 11.71 % in the mean.
 /// About the z axis, four wheels give the torque 4·0.6·0.5 N·m.
 #[test]
 fn turns_about_fixed_axes_take_no_less_than_plans() {
@@ -96,9 +97,14 @@ fn turns_about_fixed_axes_take_no_less_than_plans() {
         problem.end = State::at_rest(*turn);
         crate::maneuver::fixed_axis_duration(&problem)
     };
-    for (turn, time) in legs("time", "pair_times") {
-        let ratio = turned(reference_problem(), &turn).unwrap() / time;
-        assert!((1.0..1.2).contains(&ratio), "{ratio}");
+    let ratios: Vec<f64> = legs("time", "pair_times")
+        .iter()
+        .map(|(turn, time)| turned(reference_problem(), turn).unwrap() / time)
+        .collect();
+    let found = [ratios.iter().sum::<f64>() / 25.0, ratios.iter().copied().fold(0.0, f64::max)];
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    for (found, known) in [least, found[0], found[1]].iter().zip([1.022769, 1.117055, 1.246279]) {
+        assert!((found / known - 1.0).abs() < 1e-5, "{ratios:?}");
     }
     let (angle, rate) = (2.0, 4.0_f64.to_radians());
     let mut aligned = wheels();

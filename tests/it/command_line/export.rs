@@ -304,7 +304,11 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     folder.slew(&["plan", "there.toml", "-q", "-o", "there.json"]).ends(0);
     for ending in ["aem", "apm", "a", "npz", "mat", "xml", "bc", "flight", "42"] {
         let name = format!("there.{ending}");
-        folder.slew(&["export", "there.json", "-o", &name]).ends(3).tells("E0143").tells("duration zero");
+        folder
+            .slew(&["export", "there.json", "-o", &name])
+            .ends(3)
+            .tells("E0143")
+            .tells("duration of the plan is zero");
         assert!(!folder.path(&name).exists(), "{name}");
     }
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);

@@ -402,9 +402,19 @@ fn what_a_ptr_may_not_hold_is_refused() {
         ("11:15:31.250", "10:20:31", 8, "begins 300 s before the block above ends"),
         ("2032-12-26T11", "2032-12-25T11", 8, "before the block above ends"),
         ("11:15:31.250", "10:25:31", 8, "begins when the block above ends"),
-        ("<block ref=\"SLEW\"/>", "<block ref=\"SLEW\"/>\n<block ref=\"SLEW\"/>", 8, "a slew that no obs"),
+        (
+            "<block ref=\"SLEW\"/>",
+            "<block ref=\"SLEW\"/>\n<block ref=\"SLEW\"/>",
+            8,
+            "no observation precedes",
+        ),
         ("<block ref=\"SLEW\"/>", "<block ref=\"SLEW\"><startTime/></block>", 7, "<startTime> in <block>"),
-        ("<timeline frame=\"SC\">", "<timeline frame=\"SC\"><block ref=\"SLEW\"/>", 1, "a slew that no obs"),
+        (
+            "<timeline frame=\"SC\">",
+            "<timeline frame=\"SC\"><block ref=\"SLEW\"/>",
+            1,
+            "no observation precedes",
+        ),
         ("</timeline>", "<block ref=\"SLEW\"/></timeline>", 14, "no observation follows this slew"),
         ("<block ref=\"SLEW\"/>", "now", 7, "text between the elements of <timeline>"),
         ("<prm>", "<!DOCTYPE prm><prm>", 1, "document type declarations are not supported"),
@@ -638,10 +648,10 @@ fn observations_become_stops() {
     assert!(sun.dot(&wanted) > 0.02_f64.to_radians().cos(), "{sun}");
     assert!(timeline.open.iter().any(|text| text.contains("the Sun is seen")), "{:?}", timeline.open);
     let late = Identity { epoch: Some(Epoch::parse("2032-12-26T10:15:32 UTC").unwrap()), ..identity.clone() };
-    refused(&file, &late, "from the start of the maneuver to observation 1 has -1 s");
+    refused(&file, &late, "from the start of the maneuver to observation 1 has only -1 s");
     let mut touching = file.clone();
     touching.observations[1].begin = touching.observations[0].end;
-    refused(&touching, &identity, "from observation 1 to Second & last has 0 s");
+    refused(&touching, &identity, "from observation 1 to Second & last has only 0 s");
     let other = Identity { reference_frame: Some("LVLH".into()), ..identity };
     refused(&file, &other, "EME2000");
 }

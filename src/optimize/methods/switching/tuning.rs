@@ -106,8 +106,7 @@ pub(super) mod paths {
     /// Largest factor on the duration in one step of a continuation in the duration.
     pub const STRETCH: f64 = 1.3;
     /// Displacements of the end that break the symmetry of a maneuver, as fractions of its size.
-    /// More of them find more branches and take longer: of the turn to a spin in the test, a large
-    /// one alone finds a branch that is 1.6e-4 longer (`--test it -- problems::found::plans_cost`).
+    /// More of them find more branches and take longer (`--test it -- problems::found::plans_cost`).
     pub const DISPLACED: [f64; 4] = [0.02, -0.02, 1e-3, -1e-3];
 
     /// Given durations from which a minimum-time extremal is continued, as multiples of the

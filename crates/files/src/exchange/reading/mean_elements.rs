@@ -354,7 +354,7 @@ mod tests {
             (KEYWORDS, "MEAN_ANOMALY = 270.1", "MEAN_ANOMALY = 270.1\nMEAN_ANOMALY = 1", "given twice"),
             (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
             (KEYWORDS, "VERS = 2.0", "VERS = 7.0", "version 7.0"),
-            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "a message other than an OMM"),
+            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "the file is not an OMM"),
             (KEYWORDS, "2026-324T12", "2026-367T12", "this date does not exist"),
             (XML, "rev/day", "rad/s", "the unit rad/s"),
             (XML, "<omm", "<opm", "XML"),
