@@ -80,22 +80,23 @@ impl<'a> Legs<'a> {
         };
         let mut left = stops;
         while !left.is_empty() && !legs.has_failed() {
-            if legs.stays(left[0]) {
-                legs.stay(left[0], observer)?;
-                left = &left[1..];
-                continue;
-            }
-            let (run, rest) = left.split_at(legs.sharing(left)?);
-            let next = match run {
-                [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer),
-                _ => legs.run(run, observer),
+            let (next, count) = match left {
+                [stop, ..] if legs.stays(*stop) => (legs.stay(*stop, observer), 1),
+                _ => {
+                    let count = legs.sharing(left)?;
+                    let next = match &left[..count] {
+                        [stop] if sequence.stops[*stop].passing.is_none() => legs.alone(*stop, observer),
+                        run => legs.run(run, observer),
+                    };
+                    (next, count)
+                }
             };
             match next {
                 // Finished legs are kept.
                 Err(SequenceError::Stopped(status)) if !legs.planned.is_empty() => legs.cut = Some(status),
                 next => next?,
             }
-            left = rest;
+            left = &left[count..];
         }
         Ok(legs)
     }
@@ -135,8 +136,8 @@ impl<'a> Legs<'a> {
         let run = self.without_stays(stops);
         let whole = self.together(&run, observer)?;
         let mut legs = whole.legs.into_iter();
-        for (index, stop) in stops.iter().enumerate() {
-            if !run.stops.contains(stop) || index > 0 && stops[..index].contains(stop) {
+        for stop in stops {
+            if !run.stops.contains(stop) {
                 self.stay(*stop, observer)?;
             } else if let Some(leg) = legs.next() {
                 let guess = Guess::of(&leg.solution, &leg.problem);
